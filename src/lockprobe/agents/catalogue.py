@@ -1,0 +1,110 @@
+"""From an agent's spec to the agent. Nothing heavy is imported before it is asked for.
+
+Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``llm:local`` (the embedded
+model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI),
+``python:module:Name`` (your own class).
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from lockprobe.agents.strategies import HumanInspired, RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.seams import Agent
+
+__all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
+
+Engine = Literal["inline", "process", "network"]
+"""Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else."""
+
+_STRATEGIES: dict[str, Callable[[], Agent]] = {
+    "random": RandomAgent,
+    "random-no-repeat": RandomNoRepeat,
+    "round-robin": RoundRobin,
+    "human-inspired": HumanInspired,
+}
+_PRESETS = ("target-first",)
+_OTHERS = {
+    "llm:local": "the embedded language model",
+    "llm:gguf:PATH": "any language model in a GGUF file",
+    "llm:PROVIDER/MODEL": "any model that Inspect AI reaches, for example llm:openai/gpt-4o",
+    "python:module:Name": "your own class with the Agent protocol",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentSource:
+    """How to get an agent.
+
+    Attributes:
+        spec: Its spec.
+        engine: Where its time goes.
+        make: Builds it; may load a model, and may raise :class:`lockprobe.errors.UserMistake`.
+        check: Finds out cheaply whether ``make`` can work, with the same errors.
+    """
+
+    spec: str
+    engine: Engine
+    make: Callable[[], Agent]
+    check: Callable[[], None] = lambda: None
+
+
+def known_specs() -> dict[str, str]:
+    """Every form of spec and what it is."""
+    return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
+
+
+def resolve(spec: str) -> AgentSource:
+    """Find the agent that a spec names.
+
+    Raises:
+        UnknownName: If there is none; the message lists what exists.
+    """
+    head, _, rest = spec.partition(":")
+    if head in _STRATEGIES and (not rest or head == "human-inspired"):
+        if rest and rest not in _PRESETS:
+            raise UnknownName("preset of human-inspired", rest, _PRESETS)
+        return AgentSource(spec=spec, engine="inline", make=_STRATEGIES[head])
+    if head == "llm":
+        return _language_model(spec, rest)
+    if head == "python":
+        return AgentSource(spec=spec, engine="inline", make=lambda: _own_class(spec, rest))
+    raise UnknownName("agent", spec, known_specs())
+
+
+def _language_model(spec: str, name: str) -> AgentSource:
+    if name.partition("?")[0] == "local" or name.startswith("gguf:"):
+        from lockprobe.agents import local
+
+        local.read_options(spec)
+        return AgentSource(
+            spec=spec,
+            engine="process",
+            make=lambda: local.LocalModel.from_spec(spec),
+            check=lambda: local.check(spec),
+        )
+    if "/" in name.strip("/"):
+        from lockprobe.agents import llm
+
+        return AgentSource(
+            spec=spec,
+            engine="network",
+            make=lambda: llm.HostedModel(name),
+            check=lambda: llm.check(name),
+        )
+    raise UnknownName("language model", spec, [name for name in _OTHERS if name.startswith("llm:")])
+
+
+def _own_class(spec: str, path: str) -> Agent:
+    module, _, name = path.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)()
+    except (ImportError, AttributeError, ValueError) as error:
+        raise BadValue("agent", spec, f"python:module:Name of an importable class ({error})") from error
+    if not isinstance(found, Agent):
+        raise BadValue("agent", spec, "a class with `facts` and `async decide(situation, rng)`")
+    return found

@@ -1,0 +1,161 @@
+"""The runtime of local models: llama.cpp through xllamacpp, in this process, on one thread.
+
+It does one thing: given a text and a few allowed continuations, the exact probability of each. That is decoding
+under a grammar whose sentences are the allowed continuations, without generating a token: the logits of all other
+tokens are pushed out of reach, so what remains is the model's own distribution over the allowed ones. It agrees
+with the renormalised softmax over the whole vocabulary to 2e-7.
+
+Probabilities are bit-identical however many trials were played before, because every trial starts from the same
+cached prefix, evaluated in one piece (:meth:`Engine.restart`). llama.cpp gives slightly different numbers when the
+same tokens are evaluated in pieces of another size.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import urllib.request
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from lockprobe.errors import BadFile, BadValue, Missing, ModelFault
+from lockprobe.record import Fact
+
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # else the threads' barriers spin, and two workers crawl
+
+try:
+    import xllamacpp
+except ImportError as error:
+    if "libgomp" in str(error):
+        raise Missing("local models need the system's libgomp.so.1", "apt-get install libgomp1") from error
+    raise Missing("local models need the package xllamacpp", "pip install 'lockprobe[local]'") from error
+
+__all__ = ["CONTEXT", "Engine"]
+
+CONTEXT = 4096
+"""Tokens that fit: well over 100 steps."""
+
+_PULL = 100.0
+"""Added to the logits of allowed tokens; any other is then e^100 times less likely than it was."""
+
+
+class Engine:
+    """One loaded model.
+
+    Args:
+        path: A GGUF file.
+
+    Raises:
+        BadFile: If the file cannot be loaded.
+    """
+
+    def __init__(self, path: Path) -> None:
+        params = xllamacpp.CommonParams()
+        params.model.path = str(path)
+        params.n_ctx = CONTEXT
+        params.cpuparams.n_threads = 1
+        params.cpuparams_batch.n_threads = 1
+        params.flash_attn_type = 0
+        params.cache_ram_mib = 0
+        params.n_ctx_checkpoints = 0
+        params.warmup = False
+        params.fit_params = False
+        params.verbosity = -1
+        try:
+            self._server = xllamacpp.Server(params)
+        except RuntimeError as error:
+            raise BadFile(path, f"cannot be loaded by xllamacpp {xllamacpp.__version__} ({error})") from None
+        self.tokens = cache(self._tokens)
+        self._constant: list[int] | None = None
+
+    def facts(self) -> dict[str, Fact]:
+        """What the runtime says of itself and the model."""
+        told = self._http("/props")
+        parameters = self._http("/v1/models")["data"][0]["meta"]["n_params"]
+        return {
+            "quantisation": str(told.get("model_ftype", "")),
+            "parameters": int(parameters),
+            "runtime": f"xllamacpp {xllamacpp.__version__}",
+            "threads": 1,
+            "context": CONTEXT,
+        }
+
+    def _http(self, path: str, content: dict[str, object] | None = None) -> Any:
+        body = None if content is None else json.dumps(content).encode()
+        request = urllib.request.Request(  # noqa: S310 - the runtime's own loopback address
+            self._server.listening_address + path, data=body, headers={"Content-Type": "application/json"}
+        )
+        with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
+            return json.loads(answer.read())
+
+    def _tokens(self, text: str) -> tuple[int, ...]:
+        answer = self._http("/tokenize", {"content": text, "add_special": False, "parse_special": False})
+        return tuple(answer["tokens"])
+
+    def restart(self, constant: str) -> list[int]:
+        """Bring the cache into the one state from which every trial begins: the constant prefix and nothing else.
+
+        Args:
+            constant: The text that all prompts begin with.
+
+        Returns:
+            Its tokens, to build the prompt on.
+        """
+        tokens = list(self.tokens(constant))
+        newline = self.tokens("\n\n\n\n")[-1]
+        self._evaluate([*tokens, newline], [0, 1], reuse=tokens == self._constant)
+        self._constant = tokens
+        return tokens
+
+    def score(self, prompt: Sequence[int], options: Sequence[Sequence[int]]) -> list[float]:
+        """The exact probability of each allowed continuation, given that one of them follows.
+
+        Args:
+            prompt: Tokens so far.
+            options: Continuations as tokens; none may begin with another.
+
+        Returns:
+            One probability per option; they sum to 1.
+
+        Raises:
+            ModelFault: If the runtime does not answer.
+            BadValue: If the options cannot be told apart.
+        """
+        if len(options) == 1:
+            return [1.0]
+        if any(not option for option in options):
+            raise BadValue("options", list(options), "continuations of which none begins with another")
+        heads = list(dict.fromkeys(option[0] for option in options))
+        share = dict.fromkeys(heads, 1.0)
+        if len(heads) > 1:
+            share = dict(zip(heads, self._evaluate(list(prompt), heads), strict=True))
+        result = [0.0] * len(options)
+        for head in heads:
+            inside = [i for i, option in enumerate(options) if option[0] == head]
+            below = self.score([*prompt, head], [options[i][1:] for i in inside])
+            for i, probability in zip(inside, below, strict=True):
+                result[i] = share[head] * probability
+        return result
+
+    def _evaluate(self, prompt: list[int], allowed: list[int], *, reuse: bool = True) -> list[float]:
+        answer = self._server.handle_completions(
+            {
+                "prompt": prompt,
+                "n_predict": 1,
+                "temperature": 1.0,
+                "samplers": ["temperature"],
+                "n_probs": len(allowed),
+                "post_sampling_probs": True,
+                "cache_prompt": reuse,
+                "seed": 1,
+                "logit_bias": [[token, _PULL] for token in allowed],
+            }
+        )
+        if "choices" not in answer:
+            raise ModelFault(f"the runtime answered {json.dumps(answer)[:300]}")
+        found = {entry["id"]: entry["prob"] for entry in answer["choices"][0]["logprobs"]["content"][0]["top_probs"]}
+        weights = [float(found.get(token, 0.0)) for token in allowed]
+        total = sum(weights)
+        return [weight / total for weight in weights]

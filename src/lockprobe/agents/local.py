@@ -1,0 +1,196 @@
+"""Local language models: the embedded one, and any GGUF file.
+
+They play from a growing log, in which everything they are told stands as the record has it, and are not asked to
+generate: at each place where a reply leaves a choice, the allowed answers are scored exactly and one is drawn from
+the trial's own stream. Replies are always well formed, the probability of every joint is known, and the same seed
+gives the same trial on one machine. Figures and alternatives stand in ``docs/embedded-model.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal, get_args
+from urllib.parse import parse_qsl
+
+import numpy as np
+
+from lockprobe.agents import weights
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.record import Decision, Fact, Outcome, Situation, Task
+
+if TYPE_CHECKING:
+    from lockprobe.agents.engine import Engine
+
+__all__ = ["LocalModel", "check", "read_options"]
+
+Calibration = Literal["none", "first"]
+
+CONSTANT = """\
+A lockbox has several joints. Each joint has two positions, 0 and 1. The joints lock each other in a hidden way. \
+Trying a joint switches its position if the joint is not locked; if it is locked, nothing happens. \
+The goal is to move the target joint within the given steps. \
+Each reply says whether the last joint moved or did not move, then names the next joint to try."""
+"""The instruction, the same for every trial; it says nothing about which joint locks which."""
+
+CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
+
+
+def check(spec: str) -> None:
+    """Find out whether a local model can be loaded.
+
+    Raises:
+        UserMistake: If its runtime or its file is missing or damaged, or an option is unknown.
+    """
+    import lockprobe.agents.engine  # noqa: F401 - raises if the runtime is missing
+
+    name, _ = read_options(spec)
+    weights.locate(name)
+
+
+def read_options(spec: str) -> tuple[str, dict[str, str]]:
+    """Split ``llm:local?temperature=0.7&calibration=first`` into the model and its options.
+
+    Options: ``temperature`` (above 0; 1 is the model's own distribution) and ``calibration`` (``none`` or
+    ``first``: from step 2 on the probabilities are divided by those of step 1, where nothing has happened yet, and
+    normalised; this takes out a preference for a name or a place).
+
+    Raises:
+        UnknownName: If there is no such option.
+        BadValue: If a value is not allowed.
+    """
+    name, _, query = spec.partition("?")
+    options = {"temperature": "1", "calibration": "none"}
+    for key, value in parse_qsl(query, keep_blank_values=True):
+        if key not in options:
+            raise UnknownName("option of a local model", key, options)
+        options[key] = value
+    if options["calibration"] not in get_args(Calibration):
+        raise BadValue("calibration", options["calibration"], f"one of {', '.join(get_args(Calibration))}")
+    try:
+        positive = 0 < float(options["temperature"]) < float("inf")
+    except ValueError:
+        positive = False
+    if not positive:
+        raise BadValue("temperature", options["temperature"], "a number above 0")
+    return name, options
+
+
+class LocalModel:
+    """A model in a GGUF file that plays by scoring its possible replies.
+
+    Args:
+        engine: The loaded model.
+        facts: What it is, for the record.
+        temperature: Probabilities are raised to 1/temperature and normalised.
+        calibration: What is divided out of the probabilities of joints.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        facts: Mapping[str, Fact],
+        *,
+        temperature: float = 1.0,
+        calibration: Calibration = "none",
+    ) -> None:
+        self._engine = engine
+        self._temperature = temperature
+        self._calibration = calibration
+        self.facts: Mapping[str, Fact] = {
+            **facts, "prompt": "log", "decoding": "scored answers", "temperature": temperature,
+            "calibration": calibration,
+        }  # fmt: skip
+
+    @classmethod
+    def from_spec(cls, spec: str) -> LocalModel:
+        """Load the model that a spec names.
+
+        Raises:
+            UserMistake: As :func:`check`.
+        """
+        from lockprobe.agents.engine import Engine
+
+        name, options = read_options(spec)
+        path = weights.locate(name)
+        engine = Engine(path)
+        facts = {"model": path.stem, "sha256": weights.sha256_of(path)} | engine.facts()
+        calibration: Calibration = "first" if options["calibration"] == "first" else "none"
+        return cls(engine, facts, temperature=float(options["temperature"]), calibration=calibration)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Say what the last action did, then choose; two draws from the stream per step."""
+        task, last = situation.task, situation.percept.joint
+        prompt = self._prompt(situation)
+        said, claim_probability, draw = "", None, float(rng.random())
+        if last is not None:
+            chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in CLAIMS])
+            claim_probability = chances[0]
+            said = list(CLAIMS)[int(draw >= claim_probability)]
+            prompt = self._extend(prompt, said, ".")
+        prompt = self._extend(prompt, " Next joint:")
+        raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
+        chances = self._adjusted(raw, situation)
+        joint = _draw(task.joints, chances, float(rng.random()))
+        reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
+        return Decision(
+            joint=joint,
+            claimed=CLAIMS.get(said),
+            probabilities=tuple(chances),
+            claim_probability=claim_probability,
+            replies=(reply,),
+        )
+
+    def _adjusted(self, raw: list[float], situation: Situation) -> list[float]:
+        chances = np.array(raw)
+        first = situation.past[0].decision.probabilities if situation.past else None
+        if self._calibration == "first" and first is not None:
+            chances = chances / np.maximum(first, 1e-9)
+        chances = chances ** (1 / self._temperature)
+        adjusted: list[float] = (chances / chances.sum()).tolist()
+        return adjusted
+
+    def _prompt(self, situation: Situation) -> list[int]:
+        """The log up to the point where the model has to say what its last action did, or to choose."""
+        task = situation.task
+        if not situation.past:
+            self._engine.restart(CONSTANT)
+        prompt = self._extend([], CONSTANT, *_introduction(task))
+        for turn in situation.past:
+            prompt = self._extend(prompt, "\nObservation:", f" {turn.percept.text}".rstrip(), "\n")
+            prompt = self._extend(prompt, *_reply(turn.percept.joint, turn.decision))
+        prompt = self._extend(prompt, "\nObservation:", f" {situation.percept.text}".rstrip(), "\n")
+        if situation.percept.joint is not None:
+            prompt = self._extend(prompt, "Last joint:", f" {situation.percept.joint}")
+        return prompt
+
+    def _extend(self, prompt: list[int], *segments: str) -> list[int]:
+        """Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere."""
+        for segment in segments:
+            if segment:
+                prompt = [*prompt, *self._engine.tokens(segment)]
+        return prompt
+
+
+def _introduction(task: Task) -> tuple[str, ...]:
+    return (
+        f" The joints are: {', '.join(task.joints)}.",
+        f" The target joint is: {task.target}.",
+        f" The given steps are: {task.budget}.",
+        "\n\nStep log:",
+    )
+
+
+def _reply(last: str | None, decision: Decision) -> tuple[str, ...]:
+    """An earlier reply, in the same segments in which it was asked for."""
+    said = next((words for words, outcome in CLAIMS.items() if outcome == decision.claimed), "")
+    opening = ("Last joint:", f" {last}", said, ".") if said else ()
+    return (*opening, " Next joint:", f" {decision.joint}", ".")
+
+
+def _draw(joints: tuple[str, ...], chances: list[float], draw: float) -> str:
+    total = 0.0
+    for joint, chance in zip(joints, chances, strict=True):
+        total += chance
+        if draw < total:
+            return joint
+    return joints[-1]

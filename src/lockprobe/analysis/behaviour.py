@@ -1,0 +1,125 @@
+"""What agents do, whether or not they solve the box: loops, redundancy, entropy (paper, Sec. 3.3 and Fig. 5).
+
+Beside every loop rate stands the rate that chance alone gives to trials of exactly those lengths: a uniformly
+random trial of 20 steps over 4 joints holds a loop with probability 0.80.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from statistics import fmean
+from typing import Literal
+
+from lockprobe.analysis.chance import chance_level
+from lockprobe.analysis.curves import Proportion, ended, proportion
+from lockprobe.analysis.loops import cover
+from lockprobe.record import Trial
+
+__all__ = ["Behaviour", "behaviour", "has_loop", "loop_coverage", "policy_entropy", "redundant_share"]
+
+Null = Literal["uniform", "no-repeat"]
+
+_CERTAIN = 0.99999
+"""From here on a longer trial is not worked out anew: that takes half a second for every length."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Behaviour:
+    """What the trials of one condition look like. Error trials are left out.
+
+    Attributes:
+        loops: Share of trials that hold an action loop.
+        chance_uniform: The share expected of uniformly random actions in trials of exactly these lengths,
+            [0, 1]; None without trials.
+        chance_no_repeat: The same for random actions without immediate repeats.
+        coverage: Mean over trials of the share of steps covered by loops, [0, 1].
+        redundant_share: Mean over trials of the share of steps whose pair of true configuration and joint had
+            been tried before in that trial, [0, 1].
+        entropy: Mean entropy of the agent's own choice probabilities in bits, over steps that carry them;
+            None where none does.
+        entropy_steps: Number of those steps.
+    """
+
+    loops: Proportion
+    chance_uniform: float | None
+    chance_no_repeat: float | None
+    coverage: float | None
+    redundant_share: float | None
+    entropy: float | None
+    entropy_steps: int
+
+
+def behaviour(trials: Sequence[Trial]) -> Behaviour:
+    """Measure the trials of one condition."""
+    counted = ended(trials)
+    entropies = [bits for trial in counted for bits in policy_entropy(trial)]
+    return Behaviour(
+        loops=proportion(sum(map(has_loop, counted)), len(counted)),
+        chance_uniform=_chance(counted, "uniform"),
+        chance_no_repeat=_chance(counted, "no-repeat"),
+        coverage=fmean(map(loop_coverage, counted)) if counted else None,
+        redundant_share=fmean(map(redundant_share, counted)) if counted else None,
+        entropy=fmean(entropies) if entropies else None,
+        entropy_steps=len(entropies),
+    )
+
+
+def has_loop(trial: Trial) -> bool:
+    """Whether some run of three or more actions appears at least twice without overlap (Sec. 3.3)."""
+    return _cover(_numbers(trial))[0]
+
+
+def loop_coverage(trial: Trial) -> float:
+    """Share of the trial's steps in the best cover by loops, [0, 1]."""
+    return _cover(_numbers(trial))[1]
+
+
+def redundant_share(trial: Trial) -> float:
+    """Share of steps that tried a joint again in a true configuration in which it had been tried, [0, 1].
+
+    Such a step can tell an agent nothing that it could not know. Round robin has loops and no redundancy.
+    """
+    pairs = {(step.state, step.joint) for step in trial.steps}
+    return 1.0 - len(pairs) / len(trial.steps) if trial.steps else 0.0
+
+
+def policy_entropy(trial: Trial) -> list[float]:
+    """Entropy in bits of the choice probabilities at each step that carries them."""
+    return [
+        -sum(p * math.log2(p) for p in step.decision.probabilities if p > 0.0) + 0.0
+        for step in trial.steps
+        if step.decision.probabilities is not None
+    ]
+
+
+def _numbers(trial: Trial) -> tuple[int, ...]:
+    """The actions numbered in order of first use, which no loop depends on, so that equal shapes meet in the cache."""
+    first: dict[str, int] = {}
+    return tuple(first.setdefault(step.joint, len(first)) for step in trial.steps)
+
+
+@lru_cache(maxsize=1 << 17)
+def _cover(actions: tuple[int, ...]) -> tuple[bool, float]:
+    if not actions:
+        return False, 0.0
+    found = cover(actions)
+    return found.any_loop, found.share
+
+
+def _chance(trials: Sequence[Trial], null: Null) -> float | None:
+    """Mean over trials of the chance level of a loop at each trial's own length."""
+    if not trials:
+        return None
+    return fmean(_chance_at(len(trial.steps), len(trial.joints), null) for trial in trials)
+
+
+@lru_cache(maxsize=4096)
+def _chance_at(length: int, actions: int, null: Null) -> float:
+    """The chance level at one length. It only grows with length, so near one it is taken from a shorter trial."""
+    shorter = (length - 1) // 20 * 20
+    if shorter and (level := _chance_at(shorter, actions, null)) > _CERTAIN:
+        return level
+    return float(chance_level(length, actions=actions, null=null).probability)

@@ -1,0 +1,156 @@
+"""How often does an agent that looks at nothing "loop"? The chance level that belongs beside every loop rate.
+
+An agent that chooses blindly repeats itself by accident, and the more so the longer its trial lasts: over 4
+joints and 20 steps a uniformly random agent holds an action loop in 80 % of its trials, where the paper
+(section "Repetitive Action Loops as a Candidate Failure Mode") reports approximately 80 % as its maximum. A
+loop rate says something only against this level at the same trial length.
+
+Most levels are exact. ``chance_table.json`` holds how many patterns (sequences up to the names of their
+actions) are loop-free, made by ``scripts/make_chance_table.py``; the rest is enumerated where that is cheap,
+else simulated.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from math import perm, sqrt
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.loops import any_loop_batch
+from lockprobe.errors import BadValue
+from lockprobe.seeds import generator
+
+__all__ = ["Chance", "Null", "chance_level"]
+
+Null = Literal["uniform", "no-repeat"]
+"""The blind agent: any action with equal probability, or any but the one before."""
+
+ENUMERABLE = 2**18
+"""Sequences up to which all are looked at."""
+
+CHUNKS, CHUNK = 20, 20_000
+"""Simulated are 20 times 20 000 sequences."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chance:
+    """The probability that a blind agent's trial of a given length holds an action loop.
+
+    Args:
+        probability: Between 0 and 1.
+        method: Whether it was counted or simulated.
+        error: Standard error of the probability; 0 if exact, and never 0 if simulated.
+    """
+
+    probability: float
+    method: Literal["exact", "simulation"]
+    error: float
+
+
+def chance_level(
+    length: int, actions: int = 4, *, null: Null = "uniform", overlap: bool = False, min_length: int = 3
+) -> Chance:
+    """The chance level of an action loop, given the length of the trial.
+
+    Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
+    5: 20, 6: 19, 7: 18, more: 17), for every case of at most 262 144 sequences, and wherever it is 0 or 1.
+    Otherwise from 400 000 simulated sequences, the same ones at every call.
+
+    Args:
+        length: Steps in the trial (at least 0).
+        actions: Actions to choose from (at least 1; ``no-repeat`` needs 2).
+        null: How the blind agent chooses.
+        overlap: Whether the two copies of a loop may share actions.
+        min_length: Fewest actions in a loop (at least 1; 3 in the paper).
+
+    >>> chance_level(20).probability == 1 - 219_018_772_080 / 4**20
+    True
+    """
+    _check(length, actions, null, min_length)
+    starts = length - min_length + 1
+    apart = 1 if overlap else min_length
+    if starts <= apart:
+        return _exact(0, 1)
+    if starts > apart * actions**min_length:
+        # Copies of one word in a loop-free trial all start within `apart` steps of each other.
+        return _exact(1, 1)
+    total = actions**length if null == "uniform" else actions * (actions - 1) ** (length - 1)
+    if min_length == 3 and (free := _loop_free(length, actions, null, overlap=overlap)) is not None:
+        return _exact(total - free, total)
+    if actions**length <= ENUMERABLE:
+        sequences = _every(length, actions, null)
+        return _exact(int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum()), total)
+    return _simulated(length, actions, null, min_length, overlap=overlap)
+
+
+def _check(length: int, actions: int, null: Null, min_length: int) -> None:
+    """Refuses what has no chance level."""
+    if null not in get_args(Null):
+        raise BadValue("null", null, " or ".join(get_args(Null)))
+    if length < 0:
+        raise BadValue("length of the trial", length, "at least 0 steps")
+    if actions < (fewest := 1 if null == "uniform" else 2):
+        raise BadValue("actions", actions, f"at least {fewest} for the null {null}")
+    if min_length < 1:
+        raise BadValue("shortest loop", min_length, "at least 1 action")
+
+
+def _exact(looping: int, total: int) -> Chance:
+    """A counted chance level."""
+    return Chance(probability=looping / total, method="exact", error=0.0)
+
+
+@cache
+def _table() -> dict[str, list[list[int | None]]]:
+    """Loop-free patterns under ``null/overlap|apart``: by length, then by number of distinct actions."""
+    text = files("lockprobe.analysis").joinpath("chance_table.json").read_text(encoding="utf-8")
+    table: dict[str, list[list[int | None]]] = json.loads(text)
+    return table
+
+
+def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int | None:
+    """Loop-free sequences, or None where not all of their patterns were counted.
+
+    A pattern of k distinct actions stands for actions!/(actions - k)! sequences.
+    """
+    rows = _table()[f"{null}/{'overlap' if overlap else 'apart'}"]
+    if length >= len(rows):
+        return None
+    free = 0
+    for distinct, patterns in enumerate(rows[length][: actions + 1]):
+        if patterns is None:
+            return None
+        free += patterns * perm(actions, distinct)
+    return free
+
+
+def _every(length: int, actions: int, null: Null) -> NDArray[np.int64]:
+    """All sequences the blind agent may make, shape (sequences, length)."""
+    sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
+    if null == "no-repeat":
+        sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
+    return sequences
+
+
+@cache
+def _simulated(length: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> Chance:
+    """The chance level from seeded sequences, which do not depend on what counts as a loop.
+
+    The standard error is that of one more trial with and one more without a loop, so it is never 0.
+    """
+    rng = generator(0, "chance", null, length, actions)
+    looping = 0
+    for _ in range(CHUNKS):
+        sequences = rng.integers(null == "no-repeat", actions, (CHUNK, length))
+        if null == "no-repeat":
+            sequences = sequences.cumsum(axis=1) % actions
+        looping += int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum())
+    trials = CHUNKS * CHUNK
+    smooth = (looping + 1) / (trials + 2)
+    return Chance(probability=looping / trials, method="simulation", error=sqrt(smooth * (1 - smooth) / trials))

@@ -1,0 +1,161 @@
+"""How many trials were solved, and when: proportions, cumulative success by step, and differences (paper, Fig. 3).
+
+Trials that ended as ``error`` are in no count; they are counted apart.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from statistics import median
+
+import numpy as np
+
+from lockprobe.record import Trial
+
+__all__ = ["Difference", "Proportion", "SuccessCurve", "difference", "ended", "proportion", "success_curve"]
+
+LEVEL = 0.95
+"""Confidence level of every interval."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proportion:
+    """A share with its 95 % Wilson interval.
+
+    Attributes:
+        count: How many.
+        n: Of how many.
+        value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
+        low: Lower end, [0, 1]; 0 if ``n`` is 0.
+        high: Upper end, [0, 1]; 1 if ``n`` is 0.
+    """
+
+    count: int
+    n: int
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """How far two independent proportions lie apart.
+
+    Attributes:
+        value: Second minus first, [-1, 1].
+        low: Lower end of the 95 % interval (Newcombe's, from the two Wilson intervals).
+        high: Upper end.
+        p_value: Two-sided Fisher's exact test.
+    """
+
+    value: float
+    low: float
+    high: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuccessCurve:
+    """Cumulative success by step (paper, Fig. 3).
+
+    Attributes:
+        n: Trials that ended as solved or out of budget.
+        errors: Trials that ended as error; in none of the shares.
+        solved_at: Steps of the solved trials, ascending.
+        share: Share solved by step 0, 1, ... up to the budget, [0, 1].
+        low: Lower end of the pointwise 95 % Wilson band.
+        high: Upper end.
+    """
+
+    n: int
+    errors: int
+    solved_at: tuple[int, ...]
+    share: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """0 to the budget."""
+        return tuple(range(len(self.share)))
+
+    def steps_to(self, share: float = 0.8) -> int | None:
+        """The first step by which at least this share of the trials is solved; None if that never happens."""
+        return next((step for step, value in enumerate(self.share) if value >= share - 1e-12), None)
+
+    @property
+    def median_steps(self) -> float | None:
+        """Median steps of the trials that were solved; None if none was."""
+        return float(median(self.solved_at)) if self.solved_at else None
+
+    @property
+    def mean_steps(self) -> float | None:
+        """Mean steps of the trials that were solved; None if none was."""
+        return sum(self.solved_at) / len(self.solved_at) if self.solved_at else None
+
+
+def ended(trials: Iterable[Trial]) -> list[Trial]:
+    """The trials that count: solved, or out of budget. An error is not a failure to solve."""
+    return [trial for trial in trials if trial.ending != "error"]
+
+
+@lru_cache(maxsize=65536)
+def proportion(count: int, n: int) -> Proportion:
+    """A share with its 95 % Wilson interval.
+
+    Args:
+        count: How many, 0 to ``n``.
+        n: Of how many; 0 gives the interval [0, 1].
+
+    >>> round(proportion(7, 30).low, 3), round(proportion(7, 30).high, 3)
+    (0.118, 0.409)
+    """
+    if n == 0:
+        return Proportion(count=0, n=0, value=math.nan, low=0.0, high=1.0)
+    from scipy.stats import binomtest  # noqa: PLC0415 - slow to import, and not always needed
+
+    interval = binomtest(count, n).proportion_ci(confidence_level=LEVEL, method="wilson")
+    low, high = max(0.0, float(interval.low)), min(1.0, float(interval.high))
+    return Proportion(count=count, n=n, value=count / n, low=low if count else 0.0, high=high if count < n else 1.0)
+
+
+def difference(first: Proportion, second: Proportion) -> Difference | None:
+    """How far the second proportion lies above the first; None if one of them has no trials.
+
+    The two are taken as independent. Conditions of one study share their luck (common random numbers), which
+    makes the interval and the test wider than they need be, not narrower, where that luck acts alike in both.
+    """
+    if first.n == 0 or second.n == 0:
+        return None
+    from scipy.stats import fisher_exact  # noqa: PLC0415 - slow to import, and not always needed
+
+    value = second.value - first.value
+    down = math.hypot(second.value - second.low, first.high - first.value)
+    up = math.hypot(second.high - second.value, first.value - first.low)
+    table = np.array([[second.count, second.n - second.count], [first.count, first.n - first.count]])
+    return Difference(
+        value=value,
+        low=max(-1.0, value - down),
+        high=min(1.0, value + up),
+        p_value=float(fisher_exact(table).pvalue),
+    )
+
+
+def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
+    """Cumulative success by step over the trials of one condition."""
+    counted = ended(trials)
+    budget = max((trial.budget for trial in trials), default=0)
+    solved_at = tuple(sorted(len(trial.steps) for trial in counted if trial.solved))
+    by_step = [proportion(bisect_right(solved_at, step), len(counted)) for step in range(budget + 1)]
+    return SuccessCurve(
+        n=len(counted),
+        errors=len(trials) - len(counted),
+        solved_at=solved_at,
+        share=tuple(point.value for point in by_step),
+        low=tuple(point.low for point in by_step),
+        high=tuple(point.high for point in by_step),
+    )

@@ -1,0 +1,100 @@
+"""What was found, in plain words computed from the numbers, with no more than the numbers bear."""
+
+from __future__ import annotations
+
+from lockprobe.analysis.behaviour import Behaviour
+from lockprobe.analysis.curves import Proportion
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+
+__all__ = ["beside", "finding", "loop_finding"]
+
+
+def finding(agent: AgentSummary) -> str:
+    """What false reports did to one agent's success."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    if not counted:
+        return f"No trial of {agent.agent} has ended as solved or out of budget."
+    share, contrast = counted[0].success, agent.contrast
+    if agent.blind:
+        return f"{agent.agent} acts the same whatever it is told: it solved {_of(share)} under every condition."
+    if contrast is None:
+        return (
+            f"{agent.agent} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. "
+            "With a single condition there is no difference to look for."
+        )
+    first, second, found = contrast.baseline, contrast.other, contrast.difference
+    subject = f"No effect of false reports on the success of {agent.agent} is detectable: it solved"
+    if found.value == 0:
+        return (
+            f"{subject} {_percent(share.value)} of its trials under every condition (n = {share.n} at "
+            f"p = {first.p:g}, 95 % interval {_percent(share.low)} to {_percent(share.high)})."
+        )
+    chosen = "" if contrast.choices == 1 else f" after correction for choosing it from {contrast.choices}"
+    interval = (
+        f"{_points(found.value)} points, 95 % interval {_points(found.low)} to {_points(found.high)}; "
+        f"Fisher's exact test, {_p(contrast.p_adjusted)}{chosen}"
+    )
+    if not contrast.detectable:
+        return (
+            f"{subject} {_of(first.success)} {_told(first.p)} and {_of(second.success)} {_told(second.p)}, "
+            f"the largest difference ({interval}). That is not evidence that there is none."
+        )
+    verdict = "more" if found.value > 0 else "less"
+    return (
+        f"{agent.agent} solved the box {verdict} often {_told(second.p)} than {_told(first.p)}: "
+        f"{_of(second.success)} against {_of(first.success)} ({interval})."
+    )
+
+
+def loop_finding(agent: AgentSummary) -> str:
+    """How an agent's loop rate lies to chance, at its lowest p and at the p of its contrast."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    shown = [agent.contrast.baseline, agent.contrast.other] if agent.contrast else counted[:1]
+    said = "; ".join(
+        f"{_of(condition.behaviour.loops)} {_told(condition.p)}, {_against_chance(condition.behaviour)}"
+        for condition in shown
+    )
+    return f"An action loop is in {said}." if said else ""
+
+
+def beside(summary: StudySummary) -> str:
+    """What the references reach at their lowest p; empty if the study has none beside its subjects."""
+    shares = [
+        f"{agent.agent} {_of(first.success)}"
+        for agent in summary.agents
+        if agent not in summary.subjects and (first := agent.conditions[0]).success.n
+    ]
+    return f"For comparison, {_told(summary.conditions[0].p)}: {', '.join(shares)}." if shares else ""
+
+
+def _against_chance(found: Behaviour) -> str:
+    uniform, no_repeat = found.chance_uniform or 0.0, found.chance_no_repeat or 0.0
+    low, high = min(uniform, no_repeat), max(uniform, no_repeat)
+    verdict = (
+        "more than chance"
+        if found.loops.low > high
+        else "fewer than chance"
+        if found.loops.high < low
+        else "not distinguishable from chance"
+    )
+    return f"{verdict} (random actions in trials of those lengths: {_percent(low)} to {_percent(high)})"
+
+
+def _told(p: float) -> str:
+    return "when told the truth" if p == 0 else f"when each report was inverted with probability {p:g}"
+
+
+def _of(share: Proportion) -> str:
+    return f"{share.count} of {share.n} trials ({_percent(share.value)})"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.0f} %"
+
+
+def _points(value: float) -> str:
+    return f"{100 * value:+.0f}".replace("-", "\N{MINUS SIGN}")
+
+
+def _p(value: float) -> str:
+    return "p < 0.001" if value < 0.001 else f"p = {value:.2g}"

@@ -1,0 +1,279 @@
+"""Trends over flip probability and the paper's correlation, with what they can and cannot show (Figs. 4 and 5).
+
+The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, because the
+paper's are; an order of two chosen by AIC is *not* evidence of a decline, since a curve that only saturates is
+called quadratic about half of the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "LENGTH_CAVEAT",
+    "Correlation",
+    "OrderScore",
+    "Point",
+    "Quadratic",
+    "TrendFit",
+    "correlation",
+    "trend_fit",
+]
+
+LENGTH_CAVEAT = (
+    "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is "
+    "expected even if loops do no harm. It cannot tell cause from trial length."
+)
+_BAND_NOTE = "The band resamples {} repetitions as clusters{}."
+_RESAMPLES = 2000
+_GRID = 61
+_EXACT = 1e-12
+"""Mean squared residual below which a fit is exact."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One repetition of one condition.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        repetition: From 1.
+        n: Trials that ended as solved or out of budget.
+        success: Share solved, [0, 1].
+        loop_rate: Share with an action loop, [0, 1].
+    """
+
+    p: float
+    repetition: int
+    n: int
+    success: float
+    loop_rate: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrderScore:
+    """A polynomial of one order.
+
+    Attributes:
+        order: 0 to 3.
+        coefficients: From the constant upwards.
+        aic: Akaike's criterion under normal errors; None where the fit is exact.
+        cv_rmse: Leave-one-out root mean squared error; None where a point is needed to fix the fit.
+    """
+
+    order: int
+    coefficients: tuple[float, ...]
+    aic: float | None
+    cv_rmse: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quadratic:
+    """The second-order fit that the paper draws, with its band.
+
+    Attributes:
+        coefficients: From the constant upwards.
+        p: Where the fit is evaluated.
+        value: The fit there.
+        low: 2.5th percentile over cluster-bootstrap resamples; empty with fewer than two repetitions.
+        high: 97.5th percentile.
+        turning: Where the fit turns, if strictly inside the range of p.
+        turning_kind: ``maximum`` or ``minimum``.
+        turning_share: Share of resamples that turn the same way inside the range, [0, 1].
+    """
+
+    coefficients: tuple[float, ...]
+    p: tuple[float, ...]
+    value: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    turning: float | None
+    turning_kind: Literal["maximum", "minimum"] | None
+    turning_share: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrendFit:
+    """How one quantity runs over p.
+
+    Attributes:
+        n: Points.
+        orders: The polynomials that the values of p allow, orders 0 to 3.
+        order_by_aic: The order that AIC prefers; None if there is nothing to choose from.
+        order_by_cv: The order with the smallest leave-one-out error.
+        quadratic: The second-order fit; None with fewer than three values of p.
+        note: What there is to know about it, in words.
+    """
+
+    n: int
+    orders: tuple[OrderScore, ...]
+    order_by_aic: int | None
+    order_by_cv: int | None
+    quadratic: Quadratic | None
+    note: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Correlation:
+    """Pearson correlation of loop rate and success over points (paper, Fig. 5a).
+
+    Attributes:
+        r: [-1, 1]; None if either is constant or there are fewer than three points.
+        n: Points.
+        low: 2.5th percentile over bootstrap resamples of the points.
+        high: 97.5th percentile.
+        caveat: Why it must not be read as an effect.
+    """
+
+    r: float | None
+    n: int
+    low: float | None
+    high: float | None
+    caveat: str = LENGTH_CAVEAT
+
+
+def trend_fit(points: Sequence[Point], quantity: Literal["success", "loop_rate"], rng: np.random.Generator) -> TrendFit:
+    """Fit polynomials over p as the paper does (Sec. 3.2).
+
+    Args:
+        points: Repetitions of conditions; those without trials are left out.
+        quantity: What is fitted.
+        rng: For the bootstrap.
+    """
+    points = [point for point in points if point.n > 0]
+    x = np.array([point.p for point in points], dtype=np.float64)
+    y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
+    values = len(set(x.tolist()))
+    if values < 3:
+        return TrendFit(
+            n=len(points),
+            orders=(),
+            order_by_aic=None,
+            order_by_cv=None,
+            quadratic=None,
+            note=f"No fit: it needs three values of p with trials that differ, and there {_are(values)}.",
+        )
+    orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
+    clusters = np.array([point.repetition for point in points])
+    return TrendFit(
+        n=len(points),
+        orders=orders,
+        order_by_aic=_chosen([(score.order, score.aic) for score in orders]),
+        order_by_cv=_chosen([(score.order, score.cv_rmse) for score in orders if score.cv_rmse is not None]),
+        quadratic=_quadratic(x, y, clusters, orders[2].coefficients, rng),
+        note=_note(len(set(clusters.tolist()))),
+    )
+
+
+def _are(count: int) -> str:
+    return "is one" if count == 1 else f"are {count or 'none'}"
+
+
+def _note(repetitions: int) -> str:
+    if repetitions < 2:
+        return "No band: it resamples repetitions, and there is only one."
+    coarse = ", of which there are so few that it is coarse" if repetitions < 5 else ""
+    return _BAND_NOTE.format(repetitions, coarse)
+
+
+def _chosen(scores: Sequence[tuple[int, float | None]]) -> int | None:
+    """The order with the smallest score; an exact fit (None) beats all, and the lower order wins a tie."""
+    exact = [order for order, score in scores if score is None]
+    if exact or not scores:
+        return min(exact, default=None)
+    best = min(score for _, score in scores if score is not None)
+    return min(order for order, score in scores if score is not None and score <= best + 1e-9)
+
+
+def _score(x: Array, y: Array, order: int) -> OrderScore:
+    design = np.vander(x, order + 1, increasing=True)
+    pseudo = np.linalg.pinv(design)
+    coefficients = pseudo @ y
+    residuals = y - design @ coefficients
+    mean_square = float(np.mean(residuals**2))
+    leverage = np.einsum("ij,ji->i", design, pseudo)
+    fixed = bool(np.any(leverage > 1 - 1e-9))
+    aic = None if mean_square < _EXACT else len(y) * math.log(mean_square) + 2 * (order + 2)
+    cv = None if fixed else math.sqrt(float(np.mean((residuals / (1 - leverage)) ** 2)))
+    return OrderScore(order=order, coefficients=tuple(coefficients.tolist()), aic=aic, cv_rmse=cv)
+
+
+def _turning(coefficients: Array, low: float, high: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Where parabolas turn, and whether that is strictly inside the range. A flat one turns nowhere."""
+    bend = coefficients[..., 2]
+    flat = np.abs(bend) < 1e-9
+    where = -coefficients[..., 1] / (2 * np.where(flat, 1.0, bend))
+    return where, ~flat & (where > low) & (where < high)
+
+
+def _quadratic(
+    x: Array, y: Array, clusters: NDArray[Any], coefficients: tuple[float, ...], rng: np.random.Generator
+) -> Quadratic:
+    grid = np.linspace(x.min(), x.max(), _GRID)
+    basis = np.vander(grid, 3, increasing=True)
+    fitted = np.array(coefficients)
+    where, inside = _turning(fitted, x.min(), x.max())
+    resampled = _resampled(x, y, clusters, rng)
+    low: Array = np.array([])
+    high: Array = np.array([])
+    share = None
+    if len(resampled):
+        low, high = np.percentile(resampled @ basis.T, [2.5, 97.5], axis=0)
+        if inside:
+            alike = np.sign(resampled[:, 2]) == np.sign(fitted[2])
+            share = float(np.mean(alike & _turning(resampled, x.min(), x.max())[1]))
+    return Quadratic(
+        coefficients=coefficients,
+        p=tuple(grid.tolist()),
+        value=tuple((basis @ fitted).tolist()),
+        low=tuple(low.tolist()),
+        high=tuple(high.tolist()),
+        turning=float(where) if inside else None,
+        turning_kind=("maximum" if fitted[2] < 0 else "minimum") if inside else None,
+        turning_share=share,
+    )
+
+
+def _resampled(x: Array, y: Array, clusters: NDArray[Any], rng: np.random.Generator) -> Array:
+    """Second-order coefficients, one row per resample of whole repetitions; none with a single repetition."""
+    names = np.unique(clusters)
+    if len(names) < 2:
+        return np.empty((0, 3))
+    design = np.vander(x, 3, increasing=True)
+    member = (clusters[None, :] == names[:, None]).astype(np.float64)
+    squares = np.einsum("cn,ni,nj->cij", member, design, design)
+    products = np.einsum("cn,ni,n->ci", member, design, y)
+    times = rng.multinomial(len(names), np.full(len(names), 1 / len(names)), size=_RESAMPLES).astype(np.float64)
+    inverse = np.linalg.pinv(np.einsum("bc,cij->bij", times, squares), hermitian=True)
+    coefficients: Array = np.einsum("bij,bj->bi", inverse, times @ products)
+    return coefficients
+
+
+def correlation(points: Sequence[Point], rng: np.random.Generator) -> Correlation:
+    """Pearson's r of loop rate and success over repetitions of conditions, as in Fig. 5a."""
+    points = [point for point in points if point.n > 0]
+    pairs = np.array([[point.loop_rate, point.success] for point in points], dtype=np.float64).reshape(-1, 2)
+    r = _pearson(pairs[None])[0] if len(pairs) >= 3 else math.nan
+    if not math.isfinite(r):
+        return Correlation(r=None, n=len(points), low=None, high=None)
+    draws = _pearson(pairs[rng.integers(len(pairs), size=(_RESAMPLES, len(pairs)))])
+    low, high = np.percentile(draws[np.isfinite(draws)], [2.5, 97.5])
+    return Correlation(r=float(r), n=len(points), low=float(low), high=float(high))
+
+
+def _pearson(pairs: Array) -> Array:
+    """Correlations over the second axis of (samples, points, 2); not a number where a column is constant."""
+    centred = pairs - pairs.mean(axis=1, keepdims=True)
+    squares = np.sum(centred**2, axis=1)
+    product = np.sum(centred[..., 0] * centred[..., 1], axis=1)
+    scale = np.sqrt(squares[:, 0] * squares[:, 1])
+    constant = np.any(squares < _EXACT, axis=1)
+    return np.where(constant, math.nan, np.clip(product / np.where(constant, 1.0, scale), -1.0, 1.0))

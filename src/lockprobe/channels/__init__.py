@@ -1,0 +1,1 @@
+"""What may be seen: each channel turns a percept into what is passed on."""

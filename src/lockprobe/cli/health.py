@@ -1,0 +1,63 @@
+"""What ``lockprobe doctor`` looks at."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import os
+import platform
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lockprobe.agents import weights
+from lockprobe.errors import UserMistake
+
+__all__ = ["Finding", "examine"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One thing that works or does not.
+
+    Attributes:
+        what: What was looked at.
+        ok: Whether it works.
+        detail: Version or place, or what to do.
+    """
+
+    what: str
+    ok: bool
+    detail: str
+
+
+def examine() -> Iterator[Finding]:
+    """Look at everything that a study may need."""
+    yield Finding(what="python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
+    yield _runtime()
+    yield _embedded()
+    yield _package("inspect_ai", "inspect-ai", "hosted models", "pip install 'lockprobe[providers]'")
+
+
+def _runtime() -> Finding:
+    what = "runtime of local models"
+    if importlib.util.find_spec("xllamacpp") is None:
+        return Finding(what=what, ok=False, detail="pip install 'lockprobe[local]'")
+    try:
+        import lockprobe.agents.local  # noqa: F401
+    except UserMistake as mistake:
+        return Finding(what=what, ok=False, detail=str(mistake))
+    return Finding(what=what, ok=True, detail=f"xllamacpp {importlib.metadata.version('xllamacpp')}")
+
+
+def _embedded() -> Finding:
+    try:
+        path = weights.locate("llm:local")
+    except UserMistake as mistake:
+        return Finding(what="embedded model", ok=False, detail=str(mistake))
+    return Finding(what="embedded model", ok=True, detail=f"{path.name}, hash as expected")
+
+
+def _package(module: str, package: str, what: str, remedy: str) -> Finding:
+    if importlib.util.find_spec(module) is None:
+        return Finding(what=what, ok=False, detail=remedy)
+    return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")

@@ -1,0 +1,81 @@
+"""``lockprobe run``: play what is owed of a study, then write its report."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.cli.progress import watch
+from lockprobe.errors import BadValue
+from lockprobe.report import write_report
+from lockprobe.studies import paper
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.runner import Limits
+from lockprobe.studies.runner import run as play_study
+from lockprobe.studies.study import Study
+from lockprobe.studies.studyfile import Request, parse_p, read_request, study
+
+__all__ = ["run"]
+
+
+def run(
+    name: Annotated[str, typer.Argument(metavar="flips|FILE.toml", help="The study.")],
+    agent: Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")] = None,
+    box: Annotated[str | None, typer.Option(help="A box by name, or a TOML file.")] = None,
+    p: Annotated[str | None, typer.Option(help="Flip probabilities, for example 0,0.2,0.4.")] = None,
+    trials: Annotated[int | None, typer.Option(help="Trials per repetition and condition.")] = None,
+    repetitions: Annotated[int | None, typer.Option(help="Repetitions.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of everything (1).")] = None,
+    max_steps: Annotated[int | None, typer.Option(help="Budget of a trial in steps (20).")] = None,
+    flip: Annotated[str | None, typer.Option(help="transient, sticky or outcome-only.")] = None,
+    plant: Annotated[str | None, typer.Option(help="What is acted on (symbolic).")] = None,
+    shuffle: Annotated[
+        bool | None,
+        typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial."),
+    ] = None,
+    full: Annotated[bool, typer.Option("--full", help="The paper's 7 x 3 x 10 trials per agent.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Directory of the study.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes for local models (one a core).")] = None,
+    connections: Annotated[int, typer.Option(min=1, help="Trials side by side for hosted models.")] = 10,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
+) -> None:
+    """Play a study, or resume it, and write its report.
+
+    Without options this is a short flip study of the embedded model beside random, round-robin and the
+    human-inspired strategy; it ends in a few minutes on two cores. The same command again resumes it.
+    """
+    request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)
+    asked = {
+        "agent": agent or None,
+        "box": box,
+        "p": parse_p(p) if p else None,
+        "trials": trials,
+        "seed": seed,
+        "repetitions": repetitions,
+        "max_steps": max_steps,
+        "flip": flip,
+        "plant": plant,
+        "shuffle": shuffle,
+    }
+    if flip is not None and flip not in ("transient", "sticky", "outcome-only"):
+        raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
+    planned = study(
+        request.model_copy(update={k: v for k, v in asked.items() if v is not None} | ({"full": True} if full else {}))
+    )
+    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), connections=connections)
+    with Journal.open(directory, planned) as journal, watch(json=json) as observer:
+        observer.announce(planned, directory, short=_is_short(planned))
+        try:
+            play_study(planned, journal, limits=limits, observer=observer)
+        except KeyboardInterrupt:
+            observer.interrupted(directory)
+            raise
+    observer.reported(write_report(directory))
+
+
+def _is_short(planned: Study) -> bool:
+    return planned.p == paper.SHORT.p and planned.trials == paper.SHORT.trials

@@ -1,0 +1,189 @@
+"""Everything that Lockprobe raises on purpose.
+
+::
+
+    LockprobeError
+    ├── UserMistake            printed as one line, exit status 2, no traceback
+    │   ├── UnknownName        a name that does not exist; lists what does
+    │   ├── BadValue           a value outside what is allowed
+    │   ├── BadFile            a file that cannot be used as what it was given for
+    │   ├── SettingsChanged    another study already lives in this directory
+    │   ├── DirectoryBusy      another process is writing to this directory
+    │   └── Missing            a key, package or model file that has to be supplied first
+    └── TrialFault             ends a trial as ``error``, never as a failure to solve
+        ├── ModelFault         boundary ``model``: provider or runtime broke; the trial is owed again
+        ├── ReplyFault         boundary ``reply``: the agent never gave a usable reply
+        ├── PlantFault         boundary ``plant``: what is acted on broke; owed again
+        └── ChannelFault       boundary ``channel``: what is seen broke; owed again
+
+A class makes its message from facts: what was asked, what came, what exists.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import ClassVar, Literal
+
+__all__ = [
+    "BadFile",
+    "BadValue",
+    "Boundary",
+    "ChannelFault",
+    "DirectoryBusy",
+    "LockprobeError",
+    "Missing",
+    "ModelFault",
+    "PlantFault",
+    "ReplyFault",
+    "SettingsChanged",
+    "TrialFault",
+    "UnknownName",
+    "UserMistake",
+    "without_secrets",
+]
+
+Boundary = Literal["model", "reply", "plant", "channel", "participant"]
+"""Where a trial broke."""
+
+
+_SECRET_NAME = re.compile(r"(KEY|TOKEN|SECRET|PASSWORD)$")
+_SECRET_SHAPE = re.compile(r"\b(sk|pk|hf|gsk|xai|AIza)[-_][A-Za-z0-9_\-*.]{6,}|(?<=Bearer )\S+")
+
+
+def without_secrets(text: str) -> str:
+    """The text with every key of the environment, and whatever looks like one, struck out."""
+    for name, value in os.environ.items():
+        if len(value) >= 6 and _SECRET_NAME.search(name.upper()):
+            text = text.replace(value, "[secret]")
+    return _SECRET_SHAPE.sub("[secret]", text)
+
+
+class LockprobeError(Exception):
+    """Root of the tree."""
+
+
+class UserMistake(LockprobeError):
+    """Something the user can put right. Shown as one line, without a traceback."""
+
+
+class UnknownName(UserMistake):
+    """Raised when a name was asked for that does not exist.
+
+    Args:
+        kind: What was looked up, for example ``"agent"``.
+        asked: The name that came.
+        known: The names that exist.
+    """
+
+    def __init__(self, kind: str, asked: str, known: Iterable[str]) -> None:
+        names = list(known)
+        near = difflib.get_close_matches(asked, names, n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        super().__init__(f"no {kind} is called {asked!r}{hint}; there are: {', '.join(names)}")
+
+
+class BadValue(UserMistake):
+    """Raised when a value lies outside what is allowed.
+
+    Args:
+        what: The setting or quantity.
+        got: The value that came.
+        expected: What is allowed, in words.
+    """
+
+    def __init__(self, what: str, got: object, expected: str) -> None:
+        super().__init__(f"{what}: got {got!r}, expected {expected}")
+
+
+class BadFile(UserMistake):
+    """Raised when a file cannot be used.
+
+    Args:
+        path: The file.
+        why: What is wrong with it, with the line where that helps.
+    """
+
+    def __init__(self, path: Path | str, why: str) -> None:
+        super().__init__(f"{path}: {why}")
+
+
+class SettingsChanged(UserMistake):
+    """Raised when a directory already holds a study with other settings.
+
+    Args:
+        directory: Where the other study lives.
+        differences: Setting -> (there, asked for).
+    """
+
+    def __init__(self, directory: Path | str, differences: Mapping[str, tuple[object, object]]) -> None:
+        listed = "; ".join(
+            f"{name} is {there!r} there, {asked!r} asked" for name, (there, asked) in differences.items()
+        )
+        super().__init__(
+            f"{directory} already holds a study with other settings ({listed}): "
+            "repeat its settings to resume it, or give another --out"
+        )
+
+
+class DirectoryBusy(UserMistake):
+    """Raised when another process is writing to the same study directory."""
+
+    def __init__(self, directory: Path | str) -> None:
+        super().__init__(f"{directory} is being written by another lockprobe: wait for it, or give another --out")
+
+
+class Missing(UserMistake):
+    """Raised when something must be supplied first: a key, a package, a model file.
+
+    Args:
+        what: What is missing.
+        remedy: How to supply it.
+    """
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(f"{what}: {remedy}")
+
+
+class TrialFault(LockprobeError):
+    """Ends the trial as ``error`` at the boundary where it broke. Its message holds no secrets."""
+
+    boundary: ClassVar[Boundary]
+
+    def __init__(self, message: str) -> None:
+        super().__init__(without_secrets(message))
+
+
+class ModelFault(TrialFault):
+    """The provider or the runtime behind a model failed after its retries."""
+
+    boundary = "model"
+
+
+class ReplyFault(TrialFault):
+    """The agent gave no usable reply within the bounded number of repair turns.
+
+    Attributes:
+        replies: The raw replies, in the order in which they came.
+    """
+
+    boundary = "reply"
+
+    def __init__(self, message: str, replies: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.replies = replies
+
+
+class PlantFault(TrialFault):
+    """What is acted on broke."""
+
+    boundary = "plant"
+
+
+class ChannelFault(TrialFault):
+    """What is seen broke."""
+
+    boundary = "channel"

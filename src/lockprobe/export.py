@@ -1,0 +1,75 @@
+"""Trials as tidy rows, one per step, for any statistics package."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Iterator
+from typing import IO
+
+from lockprobe.record import Trial
+
+__all__ = ["COLUMNS", "tidy_rows", "write_csv", "write_jsonl"]
+
+COLUMNS = (
+    "key",
+    "agent",
+    "box",
+    "modality",
+    "p",
+    "repetition",
+    "trial",
+    "step",
+    "joint",
+    "moved",
+    "told_moved",
+    "claimed",
+    "state",
+    "target",
+    "ending",
+)
+"""Names of the columns, in order."""
+
+Cell = str | int | float
+
+
+def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
+    """One row per step.
+
+    ``moved`` (the truth) and ``told_moved`` (what the report implied) are 0 or 1. ``claimed`` is what the agent
+    said in *this* row's decision about its previous action: moved, blocked, or empty. ``state`` is the true
+    configuration before the step, a bit string in panel order. ``target`` is 1 on the row that moved the target.
+    A trial that broke before its first step has no row.
+    """
+    for trial in trials:
+        for step in trial.steps:
+            yield {
+                "key": trial.key,
+                "agent": trial.agent,
+                "box": trial.box,
+                "modality": trial.modality,
+                "p": trial.p,
+                "repetition": trial.repetition,
+                "trial": trial.trial,
+                "step": step.step,
+                "joint": step.joint,
+                "moved": int(step.moved),
+                "told_moved": int(step.told_moved),
+                "claimed": step.decision.claimed or "",
+                "state": step.state,
+                "target": int(step.moved and step.joint == trial.target),
+                "ending": trial.ending,
+            }
+
+
+def write_csv(trials: Iterable[Trial], file: IO[str]) -> None:
+    """Tidy rows with a header line. Read ``state`` as text: its leading zeros count."""
+    writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(tidy_rows(trials))
+
+
+def write_jsonl(trials: Iterable[Trial], file: IO[str]) -> None:
+    """Tidy rows, one JSON object a line."""
+    for row in tidy_rows(trials):
+        file.write(json.dumps(row, ensure_ascii=False) + "\n")

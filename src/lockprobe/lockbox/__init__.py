@@ -1,0 +1,1 @@
+"""The puzzle: pure rules, named boxes, exact facts."""

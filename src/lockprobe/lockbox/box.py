@@ -1,0 +1,122 @@
+"""The puzzle as data, and its one rule.
+
+Attempting a joint toggles it if the interlock allows it in the present configuration, else nothing
+happens (paper, Sec. 2.1). The real box's interlock is not public, so a box is data, never hard-coded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from lockprobe.errors import BadValue
+
+__all__ = ["Clause", "Configuration", "Joint", "JointKind", "Lockbox", "bits"]
+
+Configuration = tuple[bool, ...]
+"""One position per joint in panel order; False is where an unopened joint rests."""
+
+Clause = Mapping[str, bool]
+"""Positions of other joints that must all hold."""
+
+JointKind = Literal["prismatic", "revolute"]
+
+
+def bits(configuration: Configuration) -> str:
+    """The configuration as a bit string in panel order, for example ``"0010"``."""
+    return "".join("1" if position else "0" for position in configuration)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Joint:
+    """One moving part on the panel.
+
+    Attributes:
+        name: Its name in the box; the agent never sees it.
+        kind: ``prismatic`` (slides) or ``revolute`` (turns).
+        place: Where it sits on the panel, in panel widths from the left and panel heights from below, [0, 1].
+    """
+
+    name: str
+    kind: JointKind
+    place: tuple[float, float] = (0.5, 0.5)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lockbox:
+    """Joints, their interlock, where they start, and which one has to move.
+
+    Attributes:
+        name: The name of the box.
+        joints: In panel order, left to right.
+        interlock: For each joint the alternatives under which it may move: it moves if *any* clause holds
+            *entirely*. A joint that is always free has one empty clause and may be left out.
+        initial: The configuration at the start of every trial.
+        target: The joint whose movement solves the box.
+
+    Raises:
+        BadValue: If names repeat, a clause names an unknown joint or the joint itself, or lengths differ.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    interlock: Mapping[str, tuple[Clause, ...]]
+    initial: Configuration
+    target: str
+    _rules: tuple[tuple[tuple[tuple[int, bool], ...], ...], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        names = self.names
+        if len(set(names)) != len(names):
+            raise BadValue("joints", list(names), "every name once")
+        if self.target not in names:
+            raise BadValue("target", self.target, f"one of {', '.join(names)}")
+        if len(self.initial) != len(names):
+            raise BadValue("initial", bits(self.initial), f"one position for each of {len(names)} joints")
+        for joint, clauses in self.interlock.items():
+            for other in (joint, *(name for clause in clauses for name in clause)):
+                if other not in names:
+                    raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")
+            if any(joint in clause for clause in clauses):
+                raise BadValue(f"interlock of {joint}", joint, "positions of other joints")
+        index = {name: i for i, name in enumerate(names)}
+        object.__setattr__(
+            self,
+            "_rules",
+            tuple(
+                tuple(
+                    tuple((index[other], position) for other, position in clause.items())
+                    for clause in self.interlock.get(name, ({},))
+                )
+                for name in names
+            ),
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Joint names in panel order."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def target_index(self) -> int:
+        """Place of the target joint in panel order."""
+        return self.names.index(self.target)
+
+    def may_move(self, configuration: Configuration, joint: int) -> bool:
+        """Whether the interlock lets a joint (by place in panel order) move in a configuration."""
+        return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])
+
+    def attempt(self, configuration: Configuration, joint: int) -> tuple[Configuration, bool]:
+        """Attempt a joint.
+
+        Args:
+            configuration: The configuration before.
+            joint: The joint's place in panel order.
+
+        Returns:
+            The configuration after, and whether the joint moved. Only the attempted joint can change.
+        """
+        if not self.may_move(configuration, joint):
+            return configuration, False
+        return (*configuration[:joint], not configuration[joint], *configuration[joint + 1 :]), True

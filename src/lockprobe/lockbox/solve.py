@@ -1,0 +1,53 @@
+"""Exact facts about a box: the optimum, and what blind agents reach on it."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+
+from lockprobe.lockbox.box import Configuration, Lockbox
+
+__all__ = ["optimum", "random_no_repeat_success", "random_success"]
+
+
+def optimum(box: Lockbox) -> int | None:
+    """The fewest steps that move the target, by breadth-first search; None if nothing does."""
+    queue = deque([(box.initial, 0)])
+    seen = {box.initial}
+    while queue:
+        configuration, steps = queue.popleft()
+        if box.may_move(configuration, box.target_index):
+            return steps + 1
+        for joint in range(len(box.joints)):
+            after, moved = box.attempt(configuration, joint)
+            if moved and after not in seen:
+                seen.add(after)
+                queue.append((after, steps + 1))
+    return None
+
+
+def random_success(box: Lockbox, budget: int = 20) -> float:
+    """The exact probability that a uniformly random agent solves the box within the budget (in steps)."""
+    return _blind_success(box, budget, repeats=True)
+
+
+def random_no_repeat_success(box: Lockbox, budget: int = 20) -> float:
+    """As :func:`random_success`, for an agent that never attempts the same joint twice in a row."""
+    return _blind_success(box, budget, repeats=False)
+
+
+def _blind_success(box: Lockbox, budget: int, *, repeats: bool) -> float:
+    """Propagates the distribution over (configuration, last joint) step by step."""
+    unsolved: dict[tuple[Configuration, int], float] = {(box.initial, -1): 1.0}
+    solved = 0.0
+    for _ in range(budget):
+        after: dict[tuple[Configuration, int], float] = defaultdict(float)
+        for (configuration, last), mass in unsolved.items():
+            choices = [j for j in range(len(box.joints)) if repeats or j != last]
+            for joint in choices:
+                new, moved = box.attempt(configuration, joint)
+                if moved and joint == box.target_index:
+                    solved += mass / len(choices)
+                else:
+                    after[new, joint] += mass / len(choices)
+        unsolved = after
+    return solved

@@ -1,0 +1,25 @@
+"""The symbolic plant: the rules and nothing else (paper, Sec. 2.1, "Lockbox Simulation")."""
+
+from __future__ import annotations
+
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.record import Snapshot
+
+__all__ = ["SymbolicPlant"]
+
+
+class SymbolicPlant:
+    """A box that is acted on without body, time or noise."""
+
+    def __init__(self, box: Lockbox) -> None:
+        self._box = box
+        self._configuration = box.initial
+
+    def observe(self) -> Snapshot:
+        """The truth now."""
+        return Snapshot(configuration=self._configuration)
+
+    def attempt(self, joint: int) -> Snapshot:
+        """Attempt a joint, by place in panel order."""
+        self._configuration, moved = self._box.attempt(self._configuration, joint)
+        return Snapshot(configuration=self._configuration, joint=joint, outcome="moved" if moved else "blocked")

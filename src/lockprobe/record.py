@@ -1,0 +1,284 @@
+"""What is written down: truth and told side by side.
+
+A :class:`Trial` is one closed loop of one agent on one box. Every step holds the true configuration, the true
+outcome, what the agent was told, and what the agent said had happened. Clock readings are not part of a record:
+the same seed gives the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from lockprobe.errors import BadValue, Boundary
+
+__all__ = [
+    "SCHEMA_VERSION",
+    "Decision",
+    "Ending",
+    "Fact",
+    "Outcome",
+    "Percept",
+    "Situation",
+    "Snapshot",
+    "Step",
+    "Task",
+    "Trial",
+    "TrialError",
+    "Turn",
+    "Usage",
+    "trial_from_json",
+    "trial_to_json",
+]
+
+SCHEMA_VERSION = 1
+
+Outcome = Literal["moved", "blocked"]
+"""What an attempt did to the attempted joint."""
+
+Ending = Literal["solved", "budget", "error"]
+"""Why a trial ended: the target moved, the steps ran out, or something broke."""
+
+Fact = str | int | float | bool | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """What an agent knows before it begins.
+
+    Attributes:
+        joints: Labels in the order in which they are listed to the agent.
+        target: Label of the joint that has to move.
+        budget: Steps it has.
+    """
+
+    joints: tuple[str, ...]
+    target: str
+    budget: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """The truth at one moment, as a plant reports it.
+
+    Attributes:
+        configuration: One position per joint in panel order.
+        joint: The joint just attempted, by place in panel order; None before the first attempt.
+        outcome: What that attempt really did.
+    """
+
+    configuration: tuple[bool, ...]
+    joint: int | None = None
+    outcome: Outcome | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Percept:
+    """One observation, in the agent's own terms. Channels change it; the truth stays elsewhere.
+
+    Attributes:
+        joint: Label of the joint just attempted; None before the first attempt.
+        outcome: The outcome as reported.
+        positions: Positions as reported, aligned with ``Task.joints``; None where they are not told.
+        text: The observation as sentences.
+    """
+
+    joint: str | None = None
+    outcome: Outcome | None = None
+    positions: tuple[bool, ...] | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Usage:
+    """What one decision cost. Tokens are counts over all calls of the decision, repairs included."""
+
+    calls: int = 0
+    input_tokens: int = 0
+    output_tokens: int = 0
+    cached_tokens: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """What the agent answered.
+
+    Attributes:
+        joint: Label of the joint to attempt next.
+        claimed: What it says its previous action did; None before the first attempt or if it was not asked.
+        hypothesis: What it says about the box, in its own words; often empty.
+        probabilities: Exact probability of each joint, aligned with ``Task.joints``, where the agent has one.
+        claim_probability: Exact probability that it says ``moved``, where the agent has one.
+        replies: Raw replies in the order in which they came; all but the last were malformed.
+        usage: What the decision cost.
+    """
+
+    joint: str
+    claimed: Outcome | None = None
+    hypothesis: str = ""
+    probabilities: tuple[float, ...] | None = None
+    claim_probability: float | None = None
+    replies: tuple[str, ...] = ()
+    usage: Usage | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turn:
+    """One finished exchange: what the agent was told, and what it then decided."""
+
+    percept: Percept
+    decision: Decision
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """All that an agent may use to decide.
+
+    Attributes:
+        task: The task.
+        past: Finished exchanges, oldest first.
+        percept: What it has just been told.
+    """
+
+    task: Task
+    past: tuple[Turn, ...]
+    percept: Percept
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """One step, truth beside told.
+
+    Attributes:
+        step: From 1.
+        state: True configuration before the step, a bit string in panel order.
+        joint: The joint attempted, by its name in the box.
+        moved: Whether it really moved.
+        told_moved: What the report afterwards said of it.
+        told_state: The configuration as reported afterwards, a bit string in panel order; None if not told.
+        told: The report afterwards as the agent saw it.
+        decision: What the agent answered; ``decision.claimed`` is about the *previous* step.
+    """
+
+    step: int
+    state: str
+    joint: str
+    moved: bool
+    told_moved: bool
+    told_state: str | None
+    told: str
+    decision: Decision
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialError:
+    """Why a trial could not be finished.
+
+    Attributes:
+        boundary: Where it broke.
+        message: What was said, without secrets.
+        step: The step that could not be played, from 1.
+        replies: Raw malformed replies, if that was the reason.
+    """
+
+    boundary: Boundary
+    message: str
+    step: int
+    replies: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One finished trial.
+
+    Attributes:
+        key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``.
+        study: Name of the study.
+        agent: Agent spec.
+        facts: What the agent was: model name, file hash, runtime, sampling settings.
+        box: Name of the box.
+        modality: How the box was shown.
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        channels: The channels in order, each with its settings.
+        repetition: From 1.
+        trial: From 1.
+        seed: Seed of the study.
+        budget: Steps it had.
+        joints: Joint names in panel order.
+        labels: The labels the agent knew them by, in panel order.
+        listing: The same labels in the order in which they were listed to the agent.
+        target: Name of the target joint.
+        opening: What the agent was told before its first step.
+        steps: The steps.
+        ending: ``solved``, ``budget`` or ``error``. An error is never a failure to solve.
+        error: Why, if the ending is ``error``.
+        schema: Version of this layout.
+    """
+
+    key: str
+    study: str
+    agent: str
+    facts: Mapping[str, Fact]
+    box: str
+    modality: str
+    p: float
+    flip: str
+    channels: tuple[Mapping[str, Fact], ...]
+    repetition: int
+    trial: int
+    seed: int
+    budget: int
+    joints: tuple[str, ...]
+    labels: tuple[str, ...]
+    listing: tuple[str, ...]
+    target: str
+    opening: str
+    steps: tuple[Step, ...]
+    ending: Ending
+    error: TrialError | None = None
+    schema: int = SCHEMA_VERSION
+
+    @property
+    def solved(self) -> bool:
+        """Whether the target moved."""
+        return self.ending == "solved"
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The joints attempted, in order."""
+        return tuple(step.joint for step in self.steps)
+
+    @property
+    def owed_again(self) -> bool:
+        """Whether something outside the agent broke it, so that it has to be played again."""
+        return self.error is not None and self.error.boundary != "reply"
+
+
+_adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
+
+
+def trial_to_json(trial: Trial) -> bytes:
+    """One line of JSON without a newline; fields at their defaults are left out, the schema version never is."""
+    line = _adapter.dump_json(trial, exclude_defaults=True)
+    return line[:-1] + b',"schema":%d}' % trial.schema if b'"schema":' not in line else line
+
+
+def trial_from_json(line: bytes | str) -> Trial:
+    """The trial on one line of a journal.
+
+    Raises:
+        BadValue: If the line is not a trial of a schema version that this release knows.
+    """
+    try:
+        trial = _adapter.validate_json(line)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
+    if trial.schema != SCHEMA_VERSION:
+        raise BadValue("trial record, schema version", trial.schema, str(SCHEMA_VERSION))
+    return trial

@@ -1,0 +1,71 @@
+"""The three seams to outside worlds. Whatever fits one of these Protocols can be probed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from lockprobe.record import Decision, Fact, Percept, Situation, Snapshot, Task
+
+__all__ = ["Agent", "Channel", "Closable", "Plant"]
+
+
+@runtime_checkable
+class Plant(Protocol):
+    """What is acted on: a simulation, a twin, a robot. Calls may block."""
+
+    def observe(self) -> Snapshot:
+        """The truth before the first attempt."""
+        ...
+
+    def attempt(self, joint: int) -> Snapshot:
+        """Attempt a joint, by place in panel order, and report what *really* happened."""
+        ...
+
+
+@runtime_checkable
+class Channel(Protocol):
+    """What may be seen. A channel is a frozen dataclass: what acts is what the record names.
+
+    It must draw from ``rng`` equally often whatever its parameters are, so that conditions share their luck.
+    """
+
+    def perceive(self, percept: Percept, previous: Percept | None, task: Task, rng: np.random.Generator) -> Percept:
+        """Turn a percept into what is passed on.
+
+        Args:
+            percept: The observation so far; the first channel gets the truth in the agent's terms.
+            previous: What the agent was finally told last time; None at the start.
+            task: What the agent knows.
+            rng: This channel's own stream.
+        """
+        ...
+
+
+@runtime_checkable
+class Agent(Protocol):
+    """Who decides. It keeps nothing between calls: all it may use is in the situation and its stream."""
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """What it is, for the record: model, file hash, runtime, settings. Never a secret."""
+        ...
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Choose the next joint.
+
+        Raises:
+            TrialFault: If no decision can be had; the trial ends as ``error``.
+        """
+        ...
+
+
+@runtime_checkable
+class Closable(Protocol):
+    """An agent that holds connections."""
+
+    async def aclose(self) -> None:
+        """Let go of them, once no more trials are played."""
+        ...

@@ -1,0 +1,37 @@
+"""One tree of random streams: study > repetition > trial > {labels, channel, agent}.
+
+The condition is *not* on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
+channel and the same draws for its agent whatever the flip probability is, so conditions are compared on
+common random numbers: the flips at p = 0.2 are a subset of those at p = 0.4.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+__all__ = ["generator", "integer_seed"]
+
+
+def _entropy(seed: int, path: tuple[str | int, ...]) -> int:
+    text = "/".join([str(seed), *map(str, path)])
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "little")
+
+
+def generator(seed: int, *path: str | int) -> np.random.Generator:
+    """The random stream at one place of the tree.
+
+    Args:
+        seed: Seed of the study, any integer.
+        path: Names and numbers that lead to the place, for example ``("rep", 2, "trial", 7, "agent")``.
+
+    Returns:
+        A generator that depends on the seed and on every part of the path, and on nothing else.
+    """
+    return np.random.Generator(np.random.PCG64(_entropy(seed, path)))
+
+
+def integer_seed(seed: int, *path: str | int) -> int:
+    """A seed in [0, 2**31) for a place of the tree, for runtimes that take a number."""
+    return _entropy(seed, path) % 2**31

@@ -1,0 +1,164 @@
+"""Finished trials on disk, one line each, appended and never rewritten.
+
+A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records) and ``timings.jsonl`` (clock
+readings, which are no part of a record). A line that a crash tore is cut off before the next one is written, and
+its trial is owed again. Only one process writes at a time.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
+from lockprobe.record import Trial, trial_from_json, trial_to_json
+from lockprobe.studies.stage import Timing
+from lockprobe.studies.study import Study
+
+__all__ = ["Journal", "load", "read_settings", "read_timings"]
+
+_SYNC_SECONDS = 0.5
+"""A line is handed to the system at once; the disk is waited for at most this often."""
+
+
+def load(directory: Path | str) -> list[Trial]:
+    """The trials of a study directory, in the order in which they were finished.
+
+    Where a trial was played again after an error, the last record counts.
+
+    Raises:
+        BadFile: If there is no journal or a line within it is damaged.
+    """
+    path = Path(directory) / "trials.jsonl"
+    if not path.is_file():
+        raise BadFile(directory, "no trials.jsonl here; is it the directory of a study?")
+    trials: dict[str, Trial] = {}
+    for number, line in enumerate(_whole_lines(path), 1):
+        try:
+            trial = trial_from_json(line)
+        except BadValue as error:
+            raise BadFile(path, f"line {number}: {error}") from error
+        trials.pop(trial.key, None)
+        trials[trial.key] = trial
+    return list(trials.values())
+
+
+def read_settings(directory: Path | str) -> dict[str, object]:
+    """The settings of the study in a directory."""
+    path = Path(directory) / "study.json"
+    try:
+        settings = json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        raise BadFile(directory, "no study.json here; is it the directory of a study?") from None
+    except ValueError as error:
+        raise BadFile(path, f"not JSON ({error})") from error
+    if not isinstance(settings, dict):
+        raise BadFile(path, "not the settings of a study")
+    return settings
+
+
+def read_timings(directory: Path | str) -> list[Timing]:
+    """How long the trials took; trials whose reading was lost are missing."""
+    path = Path(directory) / "timings.jsonl"
+    if not path.is_file():
+        return []
+    return [Timing(**json.loads(line)) for line in _whole_lines(path)]
+
+
+def _whole_lines(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as lines:
+        yield from (line for line in lines if line.endswith(b"\n"))
+
+
+class Journal:
+    """The open journal of one study. Use :meth:`open`."""
+
+    def __init__(self, directory: Path, records: IO[bytes], timings: IO[bytes], done: dict[str, Trial]) -> None:
+        self.directory = directory
+        self.trials = done
+        self._records = records
+        self._timings = timings
+        self._synced = time.monotonic()
+
+    @classmethod
+    @contextmanager
+    def open(cls, directory: Path | str, study: Study) -> Iterator[Journal]:
+        """Open a directory for writing, new or to resume.
+
+        Raises:
+            SettingsChanged: If a study with other settings lives there.
+            DirectoryBusy: If another process is writing there.
+            BadFile: If it holds something that cannot be read.
+        """
+        directory = Path(directory)
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            handle = (directory / "trials.jsonl").open("ab")
+        except OSError as error:
+            raise BadFile(directory, f"cannot be written ({error.strerror})") from error
+        with handle as records, (directory / "timings.jsonl").open("ab") as timings:
+            try:
+                fcntl.flock(records, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise DirectoryBusy(directory) from None
+            _claim(directory, study)
+            _cut_torn_tail(records, directory / "trials.jsonl")
+            _cut_torn_tail(timings, directory / "timings.jsonl")
+            journal = cls(directory, records, timings, {trial.key: trial for trial in load(directory)})
+            try:
+                yield journal
+            finally:
+                journal._sync()
+
+    def owes(self, key: str) -> bool:
+        """Whether a trial has still to be played: not finished, or broken by something outside the agent."""
+        trial = self.trials.get(key)
+        return trial is None or trial.owed_again
+
+    def append(self, trial: Trial, timing: Timing) -> None:
+        """Put a finished trial on disk."""
+        self._records.write(trial_to_json(trial) + b"\n")
+        self._records.flush()
+        clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
+        self._timings.write(json.dumps(clock).encode() + b"\n")
+        self._timings.flush()
+        self.trials[trial.key] = trial
+        if time.monotonic() - self._synced > _SYNC_SECONDS:
+            self._sync()
+
+    def _sync(self) -> None:
+        os.fsync(self._records.fileno())
+        self._synced = time.monotonic()
+
+
+def _claim(directory: Path, study: Study) -> None:
+    """Write the settings of a new study, or hold them against those that are there."""
+    path = directory / "study.json"
+    asked = json.loads(json.dumps(study.settings()))
+    if not path.exists():
+        draft = path.with_suffix(".draft")
+        draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
+        draft.replace(path)
+        return
+    there = read_settings(directory)
+    different = {
+        name: (there.get(name), asked.get(name))
+        for name in sorted({*there, *asked})
+        if there.get(name) != asked.get(name)
+    }
+    if different:
+        raise SettingsChanged(directory, different)
+
+
+def _cut_torn_tail(handle: IO[bytes], path: Path) -> None:
+    """Cut an unfinished last line off, so that the next line starts clean."""
+    content = path.read_bytes()
+    whole = content.rfind(b"\n") + 1
+    if whole != len(content):
+        handle.truncate(whole)

@@ -1,0 +1,34 @@
+"""The paper's studies, each number with its place in the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lockprobe.lockbox.families import DEFAULT_BOX
+
+__all__ = ["FULL", "MAX_STEPS", "REFERENCES", "SHORT", "Extent"]
+
+MAX_STEPS = 20
+"""Sec. 2.2: "a maximum budget of 20 steps"."""
+
+BOX = DEFAULT_BOX
+"""Sec. 2.1 describes the box; its interlock is not public, so this one is a reconstruction."""
+
+REFERENCES = ("random", "round-robin", "human-inspired")
+"""Played beside a model by default. The paper has the last (Sec. 3.1); without the others a rate means little."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extent:
+    """How much of the flip study is played."""
+
+    p: tuple[float, ...]
+    repetitions: int
+    trials: int
+
+
+FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
+"""Sec. 3.2: 0 % to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials in all."""
+
+SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=8)
+"""Ours: what the embedded model plays in a few minutes on two cores."""

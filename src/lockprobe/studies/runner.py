@@ -1,0 +1,149 @@
+"""What is owed is played and written down, trial by trial.
+
+Every kind of agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal.
+Only where the time goes differs: strategies play here one after the other, hosted models wait side by side on
+connections, and models that need a processor play in worker processes (:mod:`lockprobe.studies.workers`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.errors import Missing
+from lockprobe.record import Step, Trial
+from lockprobe.seams import Closable
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.stage import Timing, play_timed
+from lockprobe.studies.study import Study
+from lockprobe.studies.workers import play_in_workers
+from lockprobe.trial import Plan
+
+_GIVE_UP_AFTER = 10
+"""Trials broken in a row, by something outside the agent, after which a run stops."""
+
+__all__ = ["Limits", "Observer", "Silent", "run"]
+
+
+class Observer(Protocol):
+    """Whoever watches a run."""
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """Called once, with the number of trials still to be played."""
+        ...
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """Called when an agent's turn comes."""
+        ...
+
+    def step(self, key: str, step: Step) -> None:
+        """Called after every step of every trial."""
+        ...
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """Called when a trial is on disk."""
+        ...
+
+
+class Silent:
+    """Watches and says nothing."""
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """Nothing."""
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """Nothing."""
+
+    def step(self, key: str, step: Step) -> None:
+        """Nothing."""
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """Nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """How much at once. None of it changes a record.
+
+    Attributes:
+        workers: Processes for models that need a processor.
+        connections: Trials side by side for hosted models.
+    """
+
+    workers: int = 1
+    connections: int = 10
+
+
+def run(study: Study, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None) -> None:
+    """Play what the journal owes of a study.
+
+    Raises:
+        UserMistake: Before the first trial, if an agent cannot be had.
+        KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
+    """
+    limits, observer = limits or Limits(), observer or Silent()
+    sources = [resolve(spec) for spec in study.agents]
+    owed = {source.spec: [plan for plan in study.plans(source.spec) if journal.owes(plan.key)] for source in sources}
+    for source in sources:
+        if owed[source.spec]:
+            source.check()
+    observer.begin(study, journal, sum(map(len, owed.values())))
+    for source in sorted(sources, key=lambda source: source.engine != "inline"):
+        if not owed[source.spec]:
+            continue
+        observer.agent(source, len(owed[source.spec]))
+
+        finish = _Finish(source.spec, journal, observer)
+        if source.engine == "process":
+            play_in_workers(owed[source.spec], limits.workers, observer.step, finish)
+        else:
+            side_by_side = limits.connections if source.engine == "network" else 1
+            asyncio.run(_play_here(owed[source.spec], source, side_by_side, observer.step, finish))
+
+
+class _Finish:
+    """Writes finished trials down, and stops a run in which nothing but errors comes."""
+
+    def __init__(self, spec: str, journal: Journal, observer: Observer) -> None:
+        self._spec = spec
+        self._journal = journal
+        self._observer = observer
+        self._broken_in_a_row = 0
+
+    def __call__(self, trial: Trial, timing: Timing) -> None:
+        self._journal.append(trial, timing)
+        self._observer.trial(trial, timing)
+        self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
+        if trial.error is not None and self._broken_in_a_row >= _GIVE_UP_AFTER:
+            raise Missing(
+                f"{self._spec} broke {self._broken_in_a_row} trials in a row ({trial.error.message})",
+                "nothing finished is lost; run the same command again when that is mended",
+            )
+
+
+async def _play_here(
+    plans: list[Plan],
+    source: AgentSource,
+    side_by_side: int,
+    on_step: Callable[[str, Step], None],
+    finish: Callable[[Trial, Timing], None],
+) -> None:
+    queue: Iterator[Plan] = iter(plans)
+    agent = source.make()
+
+    async def lane() -> None:
+        for plan in queue:
+            finish(*await play_timed(plan, agent, on_step))
+
+    lanes = [asyncio.ensure_future(lane()) for _ in range(side_by_side)]
+    try:
+        await asyncio.gather(*lanes)
+    finally:
+        for task in lanes:
+            task.cancel()
+        await asyncio.gather(*lanes, return_exceptions=True)
+        if isinstance(agent, Closable):
+            await agent.aclose()

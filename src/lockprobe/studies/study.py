@@ -1,0 +1,127 @@
+"""A study as data: which agents play which box under which conditions, how often, from which seed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import get_args
+
+from lockprobe.channels.noise import FlipKind, OutcomeFlip
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.box import Lockbox, bits
+from lockprobe.trial import Plan
+
+__all__ = ["IDENTITY_VERSION", "Study"]
+
+IDENTITY_VERSION = 1
+"""Raised whenever the same settings would play other trials than before."""
+
+PLANTS = ("symbolic",)
+LIMITS = {"trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """Every setting that changes what is played, and none that does not.
+
+    Attributes:
+        name: ``flips`` or ``modalities``.
+        agents: Agent specs, in the order in which they play.
+        box: The box.
+        p: Flip probabilities, [0, 1], each once.
+        flip: Kind of outcome flip.
+        repetitions: Times the whole is repeated; the paper's flip study has 3.
+        trials: Trials per repetition and condition; the paper has 10.
+        max_steps: Budget of a trial in steps; the paper has 20.
+        seed: Seed of everything.
+        shuffle: Whether labels and their listing are shuffled per trial.
+        plant: What is acted on.
+
+    Raises:
+        BadValue: If a setting is out of range.
+    """
+
+    name: str
+    agents: tuple[str, ...]
+    box: Lockbox
+    p: tuple[float, ...]
+    flip: FlipKind = "transient"
+    repetitions: int = 3
+    trials: int = 10
+    max_steps: int = 20
+    seed: int = 1
+    shuffle: bool = True
+    plant: str = "symbolic"
+
+    def __post_init__(self) -> None:
+        if self.flip not in get_args(FlipKind):
+            raise BadValue("flip", self.flip, f"one of {', '.join(get_args(FlipKind))}")
+        if self.plant not in PLANTS:
+            raise UnknownName("plant", self.plant, PLANTS)
+        for value in self.p:
+            OutcomeFlip(p=value)
+        for what, values in (("p", self.p), ("agents", self.agents)):
+            if not values or len(set(values)) != len(values):
+                raise BadValue(what, list(values), "at least one, and every one once")
+        for setting, largest in LIMITS.items():
+            if not 1 <= (value := getattr(self, setting)) <= largest:
+                raise BadValue(setting, value, f"a whole number from 1 to {largest}")
+
+    def settings(self) -> dict[str, object]:
+        """The study as JSON would hold it; equal settings mean equal trials."""
+        return {
+            "identity": IDENTITY_VERSION,
+            "study": self.name,
+            "agents": list(self.agents),
+            "box": {
+                "name": self.box.name,
+                "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in self.box.joints],
+                "interlock": {
+                    joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
+                    for joint, clauses in self.box.interlock.items()
+                },
+                "initial": bits(self.box.initial),
+                "target": self.box.target,
+            },
+            "p": list(self.p),
+            "flip": self.flip,
+            "repetitions": self.repetitions,
+            "trials": self.trials,
+            "max_steps": self.max_steps,
+            "seed": self.seed,
+            "shuffle": self.shuffle,
+            "plant": self.plant,
+        }
+
+    @property
+    def identity(self) -> str:
+        """Twelve hexadecimal digits that change with any setting."""
+        text = json.dumps(self.settings(), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+    def plans(self, agent: str) -> Iterator[Plan]:
+        """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
+        for repetition in range(1, self.repetitions + 1):
+            for trial in range(1, self.trials + 1):
+                for p in self.p:
+                    yield Plan(
+                        key=f"{self.name}/{agent}/p={p:g}/rep={repetition}/trial={trial}",
+                        study=self.name,
+                        agent=agent,
+                        box=self.box,
+                        modality="symbolic",
+                        p=p,
+                        flip=self.flip,
+                        repetition=repetition,
+                        trial=trial,
+                        seed=self.seed,
+                        budget=self.max_steps,
+                        shuffle=self.shuffle,
+                    )
+
+    @property
+    def size(self) -> int:
+        """Number of trials, over all agents and conditions."""
+        return len(self.agents) * len(self.p) * self.repetitions * self.trials

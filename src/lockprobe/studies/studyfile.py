@@ -1,0 +1,115 @@
+"""A study in a TOML file, and the one place where a request becomes a :class:`Study`.
+
+::
+
+    study = "flips"
+    agent = ["llm:local", "random"]
+    p = [0, 0.4]
+    trials = 5
+
+Every key is an option of ``lockprobe run`` of the same name. An option on the command line goes before the file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.channels.noise import FlipKind
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.boxfile import read_box, read_toml
+from lockprobe.lockbox.families import box
+from lockprobe.studies import paper
+from lockprobe.studies.study import Study
+
+__all__ = ["STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
+
+STUDIES = ("flips",)
+
+T = TypeVar("T")
+
+
+class Request(BaseModel):
+    """What a user asks for; what is left out follows the study's own default."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    study: str = "flips"
+    agent: Annotated[list[str], Field(max_length=64)] | None = None
+    box: str | None = None
+    p: Annotated[list[float], Field(max_length=1000)] | None = None
+    trials: int | None = None
+    repetitions: int | None = None
+    seed: int | None = None
+    max_steps: int | None = None
+    flip: FlipKind | None = None
+    plant: str | None = None
+    shuffle: bool | None = None
+    full: bool = False
+
+
+def read_request(path: Path) -> Request:
+    """The study in a TOML file.
+
+    Raises:
+        BadFile: If it is not one, with the key that is wrong.
+    """
+    try:
+        return Request.model_validate(read_toml(path))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        known = f"; keys are {', '.join(Request.model_fields)}" if first["type"] == "extra_forbidden" else ""
+        raise BadFile(path, f"{where}: {first['msg']}{known}") from None
+
+
+def find_box(name: str) -> Lockbox:
+    """A box by name, or from a TOML file by path."""
+    if name.endswith(".toml") or "/" in name:
+        return read_box(Path(name))
+    return box(name)
+
+
+def study(request: Request | str = "flips") -> Study:
+    """The study that a request describes; a bare name is the study with its defaults.
+
+    Raises:
+        UserMistake: If anything in it does not exist or is out of range.
+    """
+    if isinstance(request, str):
+        request = Request(study=request)
+    if request.study not in STUDIES:
+        raise UnknownName("study", request.study, [*STUDIES, "FILE.toml"])
+    extent = paper.FULL if request.full else paper.SHORT
+    agents = ("llm:local", *paper.REFERENCES) if request.agent is None else tuple(request.agent)
+    for spec in agents:
+        resolve(spec)
+    return Study(
+        name=request.study,
+        agents=agents,
+        box=find_box(_given(request.box, paper.BOX)),
+        p=extent.p if request.p is None else tuple(request.p),
+        flip=_given(request.flip, "transient"),
+        repetitions=_given(request.repetitions, extent.repetitions),
+        trials=_given(request.trials, extent.trials),
+        max_steps=_given(request.max_steps, paper.MAX_STEPS),
+        seed=_given(request.seed, 1),
+        shuffle=_given(request.shuffle, True),
+        plant=_given(request.plant, "symbolic"),
+    )
+
+
+def _given(value: T | None, default: T) -> T:
+    return default if value is None else value
+
+
+def parse_p(text: str) -> list[float]:
+    """Flip probabilities from ``0,0.1,0.2``."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise BadValue("p", text, "numbers from 0 to 1 with commas between, for example 0,0.2,0.4") from None

@@ -1,0 +1,139 @@
+"""Worker processes for agents whose time goes into a processor.
+
+Each worker builds its agent once and is handed one plan at a time; the parent writes a finished trial down before
+it hands out the next. A worker that dies costs its trial an ``error`` at the boundary ``model`` and is replaced.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import cast
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.errors import Missing, ModelFault, UserMistake
+from lockprobe.record import Step, Trial
+from lockprobe.studies.stage import Timing, play_timed
+from lockprobe.trial import Plan, broken
+
+__all__ = ["play_in_workers"]
+
+OnStep = Callable[[str, Step], None]
+Finish = Callable[[Trial, Timing], None]
+
+_MAX_DEATHS = 3
+"""After so many deaths something is wrong with the machine or the model, and the run stops."""
+
+
+@dataclass(slots=True, eq=False)
+class _Worker:
+    process: SpawnProcess
+    pipe: Connection
+    plan: Plan | None = None
+
+
+def play_in_workers(plans: list[Plan], workers: int, on_step: OnStep, finish: Finish) -> None:
+    """Play plans of one agent on several processes.
+
+    Args:
+        plans: What is to be played, all of one agent, in this order.
+        workers: Number of processes, at least 1.
+        on_step: Called here with every step.
+        finish: Called here with every finished trial, before its worker begins another.
+
+    Raises:
+        UserMistake: If the agent cannot be had, or workers keep dying.
+    """
+    pool = _Pool(plans, on_step, finish)
+    try:
+        pool.start(min(workers, len(plans)))
+        pool.serve()
+    finally:
+        pool.stop()
+
+
+class _Pool:
+    """The parent's side: one pipe per worker."""
+
+    def __init__(self, plans: list[Plan], on_step: OnStep, finish: Finish) -> None:
+        self._queue = list(reversed(plans))
+        self._agent = plans[0].agent
+        self._on_step = on_step
+        self._finish = finish
+        self._workers: dict[Connection, _Worker] = {}
+        self._deaths = 0
+
+    def start(self, count: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        for _ in range(count):
+            ours, theirs = context.Pipe()
+            process = context.Process(target=_work, args=(self._agent, theirs), daemon=True)
+            process.start()
+            theirs.close()
+            self._workers[ours] = _Worker(process, ours)
+
+    def serve(self) -> None:
+        """Answer workers until every plan is played."""
+        while self._workers:
+            for pipe in wait(list(self._workers)):
+                worker = self._workers[cast(Connection, pipe)]
+                try:
+                    kind, content = worker.pipe.recv()
+                except (EOFError, ConnectionResetError):
+                    self._bury(worker)
+                else:
+                    self._hear(worker, kind, content)
+
+    def _hear(self, worker: _Worker, kind: str, content: tuple[object, ...]) -> None:
+        if kind == "step":
+            self._on_step(*cast(tuple[str, Step], content))
+            return
+        if kind == "mistake":
+            raise UserMistake(*content)
+        if kind == "trial":
+            self._finish(*cast(tuple[Trial, Timing], content))
+        worker.plan = self._queue.pop() if self._queue else None
+        worker.pipe.send(worker.plan)
+        if worker.plan is None:
+            del self._workers[worker.pipe]
+            worker.process.join()
+
+    def _bury(self, worker: _Worker) -> None:
+        """Record the trial that a dead worker was playing, and replace it."""
+        del self._workers[worker.pipe]
+        worker.process.join()
+        self._deaths += 1
+        what = f"the worker process of {self._agent} died (exit status {worker.process.exitcode})"
+        if worker.plan is not None:
+            trial = broken(worker.plan, ModelFault(what))
+            self._finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
+        if self._deaths >= _MAX_DEATHS:
+            raise Missing(f"{what}, {self._deaths} times now", "is there memory enough? try --workers 1")
+        if self._queue:
+            self.start(1)
+
+    def stop(self) -> None:
+        for worker in self._workers.values():
+            worker.process.terminate()
+        for worker in self._workers.values():
+            worker.process.join()
+
+
+def _work(spec: str, pipe: Connection) -> None:
+    """The worker's side. It leaves Ctrl-C to the parent, and ends when the parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        agent = resolve(spec).make()
+        pipe.send(("ready", ()))
+        while (plan := pipe.recv()) is not None:
+            result = asyncio.run(play_timed(plan, agent, lambda key, step: pipe.send(("step", (key, step)))))
+            pipe.send(("trial", result))
+    except UserMistake as mistake:
+        pipe.send(("mistake", (str(mistake),)))
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return

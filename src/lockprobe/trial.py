@@ -1,0 +1,267 @@
+"""The closed loop: the only place where plant, channels and agent meet (paper, Sec. 2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, is_dataclass, replace
+
+import numpy as np
+
+from lockprobe.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
+from lockprobe.lockbox.box import Configuration, Lockbox, bits
+from lockprobe.record import (
+    Decision,
+    Ending,
+    Fact,
+    Percept,
+    Situation,
+    Snapshot,
+    Step,
+    Task,
+    Trial,
+    TrialError,
+    Turn,
+)
+from lockprobe.seams import Agent, Channel, Plant
+from lockprobe.seeds import generator
+
+__all__ = ["LABELS", "Plan", "broken", "play"]
+
+LABELS = "ABCDEFGH"
+"""Neutral labels; a box has at most this many joints."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """One trial that is to be played.
+
+    Attributes:
+        key: Its readable name.
+        study: Name of the study.
+        agent: Agent spec.
+        box: The box.
+        modality: How it is shown.
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        repetition: From 1.
+        trial: From 1.
+        seed: Seed of the study.
+        budget: Steps; the paper gives 20.
+        shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
+            labels run along the panel, and a model's preference for a name or a place is confounded with the box.
+    """
+
+    key: str
+    study: str
+    agent: str
+    box: Lockbox
+    modality: str
+    p: float
+    flip: str
+    repetition: int
+    trial: int
+    seed: int
+    budget: int = 20
+    shuffle: bool = True
+
+    def stream(self, name: str) -> np.random.Generator:
+        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""
+        return generator(self.seed, "rep", self.repetition, "trial", self.trial, name)
+
+
+class _Names:
+    """How the agent's labels and listing correspond to the box's joints in panel order."""
+
+    def __init__(self, plan: Plan) -> None:
+        joints = plan.box.names
+        rng = plan.stream("labels")
+        dealt, listed = rng.permutation(len(joints)), rng.permutation(len(joints))
+        if not plan.shuffle:
+            dealt = listed = np.arange(len(joints))
+        self.labels = tuple(LABELS[i] for i in dealt)
+        self._order = tuple(int(i) for i in listed)
+        self.listing = tuple(self.labels[i] for i in self._order)
+
+    def index(self, label: str) -> int:
+        return self.labels.index(label)
+
+    def percept(self, snapshot: Snapshot) -> Percept:
+        """The truth in the agent's terms."""
+        return Percept(
+            joint=None if snapshot.joint is None else self.labels[snapshot.joint],
+            outcome=snapshot.outcome,
+            positions=tuple(snapshot.configuration[i] for i in self._order),
+        )
+
+    def told_state(self, percept: Percept) -> str | None:
+        """Reported positions as a bit string in panel order."""
+        if percept.positions is None:
+            return None
+        told = dict(zip(self.listing, percept.positions, strict=True))
+        return bits(tuple(told[label] for label in self.labels))
+
+
+@contextmanager
+def _boundary(fault: type[TrialFault]) -> Iterator[None]:
+    """Attributes whatever breaks inside to one boundary. A user's mistake passes."""
+    try:
+        yield
+    except LockprobeError:
+        raise
+    except Exception as error:
+        raise fault(f"{type(error).__name__}: {error}") from error
+
+
+async def play(
+    plan: Plan,
+    *,
+    plant: Plant,
+    channels: Sequence[Channel],
+    agent: Agent,
+    on_step: Callable[[Step], None] | None = None,
+) -> Trial:
+    """Play one trial to its end.
+
+    The end is decided by the truth: the trial is solved when the target really moves, whatever is told of it.
+    What breaks ends it as ``error`` with the steps played so far; it is never scored as a failure.
+
+    Args:
+        plan: What is to be played.
+        plant: A fresh plant that holds ``plan.box``.
+        channels: In the order in which they act.
+        agent: Who decides.
+        on_step: Called after every step.
+
+    Raises:
+        UserMistake: If the agent cannot be had at all, for example for want of a key.
+    """
+    names = _Names(plan)
+    loop = _Loop(plan, names, plant, channels, agent)
+    error: TrialError | None = None
+    ending: Ending = "budget"
+    try:
+        loop.open()
+        for _ in range(plan.budget):
+            step = await loop.step()
+            if on_step is not None:
+                on_step(step)
+            if step.moved and step.joint == plan.box.target:
+                ending = "solved"
+                break
+    except TrialFault as fault:
+        ending, error = "error", _error(fault, len(loop.steps) + 1)
+    blank = _blank(plan, names, ending)
+    return replace(
+        blank,
+        facts=dict(agent.facts),
+        channels=tuple(_facts_of(channel) for channel in channels),
+        opening=loop.opening,
+        steps=tuple(loop.steps),
+        error=error,
+    )
+
+
+def broken(plan: Plan, fault: TrialFault) -> Trial:
+    """The record of a trial that broke before anything could be written down, for example with its process."""
+    return replace(_blank(plan, _Names(plan), "error"), error=_error(fault, 1))
+
+
+def _error(fault: TrialFault, step: int) -> TrialError:
+    replies = fault.replies if isinstance(fault, ReplyFault) else ()
+    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=replies)
+
+
+def _blank(plan: Plan, names: _Names, ending: Ending) -> Trial:
+    return Trial(
+        key=plan.key,
+        study=plan.study,
+        agent=plan.agent,
+        facts={},
+        box=plan.box.name,
+        modality=plan.modality,
+        p=plan.p,
+        flip=plan.flip,
+        channels=(),
+        repetition=plan.repetition,
+        trial=plan.trial,
+        seed=plan.seed,
+        budget=plan.budget,
+        joints=plan.box.names,
+        labels=names.labels,
+        listing=names.listing,
+        target=plan.box.target,
+        opening="",
+        steps=(),
+        ending=ending,
+    )
+
+
+def _facts_of(channel: Channel) -> dict[str, Fact]:
+    """A channel is its own specification: its class and its fields."""
+    settings: dict[str, Fact] = asdict(channel) if is_dataclass(channel) and not isinstance(channel, type) else {}
+    return {"channel": type(channel).__name__} | settings
+
+
+class _Loop:
+    """The state of one trial while it runs."""
+
+    def __init__(self, plan: Plan, names: _Names, plant: Plant, channels: Sequence[Channel], agent: Agent) -> None:
+        self.steps: list[Step] = []
+        self.opening = ""
+        self._names = names
+        self._plant = plant
+        self._agent = agent
+        self._channels = [(channel, plan.stream(f"channel-{i}")) for i, channel in enumerate(channels)]
+        self._rng = plan.stream(f"agent:{plan.agent}")
+        self._joints = plan.box.names
+        self._task = Task(joints=names.listing, target=names.labels[plan.box.target_index], budget=plan.budget)
+        self._past: tuple[Turn, ...] = ()
+        self._percept: Percept | None = None
+        self._configuration: Configuration = ()
+
+    def open(self) -> None:
+        """Look at the box for the first time."""
+        with _boundary(PlantFault):
+            snapshot = self._plant.observe()
+        self._configuration = snapshot.configuration
+        self._percept = self._tell(snapshot)
+        self.opening = self._percept.text
+
+    def _tell(self, snapshot: Snapshot) -> Percept:
+        percept = self._names.percept(snapshot)
+        with _boundary(ChannelFault):
+            for channel, rng in self._channels:
+                percept = channel.perceive(percept, self._percept, self._task, rng)
+        return percept
+
+    async def step(self) -> Step:
+        """Ask the agent, attempt its joint, tell it what happened."""
+        assert self._percept is not None
+        with _boundary(ModelFault):
+            decision = await self._agent.decide(
+                Situation(task=self._task, past=self._past, percept=self._percept), self._rng
+            )
+        joint = self._index(decision)
+        with _boundary(PlantFault):
+            snapshot = self._plant.attempt(joint)
+        told = self._tell(snapshot)
+        step = Step(
+            step=len(self.steps) + 1,
+            state=bits(self._configuration),
+            joint=self._joints[joint],
+            moved=snapshot.outcome == "moved",
+            told_moved=told.outcome == "moved",
+            told_state=self._names.told_state(told),
+            told=told.text,
+            decision=decision,
+        )
+        self.steps.append(step)
+        self._past = (*self._past, Turn(percept=self._percept, decision=decision))
+        self._percept, self._configuration = told, snapshot.configuration
+        return step
+
+    def _index(self, decision: Decision) -> int:
+        if decision.joint not in self._names.labels:
+            raise ReplyFault(f"{decision.joint!r} is no joint", decision.replies)
+        return self._names.index(decision.joint)

@@ -1,0 +1,69 @@
+"""Specs and what they name."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.errors import BadValue, UnknownName
+
+
+@pytest.mark.parametrize("spec", ["random", "random-no-repeat", "round-robin", "human-inspired:target-first"])
+def test_strategies_resolve(spec):
+    source = resolve(spec)
+    assert source.engine == "inline"
+    source.check()
+    source.make()
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("randon", "no agent is called 'randon' (did you mean 'random'?); there are: random, random-no-repeat"),
+        ("human-inspired:fast", "no preset of human-inspired is called 'fast'; there are: target-first"),
+        ("llm:gpt", "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
+        ("random:x", "no agent is called 'random:x'"),
+    ],
+)
+def test_an_unknown_spec_lists_what_exists(spec, message):
+    with pytest.raises(UnknownName) as mistake:
+        resolve(spec)
+    assert str(mistake.value).startswith(message)
+
+
+def test_your_own_class(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(
+        "from lockprobe.record import Decision\n"
+        "class First:\n"
+        "    facts = {}\n"
+        "    async def decide(self, situation, rng):\n"
+        "        return Decision(joint=situation.task.joints[0])\n"
+        "class NoAgent: pass\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    from lockprobe import run_trial
+
+    trial = run_trial(agent="python:mine:First")
+    assert len(set(trial.actions)) == 1
+    with pytest.raises(BadValue, match="^agent: got 'python:mine:NoAgent', expected a class with"):
+        resolve("python:mine:NoAgent").make()
+    with pytest.raises(BadValue, match="^agent: got 'python:mine:Nobody', expected python:module:Name"):
+        resolve("python:mine:Nobody").make()
+
+
+def test_strategies_import_no_engine():
+    """A study of strategies stays light: neither a model runtime nor a provider's library is imported."""
+    code = (
+        "import sys, lockprobe.cli; from lockprobe.agents.catalogue import resolve; resolve('random').make();"
+        "print([m for m in ('xllamacpp', 'inspect_ai', 'matplotlib', 'openai') if m in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+def test_an_agent_gets_its_own_stream():
+    from lockprobe import run_trial
+
+    assert run_trial(agent="random", trial=1).actions != run_trial(agent="random", trial=2).actions
+    assert np.array_equal(run_trial(agent="random", seed=5).actions, run_trial(agent="random", seed=5).actions)

@@ -1,0 +1,54 @@
+"""Loops, redundancy and entropy of trials with known answers, beside the chance level of their lengths."""
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, small_study
+
+from lockprobe.analysis.behaviour import behaviour, has_loop, loop_coverage, policy_entropy, redundant_share
+from lockprobe.analysis.chance import chance_level
+
+
+def test_a_loop_needs_three_actions_twice():
+    assert has_loop(make_trial([0, 1, 0, 0, 1, 0]))
+    assert not has_loop(make_trial([0, 0, 0, 0, 0]))
+    assert loop_coverage(make_trial([0, 1, 0, 0, 1, 0])) == 1.0
+    assert loop_coverage(make_trial([0, 1, 0, 0, 0, 1, 0])) == pytest.approx(6 / 7)
+    assert loop_coverage(make_trial([])) == 0.0
+
+
+def test_redundancy_is_a_pair_of_configuration_and_joint():
+    assert redundant_share(make_trial([0, 0, 1, 0])) == 0.5
+    assert redundant_share(make_trial([0, 3, 0, 2, 0])) == 0.0
+    assert redundant_share(make_trial(SOLUTION)) == 0.0
+
+
+def test_round_robin_loops_and_wastes_nothing():
+    found = behaviour(play_study(small_study(["round-robin"], [0.0], 1, 12)))
+    assert found.loops.value > 0.5
+    assert found.redundant_share == 0.0
+
+
+def test_entropy_in_bits():
+    assert policy_entropy(make_trial([0, 1], probabilities=(0.25,) * 4)) == [2.0, 2.0]
+    assert policy_entropy(make_trial([0], probabilities=(1.0, 0.0, 0.0, 0.0))) == [0.0]
+    assert policy_entropy(make_trial([0])) == []
+    found = behaviour([make_trial([0, 1], probabilities=(0.5, 0.5, 0.0, 0.0)), make_trial([0])])
+    assert (found.entropy, found.entropy_steps) == (1.0, 2)
+
+
+def test_chance_is_that_of_exactly_these_lengths():
+    found = behaviour([make_trial(SOLUTION), make_trial([0] * 20), make_trial([0] * 3, broken="model")])
+    assert found.chance_uniform == pytest.approx((0.0 + 0.80081) / 2, abs=1e-4)
+    assert found.chance_no_repeat == pytest.approx(chance_level(20, actions=4, null="no-repeat").probability / 2)
+    assert found.loops.n == 2
+
+
+def test_a_random_agent_loops_at_chance():
+    found = behaviour(play_study(small_study(["random"], [0.0], 5, 80)))
+    assert found.loops.low <= 0.8
+    assert 0 < found.coverage < found.loops.value
+    assert all(0 <= share <= 1 for share in (found.coverage, found.redundant_share, found.chance_uniform))
+
+
+def test_no_trials_no_numbers():
+    found = behaviour([])
+    assert (found.coverage, found.chance_uniform, found.redundant_share, found.loops.n) == (None, None, None, 0)

@@ -1,0 +1,128 @@
+"""A study in numbers: counts by hand, every condition once, and sentences that say no more than the numbers."""
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, small_study
+
+from lockprobe.analysis.finding import beside, finding, loop_finding
+from lockprobe.analysis.summary import summarise
+
+FAILED = (0,) * 20
+AGENT = "llm:local"
+
+
+def condition(p, solved, n, *, agent=AGENT, repetitions=1):
+    """Trials of one condition, of which so many are solved; an agent's failures differ between conditions."""
+    return [
+        make_trial(
+            SOLUTION if i < solved else (int(10 * p) % 4, *FAILED[1:]),
+            agent=agent, p=p, repetition=1 + i % repetitions, trial=1 + i // repetitions,
+        )
+        for i in range(n)
+    ]  # fmt: skip
+
+
+def only(trials):
+    (agent,) = summarise(trials).agents
+    return agent
+
+
+def test_counts_by_hand():
+    broken = make_trial([0], agent=AGENT, p=0.4, trial=99, broken="model")
+    summary = summarise([*condition(0.0, 7, 30), *condition(0.4, 20, 30), broken])
+    first, second = summary.conditions
+    assert (first.key, first.p, first.success.count, first.success.n) == ("flips/llm:local/p=0", 0.0, 7, 30)
+    assert (second.success.count, second.success.n, second.errors) == (20, 30, {"model": 1})
+    assert first.errors == {}
+
+
+def test_every_trial_is_in_one_condition_and_one_point():
+    trials = play_study(small_study())
+    summary = summarise(trials)
+    assert sum(c.success.n for c in summary.conditions) == len(trials)
+    assert len({c.key for c in summary.conditions}) == len(summary.conditions) == 6
+    for found in summary.conditions:
+        assert [point.repetition for point in found.points] == [1, 2]
+        pooled = sum(point.success * point.n for point in found.points) / found.success.n
+        assert pooled == pytest.approx(found.success.value)
+
+
+def test_order_of_an_agents_trials_does_not_matter():
+    trials = play_study(small_study(["human-inspired"]))
+    assert summarise(trials) == summarise(trials[::-1])
+
+
+def test_references_stand_apart():
+    played = [
+        *condition(0.0, 1, 2),
+        *condition(0.0, 1, 2, agent="random"),
+        *condition(0.0, 2, 2, agent="human-inspired"),
+    ]
+    assert [agent.agent for agent in summarise(played).subjects] == [AGENT]
+    assert len(summarise(played[2:]).subjects) == 2
+
+
+def test_an_agent_that_ignores_reports_is_called_blind():
+    agents = {agent.agent: agent for agent in summarise(play_study(small_study())).agents}
+    assert agents["random"].blind
+    assert agents["random"].contrast is None
+    assert "whatever it is told" in finding(agents["random"])
+    assert not agents["human-inspired"].blind
+
+
+def test_a_clear_rise_is_called_one():
+    agent = only([*condition(0.0, 7, 30), *condition(0.4, 20, 30)])
+    assert (agent.contrast.detectable, agent.contrast.choices) == (True, 1)
+    said = finding(agent)
+    assert "more often when each report was inverted with probability 0.4 than when told the truth" in said
+    assert "20 of 30 trials (67 %) against 7 of 30 trials (23 %)" in said
+
+
+def test_a_clear_fall_is_called_one():
+    assert "less often" in finding(only([*condition(0.0, 28, 30), *condition(0.4, 10, 30)]))
+
+
+def test_chance_is_not_called_an_effect():
+    agent = only([*condition(0.0, 10, 30), *condition(0.2, 12, 30), *condition(0.4, 14, 30)])
+    assert not agent.contrast.detectable
+    assert agent.contrast.p_adjusted == pytest.approx(min(1.0, 2 * agent.contrast.difference.p_value))
+    assert finding(agent).startswith("No effect of false reports on the success of llm:local is detectable")
+    assert "not evidence that there is none" in finding(agent)
+
+
+def test_choosing_the_best_is_paid_for():
+    one = only([*condition(0.0, 8, 30), *condition(0.6, 17, 30)])
+    many = only(
+        [trial for p, k in ((0.0, 8), (0.1, 9), (0.2, 9), (0.3, 9), (0.6, 17)) for trial in condition(p, k, 30)]
+    )
+    assert one.contrast.detectable
+    assert not many.contrast.detectable
+
+
+def test_nothing_solved_and_one_condition_and_nothing_ended():
+    assert "0 % of its trials under every condition" in finding(only([*condition(0.0, 0, 30), *condition(0.3, 0, 30)]))
+    assert "no difference to look for" in finding(only(condition(0.0, 3, 10)))
+    broken = only([make_trial([0], agent=AGENT, broken="model")])
+    assert "No trial" in finding(broken)
+    assert loop_finding(broken) == ""
+    assert broken.conditions[0].success.n == 0
+    assert summarise([]).agents == ()
+
+
+def test_loops_are_held_against_chance():
+    none = only(
+        [
+            make_trial([0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 0, 2, 0, 3, 1, 3, 2, 1, 0, 1], agent=AGENT, trial=i)
+            for i in range(30)
+        ]
+    )
+    assert none.conditions[0].behaviour.loops.count == 0
+    assert "fewer than chance" in loop_finding(none)
+    all_of_them = only([make_trial([0, 1, 0, 1, 0, 1, 0, 1], agent=AGENT, trial=i) for i in range(30)])
+    assert "more than chance" in loop_finding(all_of_them)
+
+
+def test_references_are_named_for_comparison():
+    played = [*condition(0.0, 1, 2), *condition(0.0, 1, 2, agent="random")]
+    assert beside(summarise(played)) == "For comparison, when told the truth: random 1 of 2 trials (50 %)."
+    assert beside(summarise(played[2:])) == ""
+    assert beside(summarise([])) == ""

@@ -1,0 +1,130 @@
+"""Makes trials for tests: by hand, step by step, or by playing strategies."""
+
+import asyncio
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.errors import Boundary
+from lockprobe.lockbox.box import bits
+from lockprobe.lockbox.families import box
+from lockprobe.record import Decision, Outcome, Step, Trial, TrialError
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.stage import Timing, play_timed
+from lockprobe.studies.study import Study
+
+SOLUTION = (3, 2, 1, 0)
+"""Joints of chain-4 by place, in the order that solves it."""
+
+
+def make_trial(
+    joints: Sequence[int],
+    *,
+    agent: str = "random",
+    p: float = 0.0,
+    repetition: int = 1,
+    trial: int = 1,
+    budget: int = 20,
+    false_at: Iterable[int] = (),
+    claims: Sequence[Outcome | None] = (),
+    hypothesis: str = "",
+    probabilities: tuple[float, ...] | None = None,
+    broken: Boundary | None = None,
+    facts: dict[str, str] | None = None,
+) -> Trial:
+    """A trial on chain-4 that attempts these joints (by place in panel order), as the box really reacts.
+
+    Args:
+        false_at: Steps, from 1, of which the report is inverted.
+        claims: What each decision says of the step before; the first is about nothing.
+        broken: Boundary at which it broke after these steps, if it did.
+    """
+    lockbox = box("chain-4")
+    configuration, steps, solved = lockbox.initial, [], False
+    for i, joint in enumerate(joints):
+        before = configuration
+        configuration, moved = lockbox.attempt(before, joint)
+        decision = Decision(
+            joint="ABCD"[joint],
+            claimed=claims[i] if i < len(claims) else None,
+            hypothesis=hypothesis,
+            probabilities=probabilities,
+        )
+        steps.append(
+            Step(
+                step=i + 1,
+                state=bits(before),
+                joint=lockbox.names[joint],
+                moved=moved,
+                told_moved=moved != (i + 1 in set(false_at)),
+                told_state=None,
+                told="",
+                decision=decision,
+            )
+        )
+        solved = moved and joint == lockbox.target_index
+        if solved:
+            break
+    error = TrialError(boundary=broken, message="it broke", step=len(steps) + 1) if broken else None
+    return Trial(
+        key=f"flips/{agent}/p={p:g}/rep={repetition}/trial={trial}",
+        study="flips",
+        agent=agent,
+        facts=facts or {},
+        box="chain-4",
+        modality="symbolic",
+        p=p,
+        flip="transient",
+        channels=(),
+        repetition=repetition,
+        trial=trial,
+        seed=1,
+        budget=budget,
+        joints=lockbox.names,
+        labels=tuple("ABCD"),
+        listing=tuple("ABCD"),
+        target=lockbox.target,
+        opening="",
+        steps=tuple(steps),
+        ending="error" if broken else "solved" if solved else "budget",
+        error=error,
+    )
+
+
+def small_study(
+    agents: Sequence[str] = ("random", "human-inspired"),
+    p: Sequence[float] = (0.0, 0.3, 0.6),
+    repetitions: int = 2,
+    trials: int = 4,
+) -> Study:
+    """A flip study of strategies on chain-4."""
+    return Study(
+        name="flips", agents=tuple(agents), box=box("chain-4"), p=tuple(p), repetitions=repetitions, trials=trials
+    )
+
+
+def play_study(study: Study) -> list[Trial]:
+    """All trials of a study, really played."""
+    return [trial for trial, _ in _played(study)]
+
+
+def write_study(directory: Path, study: Study, trials: Iterable[Trial] | None = None) -> Path:
+    """A study directory with these trials, or with all of the study, really played."""
+    played = (
+        _played(study) if trials is None else [(t, Timing(key=t.key, seconds=1.0, steps=len(t.steps))) for t in trials]
+    )
+    with Journal.open(directory, study) as journal:
+        for trial, timing in played:
+            journal.append(trial, timing)
+    return directory
+
+
+def _played(study: Study) -> list[tuple[Trial, Timing]]:
+    async def play_all() -> list[tuple[Trial, Timing]]:
+        return [
+            await play_timed(plan, resolve(agent).make(), lambda key, step: None)
+            for agent in study.agents
+            for plan in study.plans(agent)
+        ]
+
+    return asyncio.run(play_all())

@@ -1,0 +1,107 @@
+"""The outcome flip: what it inverts, how often, and what becomes of it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.errors import BadValue
+from lockprobe.record import Percept, Task
+
+TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
+TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))
+
+
+class Fixed:
+    """A stream that always gives one number."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def random(self):
+        return self.number
+
+
+def tell(channel, percept=TRUTH, previous=None, number=0.0):
+    return channel.perceive(percept, previous, TASK, Fixed(number))
+
+
+@pytest.mark.parametrize("persistence", ["transient", "sticky", "outcome-only"])
+def test_nothing_is_flipped_at_zero_and_everything_at_one(persistence):
+    honest = tell(OutcomeFlip(p=0.0, persistence=persistence))
+    lying = tell(OutcomeFlip(p=1.0, persistence=persistence), number=0.999999)
+    assert honest.outcome == "moved"
+    assert lying.outcome == "blocked"
+
+
+def test_outcome_and_position_of_the_attempted_joint_agree():
+    told = tell(OutcomeFlip(p=1.0))
+    assert (told.outcome, told.positions) == ("blocked", (False, False, False))
+
+
+def test_the_first_look_is_never_flipped():
+    opening = Percept(positions=(False, False, False))
+    assert tell(OutcomeFlip(p=1.0), opening) == opening
+
+
+def test_outcome_only_hides_the_positions():
+    assert tell(OutcomeFlip(p=0.0, persistence="outcome-only")).positions is None
+
+
+def test_a_transient_lie_is_gone_in_the_next_report():
+    lie = tell(OutcomeFlip(p=1.0))
+    later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
+    assert tell(OutcomeFlip(p=0.0), later, lie).positions == (False, True, False)
+
+
+def test_a_sticky_lie_stays_until_the_joint_is_attempted_again():
+    lie = tell(OutcomeFlip(p=1.0, persistence="sticky"))
+    later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
+    still = tell(OutcomeFlip(p=0.0, persistence="sticky"), later, lie)
+    assert still.positions == (False, False, False)
+    again = Percept(joint="B", outcome="moved", positions=(False, False, False))
+    assert tell(OutcomeFlip(p=0.0, persistence="sticky"), again, still).positions == (False, False, False)
+    assert tell(OutcomeFlip(p=0.0, persistence="sticky"), again, lie).outcome == "moved"
+
+
+@given(st.integers(0, 10_000), st.floats(0, 1), st.floats(0, 1))
+def test_the_flips_at_a_smaller_p_are_a_subset_of_those_at_a_larger(seed, one, other):
+    low, high = sorted((one, other))
+
+    def flips(p):
+        rng = np.random.default_rng(seed)
+        channel = OutcomeFlip(p=p)
+        return [channel.perceive(TRUTH, None, TASK, rng).outcome == "blocked" for _ in range(20)]
+
+    assert all(not at_low or at_high for at_low, at_high in zip(flips(low), flips(high), strict=True))
+
+
+@pytest.mark.parametrize("persistence", ["transient", "sticky", "outcome-only"])
+def test_it_draws_equally_often_whatever_its_parameters(persistence):
+    after = set()
+    for p in (0.0, 0.3, 1.0):
+        rng = np.random.default_rng(1)
+        channel = OutcomeFlip(p=p, persistence=persistence)
+        previous = None
+        for _ in range(7):
+            previous = channel.perceive(TRUTH, previous, TASK, rng)
+        after.add(rng.random())
+    assert len(after) == 1
+
+
+def test_its_rate_is_p():
+    rng = np.random.default_rng(7)
+    channel = OutcomeFlip(p=0.3)
+    n = 20_000
+    flipped = sum(channel.perceive(TRUTH, None, TASK, rng).outcome == "blocked" for _ in range(n))
+    assert abs(flipped / n - 0.3) < 4 * (0.3 * 0.7 / n) ** 0.5
+
+
+def test_bad_settings_are_named():
+    with pytest.raises(BadValue, match=r"^flip probability p: got 1.2, expected a number from 0 to 1$"):
+        OutcomeFlip(p=1.2)
+    with pytest.raises(BadValue, match=r"^flip probability p: got nan"):
+        OutcomeFlip(p=float("nan"))
+    with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only$"):
+        OutcomeFlip(p=0.2, persistence="sometimes")

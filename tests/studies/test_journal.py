@@ -1,0 +1,171 @@
+"""Nothing finished is lost, nothing is repeated, whenever the process dies."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.studies.journal import Journal, load, read_settings, read_timings
+from lockprobe.studies.runner import run
+from lockprobe.studies.studyfile import Request, study
+
+STUDY = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
+
+# Plays STUDY and dies by SIGKILL at the given write: after `part` of its bytes have reached the file.
+DIES = """
+import os, signal, sys
+from lockprobe.studies import journal as module
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.runner import run
+from lockprobe.studies.studyfile import Request, study
+directory, at, part = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
+writes = 0
+class Dying:
+    def __init__(self, file): self.file = file
+    def __getattr__(self, name): return getattr(self.file, name)
+    def write(self, content):
+        global writes
+        writes += 1
+        if writes == at:
+            self.file.write(content[: int(len(content) * part)])
+            self.file.flush()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return self.file.write(content)
+plain = Journal.__init__
+def init(self, directory, records, timings, done):
+    plain(self, directory, Dying(records), Dying(timings), done)
+Journal.__init__ = init
+planned = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
+with Journal.open(directory, planned) as journal:
+    run(planned, journal)
+"""
+
+
+def resume(directory):
+    with Journal.open(directory, STUDY) as journal:
+        owed = [plan.key for plan in STUDY.plans("random") if journal.owes(plan.key)]
+        run(STUDY, journal)
+    return owed
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("whole")
+    resume(directory)
+    return (directory / "trials.jsonl").read_bytes()
+
+
+@pytest.mark.parametrize("part", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("at", [1, 2, 5, 6, 23])
+def test_killed_while_writing(tmp_path, whole, at, part):
+    """Odd writes are records, even ones are clock readings."""
+    died = subprocess.run([sys.executable, "-c", DIES, str(tmp_path), str(at), str(part)])
+    assert died.returncode == -signal.SIGKILL
+    finished = at // 2 + (part == 1.0 and at % 2 == 1)
+    assert len(load(tmp_path)) == finished
+    assert len(resume(tmp_path)) == STUDY.size - finished
+    assert (tmp_path / "trials.jsonl").read_bytes() == whole
+
+
+def test_killed_at_any_moment(tmp_path, whole):
+    """A real command, killed from outside again and again until it gets through."""
+    command = [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "400",
+               "--repetitions", "1", "--p", "0,0.4", "--out", str(tmp_path / "d")]  # fmt: skip
+    kept = 0
+    for attempt in range(60):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        for line in process.stdout:
+            if "trials to play" in line:
+                break
+        try:
+            process.wait(timeout=0.02 + 0.013 * attempt)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        process.communicate()
+        lines = load(tmp_path / "d")
+        assert len(lines) >= kept
+        kept = len(lines)
+        if process.returncode == 0:
+            break
+    assert process.returncode == 0
+    content = (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()
+    keys = [json.loads(line)["key"] for line in content]
+    assert len(keys) == len(set(keys)) == 800
+    again = subprocess.run([*command[:-1], str(tmp_path / "e")], capture_output=True, text=True)
+    assert again.returncode == 0
+    assert (tmp_path / "e" / "trials.jsonl").read_bytes().splitlines() == content
+
+
+def test_a_finished_study_owes_nothing(tmp_path):
+    assert len(resume(tmp_path)) == STUDY.size
+    assert resume(tmp_path) == []
+
+
+def test_clock_readings_are_kept_apart(tmp_path):
+    resume(tmp_path)
+    timings = read_timings(tmp_path)
+    assert [t.key for t in timings] == [t.key for t in load(tmp_path)]
+    assert all(t.seconds > 0 and t.steps > 0 for t in timings)
+    assert b"seconds" not in (tmp_path / "trials.jsonl").read_bytes()
+
+
+def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
+    resume(tmp_path)
+    other = study(Request(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))
+    with pytest.raises(SettingsChanged) as mistake, Journal.open(tmp_path, other):
+        pass
+    assert str(mistake.value) == (
+        f"{tmp_path} already holds a study with other settings (trials is 3 there, 4 asked): "
+        "repeat its settings to resume it, or give another --out"
+    )
+
+
+def test_two_writers_are_one_too_many(tmp_path):
+    with (
+        Journal.open(tmp_path, STUDY),
+        pytest.raises(DirectoryBusy, match="is being written by another lockprobe"),
+        Journal.open(tmp_path, STUDY),
+    ):
+        pass
+
+
+def test_damage_within_the_journal_is_named_and_kept(tmp_path):
+    resume(tmp_path)
+    path = tmp_path / "trials.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[2] = b"{}\n"
+    path.write_bytes(b"".join(lines))
+    with pytest.raises(BadFile, match=r"trials.jsonl: line 3: trial record: "), Journal.open(tmp_path, STUDY):
+        pass
+    assert path.read_bytes() == b"".join(lines)
+
+
+def test_a_directory_without_a_study(tmp_path):
+    with pytest.raises(BadFile, match=r"no trials.jsonl here; is it the directory of a study\?"):
+        load(tmp_path)
+    with pytest.raises(BadFile, match=r"no study.json here"):
+        read_settings(tmp_path)
+    (tmp_path / "file").touch()
+    with pytest.raises(BadFile, match="cannot be written"), Journal.open(tmp_path / "file" / "x", STUDY):
+        pass
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_leaves_a_directory_to_resume_and_says_so(tmp_path):
+    command = [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "20000",
+               "--repetitions", "1", "--p", "0", "--out", str(tmp_path)]  # fmt: skip
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in process.stdout:
+        if "trials ·" in line:
+            break
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert f"Stopped. Every finished trial is in {tmp_path}; run the same command again to go on." in out
+    assert "Traceback" not in err
+    assert 0 < len(load(Path(tmp_path))) < 20000

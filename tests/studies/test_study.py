@@ -1,0 +1,106 @@
+"""A study is data: its trials, its identity, its limits."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.studies import paper
+from lockprobe.studies.studyfile import Request, parse_p, read_request, study
+
+GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
+STUDY = study(Request(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
+
+
+def test_plans_are_all_trials_once():
+    keys = [plan.key for plan in STUDY.plans("random")]
+    assert len(set(keys)) == len(keys) == STUDY.size == 8
+    assert keys[0] == "flips/random/p=0/rep=1/trial=1"
+    assert keys[-1] == "flips/random/p=0.4/rep=2/trial=2"
+
+
+def test_a_part_of_the_plans_is_balanced_over_conditions():
+    assert [plan.p for plan in STUDY.plans("random")][:4] == [0, 0.4, 0, 0.4]
+
+
+def test_full_is_the_study_of_the_paper():
+    """Sec. 3.2: 0 to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials; Sec. 2.2: 20 steps."""
+    full = study(Request(agent=["random"], full=True))
+    assert full.p == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    assert (full.repetitions, full.trials, full.max_steps, full.size) == (3, 10, 20, 210)
+
+
+def test_the_default_plays_references_beside_the_embedded_model():
+    default = study("flips")
+    assert default.agents == ("llm:local", "random", "round-robin", "human-inspired")
+    assert default.p == paper.SHORT.p
+
+
+def test_identity_changes_with_every_setting():
+    changes = {
+        "agents": ("round-robin",), "p": (0.0,), "flip": "sticky", "repetitions": 1, "trials": 3, "max_steps": 10,
+        "seed": 2, "shuffle": False, "box": study(Request(agent=["random"], box="chain-3")).box,
+    }  # fmt: skip
+    identities = {replace(STUDY, **{name: value}).identity for name, value in changes.items()}
+    assert len(identities | {STUDY.identity}) == len(changes) + 1
+
+
+def test_identities_are_pinned():
+    """A directory of an earlier release must be found again: these identities must not be changed, only added to."""
+    pinned = json.loads(GOLDEN.read_text())
+    assert pinned["1"] == STUDY.identity
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"trials": 0}, "trials: got 0, expected a whole number from 1 to 1000000"),
+        ({"p": [0.2, 0.2]}, r"p: got \[0.2, 0.2\], expected at least one, and every one once"),
+        ({"p": [1.5]}, "flip probability p: got 1.5, expected a number from 0 to 1"),
+        ({"agent": []}, r"agents: got \[\], expected at least one"),
+        ({"max_steps": 0}, "max_steps: got 0, expected a whole number from 1"),
+    ],
+)
+def test_settings_out_of_range_are_refused(change, message):
+    with pytest.raises(BadValue, match="^" + message):
+        study(Request(**({"agent": ["random"]} | change)))
+
+
+def test_unknown_names_list_what_exists():
+    with pytest.raises(UnknownName, match="^no study is called 'flip' .did you mean 'flips'.*; there are: flips"):
+        study("flip")
+    with pytest.raises(UnknownName, match="^no box is called 'chain-44'.*there are: chain-2, chain-3"):
+        study(Request(agent=["random"], box="chain-44"))
+    with pytest.raises(UnknownName, match="^no plant is called 'twn'"):
+        study(Request(agent=["random"], plant="twn"))
+
+
+def test_a_study_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n')
+    assert study(read_request(path)).identity == STUDY.identity
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("trails = 2", "trails: Extra inputs are not permitted; keys are study, agent"),
+        ('p = "all"', "p: Input should be a valid list"),
+        ("p = [", "not TOML"),
+        ('flip = "often"', "flip: Input should be 'transient', 'sticky' or 'outcome-only'"),
+    ],
+)
+def test_what_is_wrong_in_a_study_file_is_named(tmp_path, text, reason):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(BadFile) as mistake:
+        read_request(path)
+    assert str(mistake.value).startswith(f"{path}: {reason}")
+
+
+def test_p_on_the_command_line():
+    assert parse_p("0,0.1, 0.2") == [0, 0.1, 0.2]
+    with pytest.raises(BadValue, match="^p: got '0;1', expected numbers from 0 to 1 with commas between"):
+        parse_p("0;1")

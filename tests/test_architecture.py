@@ -1,0 +1,47 @@
+"""The house stands as ARCHITECTURE.md says."""
+
+import ast
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+
+import lockprobe
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "lockprobe"
+FILES = sorted(path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py"))
+ENGINES = ("lockprobe.agents.llm", "lockprobe.agents.engine", "lockprobe.__main__")
+MODULES = [m.name for m in pkgutil.walk_packages(lockprobe.__path__, "lockprobe.") if m.name not in ENGINES]
+
+
+def test_the_inventory_names_every_file_and_no_other():
+    named = re.findall(r"^\s+([a-z_/]+\.py)\s{2,}", (ROOT / "ARCHITECTURE.md").read_text("utf-8"), re.MULTILINE)
+    assert sorted(named) == [name for name in FILES if not name.endswith("__init__.py") or name == "cli/__init__.py"]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_public_names_are_sorted_and_exist(name):
+    module = importlib.import_module(name)
+    if not module.__doc__ and not getattr(module, "__all__", None):
+        return
+    exported = module.__all__
+    assert list(exported) == sorted(exported, key=lambda n: (n != n.upper(), n)) or list(exported) == sorted(exported)
+    assert all(hasattr(module, public) for public in exported)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_no_file_is_a_drawer(name):
+    text = (SOURCE / name).read_text("utf-8")
+    assert text.count("\n") <= 300
+    assert Path(name).stem not in {"utils", "util", "helpers", "common", "misc"}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            assert node.end_lineno - node.lineno < 60, f"{node.name} is long"
+
+
+def test_one_broad_except_at_the_boundary():
+    broad = [name for name in FILES if re.search(r"except (Base)?Exception\b", (SOURCE / name).read_text("utf-8"))]
+    assert broad == ["trial.py"]

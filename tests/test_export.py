@@ -1,0 +1,47 @@
+"""Tidy rows have the promised columns, and the truth of every cell."""
+
+import csv
+import io
+import json
+
+from builders import SOLUTION, make_trial, play_study, small_study
+
+from lockprobe.export import COLUMNS, tidy_rows, write_csv, write_jsonl
+
+PROMISED = (
+    "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
+)
+
+
+def test_columns_are_those_promised():
+    assert ", ".join(COLUMNS) == PROMISED
+    assert all(tuple(row) == COLUMNS for row in tidy_rows(play_study(small_study())))
+
+
+def test_rows_by_hand():
+    trial = make_trial(SOLUTION, p=0.4, false_at=[2], claims=[None, "moved", "blocked", "moved"])
+    rows = list(tidy_rows([trial]))
+    assert [row["step"] for row in rows] == [1, 2, 3, 4]
+    assert [row["joint"] for row in rows] == ["revolute-right", "slider-2", "slider-1", "revolute-left"]
+    assert [row["moved"] for row in rows] == [1, 1, 1, 1]
+    assert [row["told_moved"] for row in rows] == [1, 0, 1, 1]
+    assert [row["claimed"] for row in rows] == ["", "moved", "blocked", "moved"]
+    assert [row["state"] for row in rows] == ["0000", "0001", "0011", "0111"]
+    assert [row["target"] for row in rows] == [0, 0, 0, 1]
+    assert {row["ending"] for row in rows} == {"solved"}
+
+
+def test_a_blocked_target_is_not_the_row_that_moved_it():
+    assert [row["target"] for row in tidy_rows([make_trial([0, 0])])] == [0, 0]
+
+
+def test_csv_and_jsonl_hold_the_same():
+    trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
+    as_csv, as_jsonl = io.StringIO(), io.StringIO()
+    write_csv(trials, as_csv)
+    write_jsonl(trials, as_jsonl)
+    from_csv = list(csv.DictReader(io.StringIO(as_csv.getvalue())))
+    from_jsonl = [json.loads(line) for line in as_jsonl.getvalue().splitlines()]
+    assert from_csv == [{name: str(cell) for name, cell in row.items()} for row in from_jsonl]
+    assert len(from_csv) == sum(len(trial.steps) for trial in trials)
+    assert from_csv[0]["state"] == "0000"

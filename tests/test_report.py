@@ -1,0 +1,189 @@
+"""A report is whole, the same from the same records, and safe to open."""
+
+import csv
+import io
+import json
+import re
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, small_study, write_study
+
+from lockprobe.errors import BadFile
+from lockprobe.report import results, write_report
+
+ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
+FIELDS = {
+    "loop_rate_low",
+    "success_high",
+    "misinterpretation_rate",
+    "success_low",
+    "p",
+    "loop_rate_high",
+    "loop_rate_chance",
+    "key",
+    "loop_rate_chance_no_repeat",
+    "agent",
+    "trials",
+    "redundant_share",
+    "solved",
+    "loop_rate",
+    "coverage",
+    "misinterpretations",
+    "median_steps",
+    "success",
+}
+
+
+def noon():
+    return datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    directory = write_study(tmp_path_factory.mktemp("study"), small_study())
+    assert write_report(directory, clock=noon) == directory / "report.html"
+    return directory
+
+
+class Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.loads = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.loads += [value for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
+
+
+def page_of(directory):
+    return (directory / "report.html").read_text("utf-8")
+
+
+def test_all_files_are_there_and_no_draft(reported):
+    names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
+    pictures = {
+        f"figures/{name}.{form}"
+        for form in ("png", "svg")
+        for name in (
+            "fig4-success-by-p", "fig3-success-curves", "fig3-success-curves-by-p", "fig5a-loops-against-success",
+            "fig5b-loops-by-p",
+        )
+    }  # fmt: skip
+    tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in ("table1", "conditions")}
+    assert pictures | tables | {"report.html", "results.json"} <= names
+    assert not [name for name in names if "draft" in name]
+
+
+def test_results_have_the_promised_fields(reported):
+    content = json.loads((reported / "results.json").read_text("utf-8"))
+    assert content == json.loads(json.dumps(results(reported)))
+    assert content["schema_version"] == 1
+    assert content["progress"] == {"planned": 48, "finished": 48, "partial": False}
+    assert [c["key"] for c in content["conditions"][:2]] == ["flips/random/p=0", "flips/random/p=0.3"]
+    for condition in content["conditions"]:
+        assert set(condition) >= FIELDS
+        assert condition["trials"] == 8
+        assert 0 <= condition["success_low"] <= condition["success"] <= condition["success_high"] <= 1
+        assert 0 <= condition["loop_rate_low"] <= condition["loop_rate"] <= condition["loop_rate_high"] <= 1
+        assert condition["loop_rate_chance"] <= condition["loop_rate_chance_no_repeat"]
+
+
+def test_every_figures_numbers_are_in_the_results(reported):
+    content = results(reported)
+    for condition in content["conditions"]:
+        curve = condition["curve"]
+        assert len(curve["steps"]) == len(curve["share"]) == len(curve["low"]) == len(curve["high"]) == 21
+        assert curve["share"][-1] == condition["success"]
+        assert sum(point["n"] for point in condition["repetitions"]) == condition["trials"]
+        assert {"p", "success", "loop_rate", "repetition"} <= set(condition["repetitions"][0])
+    (human,) = (fit for fit in content["fits"] if fit["agent"] == "human-inspired")
+    band = human["success"]["quadratic"]
+    assert len(band["p"]) == len(band["value"]) == len(band["low"]) == len(band["high"])
+    assert {"r", "n", "low", "high", "caveat"} <= set(human["correlation"])
+
+
+def test_equal_records_give_equal_results_whatever_the_clock(tmp_path):
+    study = small_study(["human-inspired"])
+    trials = play_study(study)
+    first = write_study(tmp_path / "a", study, trials)
+    second = write_study(tmp_path / "b", study, reversed(trials))
+    (second / "timings.jsonl").write_text("")
+    write_report(first)
+    write_report(second, clock=noon)
+    for name in ("results.json", "figures/fig4-success-by-p.svg", "tables/conditions.csv"):
+        assert (first / name).read_bytes() == (second / name).read_bytes()
+    assert "seconds" not in (first / "results.json").read_text()
+    assert "Clock readings" in page_of(first)
+    assert "Clock readings" not in page_of(second)
+
+
+def test_the_page_loads_nothing_and_runs_nothing(reported):
+    page = Page(page_of(reported))
+    assert page.loads
+    assert all(load.startswith("data:image/") for load in page.loads)
+    assert not {"script", "link", "iframe", "object", "svg"} & set(page.tags)
+    assert not re.search(r"https?://", page_of(reported))
+
+
+def test_what_models_say_is_escaped(tmp_path):
+    said = {"agent": "llm:evil/" + "<b>x</b>", "hypothesis": ATTACK, "facts": {"model": ATTACK}}
+    trials = [make_trial(SOLUTION, p=p, trial=i, **said) for p in (0.0, 0.3) for i in (1, 2)]
+    trials += [make_trial([0, 1, 2] * 4, p=0.0, trial=3, claims=[None, "moved"], **said)]
+    study = small_study([said["agent"]], (0.0, 0.3), 1, 3)
+    directory = write_study(tmp_path / "study", study, trials)
+    page = Page(write_report(directory, clock=noon).read_text("utf-8"))
+    assert "script" not in page.tags
+    assert "b" not in page.tags
+    assert all(load.startswith("data:image/") for load in page.loads)
+    assert "&lt;script&gt;" in page_of(directory)
+
+
+def test_the_page_says_what_was_found_and_under_what(reported):
+    text = page_of(reported)
+    for finding in results(reported)["findings"]:
+        assert finding.replace("'", "&#39;") in text
+    for needed in ("reconstruction", "transient", "human-inspired", "Limits", "2026-01-02 12:00 UTC", "Seed"):
+        assert needed in text
+    assert "Partial" not in text
+
+
+def test_a_partial_study_says_so(tmp_path):
+    study = small_study(["random"])
+    trials = play_study(study)[:5]
+    broken = make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model")
+    directory = write_study(tmp_path / "study", study, [*trials, broken])
+    content = json.loads((write_report(directory).parent / "results.json").read_text())
+    assert content["progress"] == {"planned": 24, "finished": 5, "partial": True}
+    assert "Partial: 5 of 24 trials." in page_of(directory)
+    assert "it broke" in page_of(directory)
+
+
+def test_a_study_that_has_only_begun_can_be_reported(tmp_path):
+    directory = write_study(tmp_path / "study", small_study(), [])
+    assert "No trial has been played yet." in write_report(directory).read_text("utf-8")
+    assert results(directory)["conditions"] == []
+
+
+def test_only_errors_can_be_reported(tmp_path):
+    broken = make_trial([], agent="random", p=0.3, broken="model")
+    directory = write_study(tmp_path / "study", small_study(["random"]), [broken])
+    write_report(directory)
+    (condition,) = json.loads((directory / "results.json").read_text())["conditions"]
+    assert (condition["trials"], condition["success"], condition["errors"]) == (0, None, {"model": 1})
+
+
+def test_a_directory_without_a_study_is_refused(tmp_path):
+    with pytest.raises(BadFile):
+        write_report(tmp_path)
+
+
+def test_tables_are_those_of_the_results(reported):
+    rows = list(csv.DictReader(io.StringIO((reported / "tables" / "conditions.csv").read_text())))
+    content = results(reported)["conditions"]
+    assert [(row["agent"], row["solved"]) for row in rows] == [(c["agent"], str(c["solved"])) for c in content]
+    tex = (reported / "tables" / "conditions.tex").read_text()
+    assert tex.count(r"\\") == len(content) + 1
+    assert not re.search(r"(?<!\\)%", tex)

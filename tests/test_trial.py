@@ -1,0 +1,157 @@
+"""The closed loop: truth decides, what is told never leaks the truth, what breaks is attributed."""
+
+import asyncio
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from lockprobe import run_trial
+from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.channels.text import TextChannel
+from lockprobe.errors import Missing
+from lockprobe.lockbox.families import box
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.record import Decision, trial_from_json, trial_to_json
+from lockprobe.trial import Plan, play
+
+PLAN = Plan(
+    key="test", study="test", agent="fake", box=box(), modality="symbolic", p=0.0, flip="transient",
+    repetition=1, trial=1, seed=1,
+)  # fmt: skip
+
+
+class Fake:
+    """Decides by a function of the situation."""
+
+    def __init__(self, choose):
+        self.choose = choose
+        self.facts = {"fake": True}
+        self.seen = []
+
+    async def decide(self, situation, rng):
+        self.seen.append(situation)
+        return self.choose(situation)
+
+
+def joint(i):
+    return lambda situation: Decision(joint=situation.task.joints[i])
+
+
+def played(agent, plan=PLAN, channels=(), plant=None):
+    return asyncio.run(play(plan, plant=plant or SymbolicPlant(plan.box), channels=channels, agent=agent))
+
+
+def test_the_trial_ends_when_the_target_really_moves():
+    shortest = replace(PLAN, shuffle=False)
+    agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
+    trial = played(agent, shortest, (OutcomeFlip(p=1.0),))
+    assert (trial.ending, len(trial.steps)) == ("solved", 4)
+    assert [step.moved for step in trial.steps] == [True] * 4
+    assert [step.told_moved for step in trial.steps] == [False] * 4
+    assert [step.state for step in trial.steps] == ["0000", "0001", "0011", "0111"]
+
+
+def test_a_false_report_of_the_target_does_not_end_it():
+    agent = Fake(lambda situation: Decision(joint=situation.task.target))
+    trial = played(agent, channels=(OutcomeFlip(p=1.0),))
+    assert trial.ending == "budget"
+    assert len(trial.steps) == PLAN.budget == 20
+    assert all(step.told_moved and not step.moved for step in trial.steps)
+
+
+def test_the_agent_sees_what_is_told_and_never_the_truth():
+    agent = Fake(lambda situation: Decision(joint=situation.task.joints[len(situation.past) % 4]))
+    trial = played(agent, replace(PLAN, p=0.5, trial=2), (OutcomeFlip(p=0.5), TextChannel()))
+    assert any(step.moved != step.told_moved for step in trial.steps)
+    for situation, step in zip(agent.seen[1:], trial.steps, strict=False):
+        assert (situation.percept.outcome == "moved") == step.told_moved
+        told = dict(zip(situation.task.joints, situation.percept.positions, strict=True))
+        assert "".join(str(int(told[label])) for label in trial.labels) == step.told_state
+        assert situation.percept.text == step.told
+    assert set(agent.seen[0].task.joints) == set("ABCD")
+    assert not any(name in str(agent.seen) for name in box().names)
+
+
+def test_labels_and_listing_are_shuffled_per_trial_alike_in_every_condition():
+    one, other = (run_trial(agent="random", p=p, trial=1) for p in (0.0, 0.6))
+    assert (one.labels, one.listing) == (other.labels, other.listing)
+    drawn = {(t.labels, t.listing) for t in (run_trial(agent="random", trial=i) for i in range(1, 30))}
+    assert len(drawn) > 20
+    assert all(sorted(labels) == sorted(listing) == list("ABCD") for labels, listing in drawn)
+    plain = run_trial(agent="random", trial=1, shuffle=False)
+    assert plain.labels == plain.listing == ("A", "B", "C", "D")
+
+
+def test_the_target_takes_every_label_and_place_equally_often():
+    trials = [run_trial(agent="round-robin", trial=i, max_steps=1) for i in range(1, 801)]
+    labels = np.bincount(["ABCD".index(t.labels[0]) for t in trials], minlength=4)
+    places = np.bincount([t.listing.index(t.labels[0]) for t in trials], minlength=4)
+    assert all(abs(count - 200) < 50 for count in (*labels, *places))
+
+
+@dataclass(frozen=True)
+class BrokenChannel:
+    def perceive(self, percept, previous, task, rng):
+        raise ValueError("no light")
+
+
+class BrokenPlant(SymbolicPlant):
+    def attempt(self, joint):
+        raise OSError("hand off")
+
+
+def raising(error):
+    def choose(situation):
+        raise error
+
+    return Fake(choose)
+
+
+@pytest.mark.parametrize(
+    ("agent", "settings", "boundary", "message"),
+    [
+        (raising(TimeoutError("too slow")), {}, "model", "TimeoutError: too slow"),
+        (Fake(lambda situation: Decision(joint="Z", replies=("Z!",))), {}, "reply", "'Z' is no joint"),
+        (Fake(joint(0)), {"channels": (BrokenChannel(),)}, "channel", "ValueError: no light"),
+        (Fake(joint(0)), {"plant": BrokenPlant(box())}, "plant", "OSError: hand off"),
+    ],
+)
+def test_an_error_is_attributed_and_never_a_failure_to_solve(agent, settings, boundary, message):
+    trial = played(agent, **settings)
+    assert trial.ending == "error"
+    assert not trial.solved
+    assert (trial.error.boundary, trial.error.message) == (boundary, message)
+    assert trial.owed_again == (boundary != "reply")
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_what_was_played_before_an_error_is_kept():
+    def choose(situation):
+        if len(situation.past) == 3:
+            raise ConnectionError("gone")
+        return Decision(joint=situation.task.joints[0])
+
+    trial = played(Fake(choose))
+    assert len(trial.steps) == 3
+    assert trial.error.step == 4
+
+
+def test_a_key_never_reaches_a_record(monkeypatch):
+    monkeypatch.setenv("SOME_API_KEY", "very-private-42")
+    trial = played(raising(RuntimeError("401: very-private-42, sk-abcdefghij12345, Bearer zzzzzz")))
+    line = trial_to_json(trial).decode()
+    assert "very-private-42" not in line
+    assert "abcdefghij" not in line
+    assert "zzzzzz" not in line
+
+
+def test_a_users_mistake_is_not_swallowed():
+    with pytest.raises(Missing):
+        played(raising(Missing("key", "set it")))
+
+
+def test_same_seed_same_record_and_another_seed_another():
+    one, two, three = (run_trial(agent="human-inspired", p=0.3, seed=seed) for seed in (4, 4, 5))
+    assert trial_to_json(one) == trial_to_json(two)
+    assert trial_to_json(one) != trial_to_json(three)
