@@ -24,7 +24,8 @@ def boxes(draw) -> Lockbox:
         name="drawn",
         joints=tuple(Joint(name=name, kind="prismatic") for name in NAMES),
         interlock={
-            name: tuple(draw(st.lists(literals(name), min_size=1, max_size=3))) for name in draw(st.sets(st.sampled_from(NAMES)))
+            name: tuple(draw(st.lists(literals(name), min_size=1, max_size=3)))
+            for name in draw(st.sets(st.sampled_from(NAMES)))
         },
         initial=tuple(draw(st.lists(st.booleans(), min_size=4, max_size=4))),
         target="a",

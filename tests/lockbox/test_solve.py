@@ -33,7 +33,11 @@ def test_optimum_is_the_shortest_solving_sequence(size):
 def test_a_box_that_nothing_opens_has_no_optimum():
     joints = (Joint(name="a", kind="revolute"), Joint(name="b", kind="revolute"))
     puzzle = Lockbox(
-        name="x", joints=joints, interlock={"a": ({"b": True},), "b": ({"a": True},)}, initial=(False, False), target="a"
+        name="x",
+        joints=joints,
+        interlock={"a": ({"b": True},), "b": ({"a": True},)},
+        initial=(False, False),
+        target="a",
     )
     assert optimum(puzzle) is None
     assert random_success(puzzle) == 0

@@ -116,7 +116,7 @@ def proportion(count: int, n: int) -> Proportion:
     """
     if n == 0:
         return Proportion(count=0, n=0, value=math.nan, low=0.0, high=1.0)
-    from scipy.stats import binomtest  # noqa: PLC0415 - slow to import, and not always needed
+    from scipy.stats import binomtest
 
     interval = binomtest(count, n).proportion_ci(confidence_level=LEVEL, method="wilson")
     low, high = max(0.0, float(interval.low)), min(1.0, float(interval.high))
@@ -131,7 +131,7 @@ def difference(first: Proportion, second: Proportion) -> Difference | None:
     """
     if first.n == 0 or second.n == 0:
         return None
-    from scipy.stats import fisher_exact  # noqa: PLC0415 - slow to import, and not always needed
+    from scipy.stats import fisher_exact
 
     value = second.value - first.value
     down = math.hypot(second.value - second.low, first.high - first.value)

@@ -271,8 +271,8 @@ def _programme(loops: dict[str, list[int]], n: int, rule: Rule) -> list[Interval
     Each action is covered at most once; under ``repeat`` twice a copy is at most the sum of its loop's.
     The gain is the covered length, less a bit per binary, plus a smaller bit for long pieces (``whole``: short).
     """
-    from scipy.optimize import Bounds, LinearConstraint, milp  # noqa: PLC0415 - slow, and only needed here
-    from scipy.sparse import csr_array  # noqa: PLC0415
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array
 
     if not (choices := _choices(loops, rule)):
         return []

@@ -102,7 +102,7 @@ def _pictures(summary: StudySummary) -> Pictures:
     """The figures by name, each as PNG and SVG."""
     if not any(condition.success.n for condition in summary.conditions):
         return {}
-    from lockprobe import figures  # noqa: PLC0415 - slow to import, and not always needed
+    from lockprobe import figures
 
     subjects = summary.subjects
     drawn = {
@@ -121,7 +121,7 @@ def _pictures(summary: StudySummary) -> Pictures:
 def _html(
     study: LoadedStudy, content: dict[str, Any], pictures: Pictures, speeds: list[dict[str, Any]], now: datetime
 ) -> str:
-    import jinja2  # noqa: PLC0415 - slow to import, and not always needed
+    import jinja2
 
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True

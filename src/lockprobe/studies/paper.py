@@ -30,5 +30,5 @@ class Extent:
 FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 """Sec. 3.2: 0 % to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials in all."""
 
-SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=8)
+SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6)
 """Ours: what the embedded model plays in a few minutes on two cores."""
