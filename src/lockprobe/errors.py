@@ -50,6 +50,9 @@ Boundary = Literal["model", "reply", "plant", "channel", "participant"]
 """Where a trial broke."""
 
 
+LONGEST_MESSAGE = 1000
+"""Characters kept of what broke a trial."""
+
 _SECRET_NAME = re.compile(r"(KEY|TOKEN|SECRET|PASSWORD)$")
 _SECRET_SHAPE = re.compile(r"\b(sk|pk|hf|gsk|xai|AIza)[-_][A-Za-z0-9_\-*.]{6,}|(?<=Bearer )\S+")
 
@@ -154,7 +157,7 @@ class TrialFault(LockprobeError):
     boundary: ClassVar[Boundary]
 
     def __init__(self, message: str) -> None:
-        super().__init__(without_secrets(message))
+        super().__init__(without_secrets(message)[:LONGEST_MESSAGE])
 
 
 class ModelFault(TrialFault):

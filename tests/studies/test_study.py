@@ -32,6 +32,13 @@ def test_full_is_the_study_of_the_paper():
     assert (full.repetitions, full.trials, full.max_steps, full.size) == (3, 10, 20, 210)
 
 
+def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_something():
+    assert study(Request(agent=["random"])).p == paper.SHORT.p
+    asked = study(Request(agent=["random"], trials=200, repetitions=1))
+    assert (asked.p, asked.repetitions, asked.trials) == (paper.FULL.p, 1, 200)
+    assert study(Request(agent=["random"], p=[0])).trials == paper.FULL.trials
+
+
 def test_the_default_plays_references_beside_the_embedded_model():
     default = study("flips")
     assert default.agents == ("llm:local", "random", "round-robin", "human-inspired")
@@ -88,6 +95,7 @@ def test_a_study_file(tmp_path):
     [
         ("trails = 2", "trails: Extra inputs are not permitted; keys are study, agent"),
         ('p = "all"', "p: Input should be a valid list"),
+        ('agent = ["python:os:getcwd"]', "agent: python:os:getcwd would run code; name it on the command line"),
         ("p = [", "not TOML"),
         ('flip = "often"', "flip: Input should be 'transient', 'sticky' or 'outcome-only'"),
     ],

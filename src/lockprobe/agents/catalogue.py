@@ -8,8 +8,10 @@ model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model nam
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from lockprobe.agents.strategies import HumanInspired, RandomAgent, RandomNoRepeat, RoundRobin
@@ -101,6 +103,8 @@ def _language_model(spec: str, name: str) -> AgentSource:
 
 def _own_class(spec: str, path: str) -> Agent:
     module, _, name = path.partition(":")
+    if (here := str(Path.cwd())) not in sys.path:
+        sys.path.insert(0, here)
     try:
         found = getattr(importlib.import_module(module), name)()
     except (ImportError, AttributeError, ValueError) as error:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.agents.prompt import conversation, parse_reply, repair, reply_schema
-from lockprobe.errors import BadValue, Missing, ReplyFault
+from lockprobe.errors import BadValue, Missing, ModelFault, ReplyFault
 from lockprobe.record import Decision, Fact, Situation, Usage
 
 try:
@@ -112,7 +112,12 @@ class HostedModel:
         schema = ResponseSchema(
             name="reply", json_schema=JSONSchema.model_validate(reply_schema(situation)), strict=True
         )
-        return await self._model.generate(messages, config=GenerateConfig(response_schema=schema))
+        try:
+            return await self._model.generate(messages, config=GenerateConfig(response_schema=schema))
+        except RuntimeError as error:  # its own text repeats the whole request
+            if (said := getattr(error, "provider_message", None)) is None:
+                raise
+            raise ModelFault(f"the provider answered {getattr(error, 'status_code', None)}: {said}") from error
 
     async def aclose(self) -> None:
         """Close the provider's connections."""

@@ -1,32 +1,25 @@
-"""What a run shows while it goes on: a live display on a terminal, plain lines elsewhere, JSON lines for machines."""
+"""What a run counts while it goes on, and plain lines about it."""
 
 from __future__ import annotations
 
-import json as json_
-import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-
-from rich.console import Console, Group
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Journal
+from lockprobe.studies.paper import is_short
 from lockprobe.studies.stage import Timing
 from lockprobe.studies.study import Study
 
-__all__ = ["watch"]
+__all__ = ["Plain", "Tally", "minutes", "told"]
 
 _EVERY = 2.0
 """Seconds between plain lines about the state of a run."""
 
-STEPS_PER_MINUTE = 400.0
+STEPS_PER_TRIAL = 17.0
+STEPS_PER_MINUTE = 300.0
 """What the embedded model was measured to play on two cores; only for the first guess of the time."""
 
 
@@ -85,6 +78,11 @@ class Tally:
         )
 
 
+def minutes(trials: int) -> int:
+    """A first guess of how long the embedded model needs for so many trials, in whole minutes."""
+    return max(1, round(trials * STEPS_PER_TRIAL / STEPS_PER_MINUTE))
+
+
 def told(step: Step) -> str:
     """One step in words, truth beside told."""
     truth = "moved" if step.moved else "did not move"
@@ -105,20 +103,21 @@ class Plain:
         """Print one line at once."""
         print(text, flush=True)
 
-    def announce(self, study: Study, directory: Path, *, short: bool) -> None:
-        """Say what will be played, how long it should take, and where it goes."""
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """Say what will be played, how long it should take, where it goes, and what of it is done."""
+        self._journal = journal
+        short = is_short(study)
         self.say(
             f"{'Short flip study' if short else 'Flip study'} on {study.box.name}: "
             f"p = {', '.join(f'{p:g}' for p in study.p)}; {study.repetitions} repetitions of {study.trials} trials of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
         if short:
-            self.say("--full plays the paper's 7 p x 3 repetitions x 10 trials.")
-        self.say(f"Records: {directory} (the same command resumes it)")
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """Say how much is owed."""
-        self._journal = journal
+            slow = sum(spec.startswith(("llm:local", "llm:gguf")) for spec in study.agents)
+            trials = slow * study.size // len(study.agents)
+            time_needed = f"about {minutes(trials)} minutes on two cores" if slow else "some seconds"
+            self.say(f"It takes {time_needed}; --full plays the paper's 7 p x 3 repetitions x 10 trials.")
+        self.say(f"Records: {journal.directory} (the same command resumes it)")
         if owed < study.size:
             self.say(f"{study.size - owed} of {study.size} trials are done already; {owed} are owed")
 
@@ -127,10 +126,10 @@ class Plain:
         assert self._journal is not None
         done = [trial for trial in self._journal.trials.values() if trial.agent == source.spec and not trial.owed_again]
         self.tally.turn(source, owed, done)
-        self._shown = None
+        self._shown, self._last = None, time.monotonic()
         guess = ""
         if source.engine == "process":
-            guess = f", about {max(1, round(owed * 16 / STEPS_PER_MINUTE))} min on two cores"
+            guess = f", about {minutes(owed)} min on two cores"
         self.say(f"{source.spec}: {owed} trials to play{guess}")
 
     def step(self, key: str, step: Step) -> None:
@@ -159,143 +158,3 @@ class Plain:
     def reported(self, path: Path) -> None:
         """Name the report."""
         self.say(f"Report: {path}")
-
-
-class JsonLines(Plain):
-    """The same as JSON, one object a line, every step and every trial of slow agents."""
-
-    def say(self, text: str) -> None:
-        """Nothing: only :meth:`event` prints."""
-
-    def event(self, kind: str, **facts: object) -> None:
-        """Print one event."""
-        print(json_.dumps({"event": kind, **facts}), flush=True)
-
-    def announce(self, study: Study, directory: Path, *, short: bool) -> None:
-        """The study's settings."""
-        self.event("study", directory=str(directory), short=short, trials=study.size, settings=study.settings())
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """What is owed."""
-        super().begin(study, journal, owed)
-        self.event("begin", owed=owed, done=study.size - owed)
-
-    def agent(self, source: AgentSource, owed: int) -> None:
-        """An agent's turn comes."""
-        super().agent(source, owed)
-        self.event("agent", agent=source.spec, owed=owed)
-
-    def step(self, key: str, step: Step) -> None:
-        """A step of a slow agent."""
-        self.tally.steps += 1
-        if self.tally.slow:
-            self.event(
-                "step",
-                key=key,
-                step=step.step,
-                joint=step.joint,
-                moved=step.moved,
-                told_moved=step.told_moved,
-            )
-
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        """A trial is on disk."""
-        self.tally.trial(trial)
-        error = None if trial.error is None else {"boundary": trial.error.boundary, "message": trial.error.message}
-        self.event(
-            "trial",
-            key=trial.key,
-            ending=trial.ending,
-            steps=len(trial.steps),
-            seconds=round(timing.seconds, 3),
-            error=error,
-        )
-
-    def interrupted(self, directory: Path) -> None:
-        """Stopped by Ctrl-C."""
-        self.event("interrupted", directory=str(directory))
-
-    def reported(self, path: Path) -> None:
-        """The report is written."""
-        self.event("report", path=str(path))
-
-
-class LiveDisplay(Plain):
-    """A table that stays in place, with the latest step of every trial that is being played."""
-
-    def __init__(self, console: Console) -> None:
-        super().__init__()
-        self._console = console
-        self._playing: dict[str, str] = {}
-        self._live: Live | None = None
-
-    def say(self, text: str) -> None:
-        """Print above the table."""
-        self._console.print(Text(text))
-
-    def agent(self, source: AgentSource, owed: int) -> None:
-        """An agent's turn comes: a table of its own."""
-        self.close()
-        super().agent(source, owed)
-        self._playing.clear()
-        self._live = Live(get_renderable=self._table, console=self._console, refresh_per_second=4, transient=False)
-        self._live.start()
-
-    def close(self) -> None:
-        """Leave the table as it stands."""
-        if self._live is not None:
-            self._live.stop()
-            self._live = None
-
-    def step(self, key: str, step: Step) -> None:
-        """Remember the latest step of a trial."""
-        self.tally.steps += 1
-        self._playing[key] = told(step)
-
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        """Count a trial."""
-        self.tally.trial(trial)
-        self._playing.pop(trial.key, None)
-        if trial.error is not None:
-            self.say(f"  {trial.key}  error at {trial.error.boundary}: {trial.error.message}")
-
-    def interrupted(self, directory: Path) -> None:
-        """Say how to go on after Ctrl-C."""
-        self.close()
-        super().interrupted(directory)
-
-    def reported(self, path: Path) -> None:
-        """Name the report."""
-        self.close()
-        super().reported(path)
-
-    def _table(self) -> Group:
-        table = Table(box=None, padding=(0, 2, 0, 0))
-        for column in ("p", "solved", "played"):
-            table.add_column(column, justify="right")
-        for p in sorted(self.tally.ended):
-            table.add_row(f"{p:g}", str(self.tally.solved[p]), str(self.tally.ended[p]))
-        playing = [
-            Text(f"  {key}  {latest}", style="dim", no_wrap=True, overflow="ellipsis")
-            for key, latest in list(self._playing.items())[:8]
-        ]
-        head = Text(
-            self.tally.line().split(" · solved")[0] + f" · {self.tally.speed:.1f} steps/s · {self.tally.left} left",
-            style="bold",
-        )
-        return Group(head, table, *playing)
-
-
-@contextmanager
-def watch(*, json: bool) -> Iterator[Plain]:
-    """The display that fits where the output goes."""
-    if json:
-        yield JsonLines()
-    elif not sys.stdout.isatty():
-        yield Plain()
-    else:
-        display = LiveDisplay(Console())
-        try:
-            yield display
-        finally:
-            display.close()

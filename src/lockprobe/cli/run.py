@@ -8,14 +8,12 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.cli.progress import watch
+from lockprobe.cli.display import watch
 from lockprobe.errors import BadValue
 from lockprobe.report import write_report
-from lockprobe.studies import paper
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
-from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
 __all__ = ["run"]
@@ -68,14 +66,9 @@ def run(
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), connections=connections)
     with Journal.open(directory, planned) as journal, watch(json=json) as observer:
-        observer.announce(planned, directory, short=_is_short(planned))
         try:
             play_study(planned, journal, limits=limits, observer=observer)
         except KeyboardInterrupt:
             observer.interrupted(directory)
             raise
     observer.reported(write_report(directory))
-
-
-def _is_short(planned: Study) -> bool:
-    return planned.p == paper.SHORT.p and planned.trials == paper.SHORT.trials

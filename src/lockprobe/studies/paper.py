@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.studies.study import Study
 
-__all__ = ["FULL", "MAX_STEPS", "REFERENCES", "SHORT", "Extent"]
+__all__ = ["FULL", "MAX_STEPS", "REFERENCES", "SHORT", "Extent", "is_short"]
 
 MAX_STEPS = 20
 """Sec. 2.2: "a maximum budget of 20 steps"."""
@@ -32,3 +33,8 @@ FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 
 SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6)
 """Ours: what the embedded model plays in a few minutes on two cores."""
+
+
+def is_short(study: Study) -> bool:
+    """Whether a study has the short extent."""
+    return (study.p, study.repetitions, study.trials) == (SHORT.p, SHORT.repetitions, SHORT.trials)

@@ -137,6 +137,7 @@ async def _play_here(
     async def lane() -> None:
         for plan in queue:
             finish(*await play_timed(plan, agent, on_step))
+            await asyncio.sleep(0)  # strategies never wait, and Ctrl-C is heard only where somebody does
 
     lanes = [asyncio.ensure_future(lane()) for _ in range(side_by_side)]
     try:

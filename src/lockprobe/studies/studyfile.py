@@ -8,6 +8,7 @@
     trials = 5
 
 Every key is an option of ``lockprobe run`` of the same name. An option on the command line goes before the file.
+A study file is data from anyone: it cannot name an agent that runs code.
 """
 
 from __future__ import annotations
@@ -59,12 +60,16 @@ def read_request(path: Path) -> Request:
         BadFile: If it is not one, with the key that is wrong.
     """
     try:
-        return Request.model_validate(read_toml(path))
+        request = Request.model_validate(read_toml(path))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(Request.model_fields)}" if first["type"] == "extra_forbidden" else ""
         raise BadFile(path, f"{where}: {first['msg']}{known}") from None
+    for spec in request.agent or ():
+        if spec.startswith("python:"):
+            raise BadFile(path, f"agent: {spec} would run code; name it on the command line with --agent")
+    return request
 
 
 def find_box(name: str) -> Lockbox:
@@ -77,6 +82,9 @@ def find_box(name: str) -> Lockbox:
 def study(request: Request | str = "flips") -> Study:
     """The study that a request describes; a bare name is the study with its defaults.
 
+    A request that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as soon as
+    it says something, what it leaves out follows the paper.
+
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
@@ -84,7 +92,8 @@ def study(request: Request | str = "flips") -> Study:
         request = Request(study=request)
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, "FILE.toml"])
-    extent = paper.FULL if request.full else paper.SHORT
+    asked = request.full or any(given is not None for given in (request.p, request.trials, request.repetitions))
+    extent = paper.FULL if asked else paper.SHORT
     agents = ("llm:local", *paper.REFERENCES) if request.agent is None else tuple(request.agent)
     for spec in agents:
         resolve(spec)

@@ -1,0 +1,166 @@
+"""A run shown as a live table on a terminal, as JSON lines for machines, as plain lines elsewhere."""
+
+from __future__ import annotations
+
+import json as json_
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from lockprobe.agents.catalogue import AgentSource
+from lockprobe.cli.progress import Plain, told
+from lockprobe.record import Step, Trial
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.stage import Timing
+from lockprobe.studies.study import Study
+
+__all__ = ["watch"]
+
+
+class JsonLines(Plain):
+    """The same as JSON, one object a line, every step and every trial of slow agents."""
+
+    def say(self, text: str) -> None:
+        """Nothing: only :meth:`event` prints."""
+
+    def event(self, kind: str, **facts: object) -> None:
+        """Print one event."""
+        print(json_.dumps({"event": kind, **facts}), flush=True)
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """The study's settings, and what of it is done."""
+        super().begin(study, journal, owed)
+        self.event(
+            "begin",
+            directory=str(journal.directory),
+            trials=study.size,
+            owed=owed,
+            done=study.size - owed,
+            settings=study.settings(),
+        )
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """An agent's turn comes."""
+        super().agent(source, owed)
+        self.event("agent", agent=source.spec, owed=owed)
+
+    def step(self, key: str, step: Step) -> None:
+        """A step of a slow agent."""
+        self.tally.steps += 1
+        if self.tally.slow:
+            self.event(
+                "step",
+                key=key,
+                step=step.step,
+                joint=step.joint,
+                moved=step.moved,
+                told_moved=step.told_moved,
+            )
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """A trial is on disk."""
+        self.tally.trial(trial)
+        error = None if trial.error is None else {"boundary": trial.error.boundary, "message": trial.error.message}
+        self.event(
+            "trial",
+            key=trial.key,
+            ending=trial.ending,
+            steps=len(trial.steps),
+            seconds=round(timing.seconds, 3),
+            error=error,
+        )
+
+    def interrupted(self, directory: Path) -> None:
+        """Stopped by Ctrl-C."""
+        self.event("interrupted", directory=str(directory))
+
+    def reported(self, path: Path) -> None:
+        """The report is written."""
+        self.event("report", path=str(path))
+
+
+class LiveDisplay(Plain):
+    """A table that stays in place, with the latest step of every trial that is being played."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        self._console = console
+        self._playing: dict[str, str] = {}
+        self._live: Live | None = None
+
+    def say(self, text: str) -> None:
+        """Print above the table."""
+        self._console.print(Text(text))
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """An agent's turn comes: a table of its own."""
+        self.close()
+        super().agent(source, owed)
+        self._playing.clear()
+        self._live = Live(get_renderable=self._table, console=self._console, refresh_per_second=4, transient=False)
+        self._live.start()
+
+    def close(self) -> None:
+        """Leave the table as it stands."""
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
+
+    def step(self, key: str, step: Step) -> None:
+        """Remember the latest step of a trial."""
+        self.tally.steps += 1
+        self._playing[key] = told(step)
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """Count a trial."""
+        self.tally.trial(trial)
+        self._playing.pop(trial.key, None)
+        if trial.error is not None:
+            self.say(f"  {trial.key}  error at {trial.error.boundary}: {trial.error.message}")
+
+    def interrupted(self, directory: Path) -> None:
+        """Say how to go on after Ctrl-C."""
+        self.close()
+        super().interrupted(directory)
+
+    def reported(self, path: Path) -> None:
+        """Name the report."""
+        self.close()
+        super().reported(path)
+
+    def _table(self) -> Group:
+        table = Table(box=None, padding=(0, 2, 0, 0))
+        for column in ("p", "solved", "played"):
+            table.add_column(column, justify="right")
+        for p in sorted(self.tally.ended):
+            table.add_row(f"{p:g}", str(self.tally.solved[p]), str(self.tally.ended[p]))
+        playing = [
+            Text(f"  {key}  {latest}", style="dim", no_wrap=True, overflow="ellipsis")
+            for key, latest in list(self._playing.items())[:8]
+        ]
+        head = Text(
+            self.tally.line().split(" · solved")[0] + f" · {self.tally.speed:.1f} steps/s · {self.tally.left} left",
+            style="bold",
+        )
+        return Group(head, table, *playing)
+
+
+@contextmanager
+def watch(*, json: bool) -> Iterator[Plain]:
+    """The display that fits where the output goes."""
+    if json:
+        yield JsonLines()
+    elif not sys.stdout.isatty():
+        yield Plain()
+    else:
+        display = LiveDisplay(Console())
+        try:
+            yield display
+        finally:
+            display.close()

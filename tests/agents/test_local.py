@@ -1,0 +1,193 @@
+"""The embedded model plays: well-formed replies, exact probabilities, reproducible trials, nothing leaked."""
+
+import asyncio
+import subprocess
+import sys
+
+import pytest
+
+from lockprobe import load, run_trial
+from lockprobe.agents import local
+from lockprobe.agents.local import CONSTANT, LocalModel, read_options
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.families import box
+from lockprobe.record import trial_to_json
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.runner import Limits, run
+from lockprobe.studies.studyfile import Request, study
+
+
+@pytest.fixture(scope="module")
+def model():
+    return LocalModel.from_spec("llm:local")
+
+
+@pytest.fixture(scope="module")
+def trial(model):
+    return run_trial(agent=model, p=0.4, trial=2, max_steps=8)
+
+
+def test_every_reply_is_well_formed(trial):
+    assert trial.error is None
+    for step in trial.steps:
+        decision = step.decision
+        assert decision.joint in trial.listing
+        assert (decision.claimed is None) == (step.step == 1)
+        assert len(decision.replies) == 1
+        assert decision.replies[0].endswith(f"Next joint: {decision.joint}")
+
+
+def test_the_exact_probability_of_every_joint_is_recorded(trial):
+    for step in trial.steps:
+        assert len(step.decision.probabilities) == 4
+        assert sum(step.decision.probabilities) == pytest.approx(1)
+        assert all(0 < chance < 1 for chance in step.decision.probabilities)
+        assert (step.decision.claim_probability is None) == (step.step == 1)
+
+
+def test_the_record_says_what_the_model_was(trial):
+    facts = trial.facts
+    assert facts["model"] == "SmolLM2-135M-Instruct.Q4_1"
+    assert facts["sha256"] == "b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53"
+    assert (facts["quantisation"], facts["threads"], facts["temperature"]) == ("Q4_1", 1, 1.0)
+    assert (facts["decoding"], facts["calibration"]) == ("scored answers", "none")
+    assert str(facts["runtime"]).startswith("xllamacpp ")
+
+
+def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
+    settings = {"p": 0.4, "trial": 5, "max_steps": 5}
+    first = run_trial(agent=model, **settings)
+    run_trial(agent=model, p=0.0, trial=6, max_steps=3)
+    again = run_trial(agent=model, **settings)
+    assert trial_to_json(again) == trial_to_json(first)
+    script = (
+        "from lockprobe import run_trial; from lockprobe.agents.local import LocalModel;"
+        "from lockprobe.record import trial_to_json; import sys;"
+        f"t = run_trial(agent=LocalModel.from_spec('llm:local'), **{settings});"
+        "sys.stdout.write(trial_to_json(t).decode())"
+    )
+    elsewhere = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert elsewhere.stdout == trial_to_json(first).decode()
+    assert trial_to_json(run_trial(agent=model, seed=2, **settings)) != trial_to_json(first)
+
+
+def test_one_and_two_worker_processes_write_the_same_records(tmp_path):
+    planned = study(Request(agent=["llm:local"], p=[0, 0.4], trials=2, repetitions=1, max_steps=4))
+    for workers in (1, 2):
+        with Journal.open(tmp_path / str(workers), planned) as journal:
+            run(planned, journal, limits=Limits(workers=workers))
+    one, two = (sorted((tmp_path / str(n) / "trials.jsonl").read_bytes().splitlines()) for n in (1, 2))
+    assert one == two
+    assert len(load(tmp_path / "1")) == 4
+
+
+class Recording:
+    """An engine that only remembers what it was asked."""
+
+    def __init__(self):
+        self.asked = []
+
+    def restart(self, constant):
+        self.constant = constant
+
+    def tokens(self, text):
+        return (text,)
+
+    def score(self, prompt, options):
+        self.asked.append(("".join(prompt), ["".join(option) for option in options]))
+        return [1 / len(options)] * len(options)
+
+
+def asked(**settings):
+    engine = Recording()
+    trial = run_trial(agent=LocalModel(engine, {}), **settings)
+    return engine, trial
+
+
+def test_the_log_holds_what_was_told_and_what_was_said():
+    engine, trial = asked(p=0.5, trial=3, max_steps=4)
+    joints, claims = engine.asked[-1], engine.asked[-2]
+    assert joints[1] == [f" {label}" for label in trial.listing]
+    assert claims[1] == [" moved", " did not move"]
+    assert joints[0].startswith(CONSTANT)
+    target = trial.labels[0]
+    expected = (
+        f" The joints are: {', '.join(trial.listing)}. The target joint is: {target}. The given steps are: 4."
+        f"\n\nStep log:\nObservation: {trial.opening}\n"
+    )
+    for step in trial.steps[:3]:
+        expected += f"{step.decision.replies[0] if step.step > 1 else ' ' + step.decision.replies[0]}.\n"
+        expected += f"Observation: {step.told}\n"
+    assert joints[0].removeprefix(CONSTANT) == expected + trial.steps[3].decision.replies[0].removesuffix(
+        f" {trial.steps[3].decision.joint}"
+    )
+
+
+def test_every_question_continues_the_one_before_by_two_tokens_or_more():
+    """Or the runtime would evaluate a single token, which gives slightly other numbers."""
+    engine, _ = asked(p=0.5, trial=3, max_steps=6)
+    for (before, _), (after, _) in zip(engine.asked, engine.asked[1:], strict=False):
+        assert after.startswith(before)
+        assert len(after) > len(before) + 5
+
+
+def test_the_instruction_leaks_nothing():
+    words = ["chain", "slider", "revolute", "prismatic", "left", "right", "order", "open", *box().names]
+    assert [word for word in words if word in CONSTANT.lower()] == []
+
+
+def test_two_draws_per_step_whatever_the_answers_are(model):
+    class Counting:
+        def __init__(self):
+            self.draws = 0
+
+        def random(self):
+            self.draws += 1
+            return 0.5
+
+    from lockprobe.record import Percept, Situation, Task
+
+    rng = Counting()
+    task = Task(joints=("A", "B"), target="A", budget=3)
+    asyncio.run(LocalModel(Recording(), {}).decide(Situation(task=task, past=(), percept=Percept()), rng))
+    assert rng.draws == 2
+
+
+def test_temperature_and_calibration():
+    class Leaning(Recording):
+        def score(self, prompt, options):
+            super().score(prompt, options)
+            return [0.4, 0.3, 0.2, 0.1] if len(options) == 4 else [0.5, 0.5]
+
+    plain = run_trial(agent=LocalModel(Leaning(), {}), max_steps=2).steps[1].decision.probabilities
+    cold = run_trial(agent=LocalModel(Leaning(), {}, temperature=0.5), max_steps=2).steps[1].decision.probabilities
+    level = run_trial(agent=LocalModel(Leaning(), {}, calibration="first"), max_steps=2).steps[1].decision.probabilities
+    assert plain == pytest.approx((0.4, 0.3, 0.2, 0.1))
+    assert cold == pytest.approx([share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)])
+    assert level == pytest.approx((0.25,) * 4)
+
+
+@pytest.mark.parametrize(
+    ("spec", "kind", "message"),
+    [
+        (
+            "llm:local?heat=1",
+            UnknownName,
+            "no option of a local model is called 'heat'; there are: temperature, calibration",
+        ),
+        ("llm:local?temperature=0", BadValue, "temperature: got '0', expected a number above 0"),
+        ("llm:local?temperature=warm", BadValue, "temperature: got 'warm', expected a number above 0"),
+        ("llm:local?calibration=all", BadValue, "calibration: got 'all', expected one of none, first"),
+    ],
+)
+def test_bad_options_are_named(spec, kind, message):
+    with pytest.raises(kind) as mistake:
+        read_options(spec)
+    assert str(mistake.value) == message
+
+
+def test_options_are_part_of_the_spec():
+    name, options = read_options("llm:gguf:/a/b.gguf?temperature=0.7&calibration=first")
+    assert name == "llm:gguf:/a/b.gguf"
+    assert options == {"temperature": "0.7", "calibration": "first"}
+    local.check("llm:local?temperature=0.7")

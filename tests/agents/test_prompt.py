@@ -1,0 +1,82 @@
+"""The prompt is the same for every trial and leaks nothing; replies are the object asked for or refused with the reason."""
+
+import itertools
+
+import pytest
+
+from lockprobe.agents.prompt import conversation, instructions, parse_reply, reply_schema
+from lockprobe.errors import ReplyFault
+from lockprobe.lockbox.families import box
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+
+TASK = Task(joints=("C", "A", "D", "B"), target="D", budget=20)
+FIRST = Situation(task=TASK, past=(), percept=Percept(positions=(False,) * 4, text="At 1: none."))
+LATER = Situation(
+    task=TASK,
+    past=(Turn(percept=FIRST.percept, decision=Decision(joint="A", replies=("bad", "good"))),),
+    percept=Percept(joint="A", outcome="blocked", positions=(False,) * 4, text="A did not move. At 1: none."),
+)
+
+
+def test_it_states_the_problem_the_joints_the_target_and_the_budget():
+    text = instructions(TASK, positions=True)
+    for part in ("4 joints: C, A, D, B.", "target joint D", "20 steps", "lock each other in a hidden way"):
+        assert part in text
+
+
+def test_it_is_the_same_for_every_trial_up_to_names():
+    swap = str.maketrans("CADB", "ABCD")
+    other = Task(joints=tuple("ABCD"), target="C", budget=20)
+    marked = instructions(TASK, positions=True).replace("C, A, D, B", "A, B, C, D").replace("joint D ", "joint C ")
+    assert marked == instructions(other, positions=True)
+    assert "C, A, D, B".translate(swap) == "A, B, C, D"
+
+
+def test_only_the_observation_sentence_follows_the_modality():
+    told, hidden = instructions(TASK, positions=True), instructions(TASK, positions=False)
+    assert told.replace(", and which joints are now at position 1", "") == hidden
+
+
+def test_it_leaks_neither_names_nor_structure_of_the_box():
+    text = instructions(TASK, positions=True).lower()
+    words = ["chain", "slider", "revolute", "prismatic", "left", "right", "first", "order", *box().names]
+    assert [word for word in words if word in text.replace("in the first step", "")] == []
+    for one, other in itertools.permutations("CADB", 2):
+        assert f"{one} needs {other}".lower() not in text
+
+
+def test_the_conversation_holds_what_was_told_and_the_reply_that_counted():
+    texts = [(message.role, message.text) for message in conversation(LATER)]
+    assert texts[0][1].endswith("At 1: none.")
+    assert texts[1:] == [("assistant", "good"), ("user", "A did not move. At 1: none.")]
+
+
+def test_a_reply():
+    decision = parse_reply('{"last_action": "did not move", "hypothesis": "stuck", "joint": "B"}', LATER)
+    assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", "blocked", "stuck")
+    assert parse_reply('{"last_action": "none", "joint": "B"}', FIRST).claimed is None
+    fenced = '```json\n{"last_action": "moved", "hypothesis": "", "joint": "B"}\n```'
+    assert parse_reply(fenced, LATER).claimed == "moved"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "not one JSON object"),
+        ('{"last_action": "moved", "joint": "B"} or C', "not one JSON object"),
+        ('["moved", "B"]', "reply: Input should be a valid dictionary"),
+        ('{"last_action": "moved"}', "joint: Field required"),
+        ('{"last_action": "perhaps", "joint": "B"}', "last_action: Input should be 'moved', 'did not move' or 'none'"),
+        ('{"last_action": "none", "joint": "B"}', "last_action: 'none' is none of moved, did not move"),
+        ('{"last_action": "moved", "joint": "Z"}', "joint: 'Z' is none of C, A, D, B"),
+        ('{"last_action": "moved", "joint": 3}', "joint: Input should be a valid string"),
+    ],
+)
+def test_a_reply_of_another_form_is_refused_with_the_reason(text, reason):
+    with pytest.raises(ReplyFault, match="^" + reason.replace("(", r"\(")):
+        parse_reply(text, LATER)
+
+
+def test_the_schema_offers_what_can_be_said():
+    assert reply_schema(FIRST)["properties"]["last_action"]["enum"] == ["none"]
+    assert reply_schema(LATER)["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]

