@@ -15,8 +15,6 @@ class Server:
         owner = self
 
         class Handler(BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-
             def log_message(self, *args):
                 pass
 
@@ -33,7 +31,7 @@ class Server:
                 self.wfile.write(content)
 
         self._http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self._http.daemon_threads = True
+        self._http.daemon_threads = False  # so that closing waits for every connection
         self._http.handle_error = lambda *args: None  # a client may leave
         self.url = f"http://127.0.0.1:{self._http.server_port}/v1"
         self._thread = threading.Thread(target=self._http.serve_forever, daemon=True)

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import ReplyFault
 from lockprobe.record import Decision, Outcome, Situation, Task
 
-__all__ = ["Message", "Reply", "conversation", "instructions", "parse_reply", "repair", "reply_schema"]
+__all__ = ["Message", "Reply", "claims", "conversation", "instructions", "parse_reply", "repair", "reply_schema"]
 
 CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
 """What a reply may say of the last action."""

@@ -11,7 +11,7 @@ from lockprobe.agents import weights
 from lockprobe.agents.catalogue import known_specs
 from lockprobe.cli.health import examine
 
-__all__ = ["agents", "doctor", "models"]
+__all__ = ["agents", "doctor", "list_models", "models", "pull"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 

@@ -12,7 +12,7 @@ from lockprobe.lockbox.families import DEFAULT_BOX, named_boxes
 from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.studies.studyfile import find_box
 
-__all__ = ["app"]
+__all__ = ["app", "list_boxes", "show"]
 
 app = typer.Typer(no_args_is_help=True)
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]

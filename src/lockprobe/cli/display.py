@@ -20,7 +20,7 @@ from lockprobe.studies.journal import Journal
 from lockprobe.studies.stage import Timing
 from lockprobe.studies.study import Study
 
-__all__ = ["watch"]
+__all__ = ["JsonLines", "LiveDisplay", "watch"]
 
 
 class JsonLines(Plain):

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from lockprobe.analysis.curves import Proportion
 from lockprobe.analysis.summary import ConditionSummary, StudySummary
 
-__all__ = ["as_csv", "as_tex", "condition_table", "misinterpretation_table"]
+__all__ = ["as_csv", "as_tex", "condition_table", "interval", "misinterpretation_table", "percent"]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""

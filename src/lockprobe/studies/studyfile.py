@@ -31,7 +31,7 @@ __all__ = ["STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
 
 STUDIES = ("flips",)
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 class Request(BaseModel):
@@ -112,7 +112,7 @@ def study(request: Request | str = "flips") -> Study:
     )
 
 
-def _given(value: T | None, default: T) -> T:
+def _given(value: _T | None, default: _T) -> _T:
     return default if value is None else value
 
 
