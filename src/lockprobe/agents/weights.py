@@ -154,7 +154,9 @@ def _fetch(model: ModelFile, draft: Path, path: Path) -> None:
         with urllib.request.urlopen(model.url, timeout=30) as answer, draft.open("wb") as file:  # noqa: S310
             while chunk := answer.read(1 << 20):
                 file.write(chunk)
-    except (OSError, urllib.error.URLError) as error:
+    except OSError as error:
+        if isinstance(error, urllib.error.HTTPError):
+            error.close()
         draft.unlink(missing_ok=True)
         raise Missing(
             f"{model.name} could not be fetched ({error})",
