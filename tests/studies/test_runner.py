@@ -56,6 +56,29 @@ def test_an_agent_plays_the_same_beside_others_and_alone(tmp_path):
     assert [trial for trial in beside if trial.agent == "human-inspired"] == alone
 
 
+AGENT = """
+from lockprobe.record import Decision
+class Mine:
+    facts = {"model": "a"}
+    async def decide(self, situation, rng):
+        return Decision(joint=situation.task.joints[len(situation.past) % 4])
+"""
+
+
+def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
+    from lockprobe.errors import SettingsChanged
+
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "mine_a.py").write_text(AGENT)
+    played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
+    path = tmp_path / "d" / "trials.jsonl"
+    path.write_bytes(path.read_bytes().splitlines(keepends=True)[0])
+    monkeypatch.setattr("mine_a.Mine.facts", {"model": "b"})
+    with pytest.raises(SettingsChanged, match=r"python:mine_a:Mine, model is 'a' there, 'b' asked"):
+        played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
+    assert len(load(tmp_path / "d")) == 1
+
+
 def test_it_is_watched(tmp_path):
     class Watching(Silent):
         def __init__(self):

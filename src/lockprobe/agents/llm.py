@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.agents.prompt import conversation, parse_reply, repair, reply_schema
+from lockprobe.agents.prompt import FINGERPRINT, conversation, parse_reply, repair, reply_schema
 from lockprobe.errors import BadValue, Missing, ModelFault, ReplyFault
 from lockprobe.record import Decision, Fact, Situation, Usage
 
@@ -78,7 +78,7 @@ class HostedModel:
         return {
             "model": self._name,
             "runtime": f"inspect-ai {inspect_ai.__version__}",
-            "history": "chat",
+            "prompt": f"chat {FINGERPRINT}",
             "repairs": REPAIRS,
             "temperature": "provider default",
         }

@@ -8,6 +8,7 @@ gives the same trial on one machine. Figures and alternatives stand in ``docs/em
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal, get_args
 from urllib.parse import parse_qsl
@@ -31,6 +32,9 @@ Trying a joint switches its position if the joint is not locked; if it is locked
 The goal is to move the target joint within the given steps. \
 Each reply says whether the last joint moved or did not move, then names the next joint to try."""
 """The instruction, the same for every trial; it says nothing about which joint locks which."""
+
+FINGERPRINT = hashlib.sha256(CONSTANT.encode()).hexdigest()[:12]
+"""Twelve hexadecimal digits that change with the wording."""
 
 CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
 
@@ -97,7 +101,7 @@ class LocalModel:
         self._temperature = temperature
         self._calibration = calibration
         self.facts: Mapping[str, Fact] = {
-            **facts, "prompt": "log", "decoding": "scored answers", "temperature": temperature,
+            **facts, "prompt": f"log {FINGERPRINT}", "decoding": "scored answers", "temperature": temperature,
             "calibration": calibration,
         }  # fmt: skip
 

@@ -7,6 +7,7 @@ The paper prints no prompt, so the wording is ours.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import dataclass
 from typing import Literal
@@ -16,7 +17,17 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import ReplyFault
 from lockprobe.record import Decision, Outcome, Situation, Task
 
-__all__ = ["Message", "Reply", "claims", "conversation", "instructions", "parse_reply", "repair", "reply_schema"]
+__all__ = [
+    "FINGERPRINT",
+    "Message",
+    "Reply",
+    "claims",
+    "conversation",
+    "instructions",
+    "parse_reply",
+    "repair",
+    "reply_schema",
+]
 
 CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
 """What a reply may say of the last action."""
@@ -31,6 +42,9 @@ joint to attempt. {observation}
 Reply with one JSON object and nothing else:
 {{"last_action": "moved" or "did not move" ("none" in the first step), \
 "hypothesis": a short sentence on how the box works or "", "joint": the joint to attempt next}}"""
+
+FINGERPRINT = hashlib.sha256(_INSTRUCTIONS.encode()).hexdigest()[:12]
+"""Twelve hexadecimal digits that change with the wording."""
 
 _OBSERVATION = {
     True: "Then you are told whether it moved, and which joints are now at position 1.",

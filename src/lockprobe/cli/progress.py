@@ -78,6 +78,10 @@ class Tally:
         )
 
 
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def minutes(trials: int) -> int:
     """A first guess of how long the embedded model needs for so many trials, in whole minutes."""
     return max(1, round(trials * STEPS_PER_TRIAL / STEPS_PER_MINUTE))
@@ -109,7 +113,8 @@ class Plain:
         short = is_short(study)
         self.say(
             f"{'Short flip study' if short else 'Flip study'} on {study.box.name}: "
-            f"p = {', '.join(f'{p:g}' for p in study.p)}; {study.repetitions} repetitions of {study.trials} trials of "
+            f"p = {', '.join(f'{p:g}' for p in study.p)}; {_count(study.repetitions, 'repetition')} of "
+            f"{_count(study.trials, 'trial')} of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
         if short:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.errors import Missing
+from lockprobe.errors import Missing, SettingsChanged
 from lockprobe.record import Step, Trial
 from lockprobe.seams import Closable
 from lockprobe.studies.journal import Journal
@@ -112,8 +112,10 @@ class _Finish:
         self._journal = journal
         self._observer = observer
         self._broken_in_a_row = 0
+        self._facts = next((t.facts for t in journal.trials.values() if t.agent == spec and t.facts), None)
 
     def __call__(self, trial: Trial, timing: Timing) -> None:
+        self._same_agent(trial)
         self._journal.append(trial, timing)
         self._observer.trial(trial, timing)
         self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
@@ -122,6 +124,19 @@ class _Finish:
                 f"{self._spec} broke {self._broken_in_a_row} trials in a row ({trial.error.message})",
                 "nothing finished is lost; run the same command again when that is mended",
             )
+
+    def _same_agent(self, trial: Trial) -> None:
+        """A study that is resumed must not mix two models, prompts or runtimes under one name."""
+        if not trial.facts:
+            return
+        facts, self._facts = self._facts or trial.facts, self._facts or trial.facts
+        different = {
+            f"{self._spec}, {name}": (facts.get(name), trial.facts.get(name))
+            for name in sorted({*facts, *trial.facts})
+            if facts.get(name) != trial.facts.get(name)
+        }
+        if different:
+            raise SettingsChanged(self._journal.directory, different)
 
 
 async def _play_here(
