@@ -9,8 +9,8 @@ from lockprobe.errors import Boundary
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
 from lockprobe.record import Decision, Outcome, Step, Trial, TrialError
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.stage import Timing, play_timed
+from lockprobe.studies.journal import Journal, Timing
+from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
 
 SOLUTION = (3, 2, 1, 0)

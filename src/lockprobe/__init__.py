@@ -6,17 +6,40 @@
 >>> trial = lockprobe.run_trial(agent="human-inspired", p=0.0, seed=1)
 >>> trial.solved
 True
+
+``tidy_rows`` gives one row a step: ``pandas.DataFrame(lockprobe.tidy_rows(lockprobe.load(directory)))``.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
-from lockprobe.lockbox.families import box
-from lockprobe.studies.journal import load
-from lockprobe.studies.stage import run_trial
-from lockprobe.studies.studyfile import study
+if TYPE_CHECKING:
+    from lockprobe.export import tidy_rows
+    from lockprobe.lockbox.families import box
+    from lockprobe.studies.journal import load
+    from lockprobe.studies.runner import run_study
+    from lockprobe.studies.stage import run_trial
+    from lockprobe.studies.studyfile import study
 
-__all__ = ["__version__", "box", "load", "run_trial", "study"]
+__all__ = ["__version__", "box", "load", "run_study", "run_trial", "study", "tidy_rows"]
 
 __version__ = version("lockprobe")
+
+_HOMES = {
+    "box": "lockprobe.lockbox.families",
+    "load": "lockprobe.studies.journal",
+    "run_study": "lockprobe.studies.runner",
+    "run_trial": "lockprobe.studies.stage",
+    "study": "lockprobe.studies.studyfile",
+    "tidy_rows": "lockprobe.export",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Public names are imported when they are first used, so that ``lockprobe --help`` stays quick."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'lockprobe' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

@@ -58,7 +58,8 @@ _SECRET_SHAPE = re.compile(r"\b(sk|pk|hf|gsk|xai|AIza)[-_][A-Za-z0-9_\-*.]{6,}|(
 
 
 def without_secrets(text: str) -> str:
-    """The text with every key of the environment, and whatever looks like one, struck out."""
+    """The text, writable as UTF-8, with every key of the environment and whatever looks like one struck out."""
+    text = text.encode("utf-8", "replace").decode("utf-8")
     for name, value in os.environ.items():
         if len(value) >= 6 and _SECRET_NAME.search(name.upper()):
             text = text.replace(value, "[secret]")

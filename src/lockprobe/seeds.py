@@ -1,8 +1,8 @@
-"""One tree of random streams: study > repetition > trial > {labels, channel, agent}.
+"""One tree of random streams: study > repetition > trial > {labels, channel-0, channel-1, agent}.
 
-The condition is *not* on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
-channel and the same draws for its agent whatever the flip probability is, so conditions are compared on
-common random numbers: the flips at p = 0.2 are a subset of those at p = 0.4.
+Neither the condition nor the agent is on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
+channel and the same draws for its agent whatever the flip probability is and whoever plays, so conditions and
+agents are compared on common random numbers: the flips at p = 0.2 are a subset of those at p = 0.4.
 """
 
 from __future__ import annotations

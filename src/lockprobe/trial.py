@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, is_dataclass, replace
 
 import numpy as np
 
-from lockprobe.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
+from lockprobe.channels.noise import FlipKind
+from lockprobe.errors import (
+    ChannelFault,
+    LockprobeError,
+    ModelFault,
+    PlantFault,
+    ReplyFault,
+    TrialFault,
+    without_secrets,
+)
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.record import (
     Decision,
@@ -58,7 +68,7 @@ class Plan:
     box: Lockbox
     modality: str
     p: float
-    flip: str
+    flip: FlipKind
     repetition: int
     trial: int
     seed: int
@@ -154,7 +164,7 @@ async def play(
     blank = _blank(plan, names, ending)
     return replace(
         blank,
-        facts=dict(agent.facts),
+        facts={str(name): _fact(value) for name, value in agent.facts.items()},
         channels=tuple(_facts_of(channel) for channel in channels),
         opening=loop.opening,
         steps=tuple(loop.steps),
@@ -197,6 +207,29 @@ def _blank(plan: Plan, names: _Names, ending: Ending) -> Trial:
     )
 
 
+def _fact(value: object) -> Fact:
+    plain = value is None or isinstance(value, str | int | bool) or (isinstance(value, float) and math.isfinite(value))
+    return value if plain else str(value)  # type: ignore[return-value]
+
+
+def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
+    """What keeps a decision from being acted on and written down; agents come from anyone."""
+    if not isinstance(decision, Decision):
+        return f"{type(decision).__name__} is no Decision"
+    if decision.joint not in labels:
+        return f"{decision.joint!r} is no joint"
+    if decision.claimed not in ("moved", "blocked", None):
+        return f"claimed {decision.claimed!r} is none of moved, blocked, None"
+    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
+    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
+        return "a probability lies outside 0 to 1"
+    try:
+        "".join((decision.hypothesis, *decision.replies)).encode("utf-8")
+    except (UnicodeEncodeError, TypeError) as error:
+        return f"its text cannot be written ({error})"
+    return None
+
+
 def _facts_of(channel: Channel) -> dict[str, Fact]:
     """A channel is its own specification: its class and its fields."""
     settings: dict[str, Fact] = asdict(channel) if is_dataclass(channel) and not isinstance(channel, type) else {}
@@ -213,7 +246,7 @@ class _Loop:
         self._plant = plant
         self._agent = agent
         self._channels = [(channel, plan.stream(f"channel-{i}")) for i, channel in enumerate(channels)]
-        self._rng = plan.stream(f"agent:{plan.agent}")
+        self._rng = plan.stream("agent")
         self._joints = plan.box.names
         self._task = Task(joints=names.listing, target=names.labels[plan.box.target_index], budget=plan.budget)
         self._past: tuple[Turn, ...] = ()
@@ -242,7 +275,9 @@ class _Loop:
             decision = await self._agent.decide(
                 Situation(task=self._task, past=self._past, percept=self._percept), self._rng
             )
-        joint = self._index(decision)
+        if (why := _why_unusable(decision, self._names.labels)) is not None:
+            raise ReplyFault(why, tuple(map(without_secrets, getattr(decision, "replies", ()))))
+        joint = self._names.index(decision.joint)
         with _boundary(PlantFault):
             snapshot = self._plant.attempt(joint)
         told = self._tell(snapshot)
@@ -260,8 +295,3 @@ class _Loop:
         self._past = (*self._past, Turn(percept=self._percept, decision=decision))
         self._percept, self._configuration = told, snapshot.configuration
         return step
-
-    def _index(self, decision: Decision) -> int:
-        if decision.joint not in self._names.labels:
-            raise ReplyFault(f"{decision.joint!r} is no joint", decision.replies)
-        return self._names.index(decision.joint)

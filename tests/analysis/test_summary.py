@@ -65,7 +65,7 @@ def test_an_agent_that_ignores_reports_is_called_blind():
     agents = {agent.agent: agent for agent in summarise(play_study(small_study())).agents}
     assert agents["random"].blind
     assert agents["random"].contrast is None
-    assert "whatever it is told" in finding(agents["random"])
+    assert "whatever it was told" in finding(agents["random"])
     assert not agents["human-inspired"].blind
 
 

@@ -74,7 +74,9 @@ def resolve(spec: str) -> AgentSource:
     if head == "llm":
         return _language_model(spec, rest)
     if head == "python":
-        return AgentSource(spec=spec, engine="inline", make=lambda: _own_class(spec, rest))
+        return AgentSource(
+            spec=spec, engine="inline", make=lambda: _own_class(spec, rest), check=lambda: _can_be_made(spec, rest)
+        )
     raise UnknownName("agent", spec, known_specs())
 
 
@@ -101,13 +103,17 @@ def _language_model(spec: str, name: str) -> AgentSource:
     raise UnknownName("language model", spec, [name for name in _OTHERS if name.startswith("llm:")])
 
 
+def _can_be_made(spec: str, path: str) -> None:
+    _own_class(spec, path)
+
+
 def _own_class(spec: str, path: str) -> Agent:
     module, _, name = path.partition(":")
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.insert(0, here)
     try:
         found = getattr(importlib.import_module(module), name)()
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, TypeError, ValueError, SyntaxError, RuntimeError, OSError) as error:
         raise BadValue("agent", spec, f"python:module:Name of an importable class ({error})") from error
     if not isinstance(found, Agent):
         raise BadValue("agent", spec, "a class with `facts` and `async decide(situation, rng)`")

@@ -32,10 +32,7 @@ except ImportError as error:
         raise Missing("local models need the system's libgomp.so.1", "apt-get install libgomp1") from error
     raise Missing("local models need the package xllamacpp", "pip install 'lockprobe[local]'") from error
 
-__all__ = ["CONTEXT", "Engine"]
-
-CONTEXT = 4096
-"""Tokens that fit: well over 100 steps."""
+__all__ = ["Engine"]
 
 _PULL = 100.0
 """Added to the logits of allowed tokens; any other is then e^100 times less likely than it was."""
@@ -46,15 +43,17 @@ class Engine:
 
     Args:
         path: A GGUF file.
+        context: Tokens that a prompt may have.
 
     Raises:
         BadFile: If the file cannot be loaded.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, context: int = 4096) -> None:
+        self._context = context
         params = xllamacpp.CommonParams()
         params.model.path = str(path)
-        params.n_ctx = CONTEXT
+        params.n_ctx = context
         params.cpuparams.n_threads = 1
         params.cpuparams_batch.n_threads = 1
         params.flash_attn_type = 0
@@ -79,7 +78,7 @@ class Engine:
             "parameters": int(parameters),
             "runtime": f"xllamacpp {xllamacpp.__version__}",
             "threads": 1,
-            "context": CONTEXT,
+            "context": self._context,
         }
 
     def _http(self, path: str, content: dict[str, object] | None = None) -> Any:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.agents.prompt import FINGERPRINT, conversation, parse_reply, repair, reply_schema
+from lockprobe.agents.prompt import conversation, example, fingerprint, parse_reply, repair, reply_schema
 from lockprobe.errors import BadValue, Missing, ModelFault, ReplyFault
 from lockprobe.record import Decision, Fact, Situation, Usage
 
@@ -78,7 +79,7 @@ class HostedModel:
         return {
             "model": self._name,
             "runtime": f"inspect-ai {inspect_ai.__version__}",
-            "prompt": f"chat {FINGERPRINT}",
+            "prompt": f"chat {_prompt_fingerprint()}",
             "repairs": REPAIRS,
             "temperature": "provider default",
         }
@@ -122,6 +123,13 @@ class HostedModel:
     async def aclose(self) -> None:
         """Close the provider's connections."""
         await self._model.api.aclose()
+
+
+def _prompt_fingerprint() -> str:
+    """What changes with any word that a model is sent, but for the sentences of the observation."""
+    shown = example()
+    texts = [message.text for message in conversation(shown)]
+    return fingerprint(*texts, repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown)))
 
 
 def _add(usage: Usage, output: ModelOutput) -> Usage:

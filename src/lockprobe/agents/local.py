@@ -8,7 +8,6 @@ gives the same trial on one machine. Figures and alternatives stand in ``docs/em
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal, get_args
 from urllib.parse import parse_qsl
@@ -16,8 +15,9 @@ from urllib.parse import parse_qsl
 import numpy as np
 
 from lockprobe.agents import weights
+from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.record import Decision, Fact, Outcome, Situation, Task
+from lockprobe.record import Decision, Fact, Outcome, Situation, Task, Turn
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
@@ -33,8 +33,8 @@ The goal is to move the target joint within the given steps. \
 Each reply says whether the last joint moved or did not move, then names the next joint to try."""
 """The instruction, the same for every trial; it says nothing about which joint locks which."""
 
-FINGERPRINT = hashlib.sha256(CONSTANT.encode()).hexdigest()[:12]
-"""Twelve hexadecimal digits that change with the wording."""
+CONTEXT = 4096
+"""Tokens that a trial may take: about 130 steps."""
 
 CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
 
@@ -101,9 +101,12 @@ class LocalModel:
         self._temperature = temperature
         self._calibration = calibration
         self.facts: Mapping[str, Fact] = {
-            **facts, "prompt": f"log {FINGERPRINT}", "decoding": "scored answers", "temperature": temperature,
+            **facts,
+            "prompt": f"log {fingerprint(*_segments(example()))}",
+            "decoding": "scored answers",
+            "temperature": temperature,
             "calibration": calibration,
-        }  # fmt: skip
+        }
 
     @classmethod
     def from_spec(cls, spec: str) -> LocalModel:
@@ -116,7 +119,7 @@ class LocalModel:
 
         name, options = read_options(spec)
         path = weights.locate(name)
-        engine = Engine(path)
+        engine = Engine(path, context=CONTEXT)
         facts = {"model": path.stem, "sha256": weights.sha256_of(path)} | engine.facts()
         calibration: Calibration = "first" if options["calibration"] == "first" else "none"
         return cls(engine, facts, temperature=float(options["temperature"]), calibration=calibration)
@@ -154,17 +157,11 @@ class LocalModel:
         return adjusted
 
     def _prompt(self, situation: Situation) -> list[int]:
-        """The log up to the point where the model has to say what its last action did, or to choose."""
-        task = situation.task
         if not situation.past:
             self._engine.restart(CONSTANT)
-        prompt = self._extend([], CONSTANT, *_introduction(task))
-        for turn in situation.past:
-            prompt = self._extend(prompt, "\nObservation:", f" {turn.percept.text}".rstrip(), "\n")
-            prompt = self._extend(prompt, *_reply(turn.percept.joint, turn.decision))
-        prompt = self._extend(prompt, "\nObservation:", f" {situation.percept.text}".rstrip(), "\n")
-        if situation.percept.joint is not None:
-            prompt = self._extend(prompt, "Last joint:", f" {situation.percept.joint}")
+        prompt = self._extend([], *_segments(situation))
+        if len(prompt) > CONTEXT - 64:
+            raise BadValue("max_steps", situation.task.budget, f"a trial that fits this model's {CONTEXT} tokens")
         return prompt
 
     def _extend(self, prompt: list[int], *segments: str) -> list[int]:
@@ -173,6 +170,17 @@ class LocalModel:
             if segment:
                 prompt = [*prompt, *self._engine.tokens(segment)]
         return prompt
+
+
+def _segments(situation: Situation) -> list[str]:
+    """The log up to the point where the model has to say what its last action did, or to choose."""
+    segments = [CONSTANT, *_introduction(situation.task)]
+    for turn in situation.past:
+        segments += ["\nObservation:", f" {turn.percept.text}".rstrip(), "\n", *_reply(turn)]
+    segments += ["\nObservation:", f" {situation.percept.text}".rstrip(), "\n"]
+    if situation.percept.joint is not None:
+        segments += ["Last joint:", f" {situation.percept.joint}"]
+    return segments
 
 
 def _introduction(task: Task) -> tuple[str, ...]:
@@ -184,11 +192,11 @@ def _introduction(task: Task) -> tuple[str, ...]:
     )
 
 
-def _reply(last: str | None, decision: Decision) -> tuple[str, ...]:
+def _reply(turn: Turn) -> tuple[str, ...]:
     """An earlier reply, in the same segments in which it was asked for."""
-    said = next((words for words, outcome in CLAIMS.items() if outcome == decision.claimed), "")
-    opening = ("Last joint:", f" {last}", said, ".") if said else ()
-    return (*opening, " Next joint:", f" {decision.joint}", ".")
+    said = next((words for words, outcome in CLAIMS.items() if outcome == turn.decision.claimed), "")
+    opening = ("Last joint:", f" {turn.percept.joint}", said, ".") if said else ()
+    return (*opening, " Next joint:", f" {turn.decision.joint}", ".")
 
 
 def _draw(joints: tuple[str, ...], chances: list[float], draw: float) -> str:

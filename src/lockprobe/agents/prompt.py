@@ -15,14 +15,15 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import ReplyFault
-from lockprobe.record import Decision, Outcome, Situation, Task
+from lockprobe.record import Decision, Outcome, Percept, Situation, Task, Turn
 
 __all__ = [
-    "FINGERPRINT",
     "Message",
     "Reply",
     "claims",
     "conversation",
+    "example",
+    "fingerprint",
     "instructions",
     "parse_reply",
     "repair",
@@ -43,9 +44,6 @@ Reply with one JSON object and nothing else:
 {{"last_action": "moved" or "did not move" ("none" in the first step), \
 "hypothesis": a short sentence on how the box works or "", "joint": the joint to attempt next}}"""
 
-FINGERPRINT = hashlib.sha256(_INSTRUCTIONS.encode()).hexdigest()[:12]
-"""Twelve hexadecimal digits that change with the wording."""
-
 _OBSERVATION = {
     True: "Then you are told whether it moved, and which joints are now at position 1.",
     False: "Then you are told whether it moved.",
@@ -58,6 +56,20 @@ class Message:
 
     role: Literal["user", "assistant"]
     text: str
+
+
+def example() -> Situation:
+    """The second step of a made-up trial: what a prompt looks like, and what its fingerprint is taken from."""
+    task = Task(joints=("B", "A"), target="A", budget=20)
+    decision = Decision(joint="B", replies=("reply",))
+    past = (Turn(percept=Percept(positions=(False, False), text="first"), decision=decision),)
+    percept = Percept(joint="B", outcome="moved", positions=(True, False), text="then")
+    return Situation(task=task, past=past, percept=percept)
+
+
+def fingerprint(*texts: str) -> str:
+    """Twelve hexadecimal digits that change with any of the texts."""
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:12]
 
 
 class Reply(BaseModel):
@@ -130,7 +142,7 @@ def parse_reply(text: str, situation: Situation) -> Decision:
     except ValidationError as error:
         first = error.errors()[0]
         raise ReplyFault(f"{'.'.join(map(str, first['loc'])) or 'reply'}: {first['msg']}") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise ReplyFault("not one JSON object") from None
     if reply.joint not in situation.task.joints:
         raise ReplyFault(f"joint: {reply.joint!r} is none of {', '.join(situation.task.joints)}")

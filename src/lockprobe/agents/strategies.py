@@ -17,10 +17,11 @@ def _pick(choices: list[str], rng: np.random.Generator) -> str:
 
 class _Rule:
     facts: Mapping[str, Fact] = {}
+    looks = False
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Choose by the rule, and say of the last action what was told of it."""
-        return Decision(joint=self.choose(situation, rng), claimed=situation.percept.outcome)
+        """Choose by the rule. A rule that looks at nothing says nothing of its last action."""
+        return Decision(joint=self.choose(situation, rng), claimed=situation.percept.outcome if self.looks else None)
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> str:
         """The next joint."""
@@ -63,6 +64,8 @@ class HumanInspired(_Rule):
     3. Else an opened one that has not failed since then.
     4. Else, since the reports contradict each other, any joint.
     """
+
+    looks = True
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> str:
         """The next joint by the rules above."""

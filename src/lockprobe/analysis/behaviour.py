@@ -80,7 +80,8 @@ def loop_coverage(trial: Trial) -> float:
 def redundant_share(trial: Trial) -> float:
     """Share of steps that tried a joint again in a true configuration in which it had been tried, [0, 1].
 
-    Such a step can tell an agent nothing that it could not know. Round robin has loops and no redundancy.
+    Told the truth, such a step can tell an agent nothing that it could not know; with false reports it can be a
+    check. Round robin has loops and no redundancy.
     """
     pairs = {(step.state, step.joint) for step in trial.steps}
     return 1.0 - len(pairs) / len(trial.steps) if trial.steps else 0.0

@@ -37,6 +37,9 @@ ENUMERABLE = 2**18
 CHUNKS, CHUNK = 20, 20_000
 """Simulated are 20 times 20 000 sequences."""
 
+CELLS = CHUNK * 70**2
+"""Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chance:
@@ -60,7 +63,7 @@ def chance_level(
 
     Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
     5: 20, 6: 19, 7: 18, more: 17), for every case of at most 262 144 sequences, and wherever it is 0 or 1.
-    Otherwise from 400 000 simulated sequences, the same ones at every call.
+    Otherwise from simulated sequences, the same ones at every call: 400 000 up to length 70, fewer beyond.
 
     Args:
         length: Steps in the trial (at least 0).
@@ -146,11 +149,12 @@ def _simulated(length: int, actions: int, null: Null, min_length: int, *, overla
     """
     rng = generator(0, "chance", null, length, actions)
     looping = 0
+    chunk = min(CHUNK, max(100, CELLS // length**2))
     for _ in range(CHUNKS):
-        sequences = rng.integers(null == "no-repeat", actions, (CHUNK, length))
+        sequences = rng.integers(null == "no-repeat", actions, (chunk, length))
         if null == "no-repeat":
             sequences = sequences.cumsum(axis=1) % actions
         looping += int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum())
-    trials = CHUNKS * CHUNK
+    trials = CHUNKS * chunk
     smooth = (looping + 1) / (trials + 2)
     return Chance(probability=looping / trials, method="simulation", error=sqrt(smooth * (1 - smooth) / trials))

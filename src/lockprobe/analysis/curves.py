@@ -104,12 +104,13 @@ def ended(trials: Iterable[Trial]) -> list[Trial]:
 
 
 @lru_cache(maxsize=65536)
-def proportion(count: int, n: int) -> Proportion:
-    """A share with its 95 % Wilson interval.
+def proportion(count: int, n: int, level: float = LEVEL) -> Proportion:
+    """A share with its Wilson interval.
 
     Args:
         count: How many, 0 to ``n``.
         n: Of how many; 0 gives the interval [0, 1].
+        level: Confidence level, (0, 1).
 
     >>> round(proportion(7, 30).low, 3), round(proportion(7, 30).high, 3)
     (0.118, 0.409)
@@ -118,22 +119,29 @@ def proportion(count: int, n: int) -> Proportion:
         return Proportion(count=0, n=0, value=math.nan, low=0.0, high=1.0)
     from scipy.stats import binomtest
 
-    interval = binomtest(count, n).proportion_ci(confidence_level=LEVEL, method="wilson")
+    interval = binomtest(count, n).proportion_ci(confidence_level=level, method="wilson")
     low, high = max(0.0, float(interval.low)), min(1.0, float(interval.high))
     return Proportion(count=count, n=n, value=count / n, low=low if count else 0.0, high=high if count < n else 1.0)
 
 
-def difference(first: Proportion, second: Proportion) -> Difference | None:
+def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Difference | None:
     """How far the second proportion lies above the first; None if one of them has no trials.
 
     The two are taken as independent. Conditions of one study share their luck (common random numbers), which
     makes the interval and the test wider than they need be, not narrower, where that luck acts alike in both.
+
+    Args:
+        first: Success under one condition.
+        second: Success under another.
+        choices: Number of conditions that the second was chosen from; the interval has the level 1 - 0.05 / choices.
     """
     if first.n == 0 or second.n == 0:
         return None
     from scipy.stats import fisher_exact
 
     value = second.value - first.value
+    level = 1 - (1 - LEVEL) / choices
+    first, second = proportion(first.count, first.n, level), proportion(second.count, second.n, level)
     down = math.hypot(second.value - second.low, first.high - first.value)
     up = math.hypot(second.high - second.value, first.value - first.low)
     table = np.array([[second.count, second.n - second.count], [first.count, first.n - first.count]])

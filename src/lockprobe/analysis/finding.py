@@ -16,7 +16,7 @@ def finding(agent: AgentSummary) -> str:
         return f"No trial of {agent.agent} has ended as solved or out of budget."
     share, contrast = counted[0].success, agent.contrast
     if agent.blind:
-        return f"{agent.agent} acts the same whatever it is told: it solved {_of(share)} under every condition."
+        return f"{agent.agent} acted the same whatever it was told: it solved {_of(share)} under every condition."
     if contrast is None:
         return (
             f"{agent.agent} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. "
@@ -29,7 +29,7 @@ def finding(agent: AgentSummary) -> str:
             f"{subject} {_percent(share.value)} of its trials under every condition (n = {share.n} at "
             f"p = {first.p:g}, 95 % interval {_percent(share.low)} to {_percent(share.high)})."
         )
-    chosen = "" if contrast.choices == 1 else f" after correction for choosing it from {contrast.choices}"
+    chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
     interval = (
         f"{_points(found.value)} points, 95 % interval {_points(found.low)} to {_points(found.high)}; "
         f"Fisher's exact test, {_p(contrast.p_adjusted)}{chosen}"

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +30,13 @@ LENGTH_CAVEAT = (
     "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is "
     "expected even if loops do no harm. It cannot tell cause from trial length."
 )
-_BAND_NOTE = "The band resamples {} repetitions as clusters{}."
-_RESAMPLES = 2000
 _GRID = 61
 _EXACT = 1e-12
 """Mean squared residual below which a fit is exact."""
 
 Array = NDArray[np.float64]
+
+Quantity = Literal["success", "loop_rate"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +83,7 @@ class Quadratic:
         coefficients: From the constant upwards.
         p: Where the fit is evaluated.
         value: The fit there.
-        low: 2.5th percentile over cluster-bootstrap resamples; empty with fewer than two repetitions.
+        low: 2.5th percentile over bootstrap resamples; empty where nothing can be resampled.
         high: 97.5th percentile.
         turning: Where the fit turns, if strictly inside the range of p.
         turning_kind: ``maximum`` or ``minimum``.
@@ -128,7 +128,7 @@ class Correlation:
     Attributes:
         r: [-1, 1]; None if either is constant or there are fewer than three points.
         n: Points.
-        low: 2.5th percentile over bootstrap resamples of the points.
+        low: 2.5th percentile over bootstrap resamples; None where nothing can be resampled.
         high: 97.5th percentile.
         caveat: Why it must not be read as an effect.
     """
@@ -140,15 +140,14 @@ class Correlation:
     caveat: str = LENGTH_CAVEAT
 
 
-def trend_fit(points: Sequence[Point], quantity: Literal["success", "loop_rate"], rng: np.random.Generator) -> TrendFit:
+def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> TrendFit:
     """Fit polynomials over p as the paper does (Sec. 3.2).
 
     Args:
-        points: Repetitions of conditions; those without trials are left out.
+        points: Repetitions of conditions, each with at least one trial.
         quantity: What is fitted.
-        rng: For the bootstrap.
+        draws: The quantity at those points in bootstrap resamples, shape (resamples, points).
     """
-    points = [point for point in points if point.n > 0]
     x = np.array([point.p for point in points], dtype=np.float64)
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
     values = len(set(x.tolist()))
@@ -162,26 +161,18 @@ def trend_fit(points: Sequence[Point], quantity: Literal["success", "loop_rate"]
             note=f"No fit: it needs three values of p with trials that differ, and there {_are(values)}.",
         )
     orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
-    clusters = np.array([point.repetition for point in points])
     return TrendFit(
         n=len(points),
         orders=orders,
         order_by_aic=_chosen([(score.order, score.aic) for score in orders]),
         order_by_cv=_chosen([(score.order, score.cv_rmse) for score in orders if score.cv_rmse is not None]),
-        quadratic=_quadratic(x, y, clusters, orders[2].coefficients, rng),
-        note=_note(len(set(clusters.tolist()))),
+        quadratic=_quadratic(x, draws, orders[2].coefficients),
+        note="" if len(draws) else "No band: it resamples the trials of a repetition, and one has a single trial.",
     )
 
 
 def _are(count: int) -> str:
     return "is one" if count == 1 else f"are {count or 'none'}"
-
-
-def _note(repetitions: int) -> str:
-    if repetitions < 2:
-        return "No band: it resamples repetitions, and there is only one."
-    coarse = ", of which there are so few that it is coarse" if repetitions < 5 else ""
-    return _BAND_NOTE.format(repetitions, coarse)
 
 
 def _chosen(scores: Sequence[tuple[int, float | None]]) -> int | None:
@@ -214,14 +205,12 @@ def _turning(coefficients: Array, low: float, high: float) -> tuple[Array, NDArr
     return where, ~flat & (where > low) & (where < high)
 
 
-def _quadratic(
-    x: Array, y: Array, clusters: NDArray[Any], coefficients: tuple[float, ...], rng: np.random.Generator
-) -> Quadratic:
+def _quadratic(x: Array, draws: Array, coefficients: tuple[float, ...]) -> Quadratic:
     grid = np.linspace(x.min(), x.max(), _GRID)
     basis = np.vander(grid, 3, increasing=True)
     fitted = np.array(coefficients)
     where, inside = _turning(fitted, x.min(), x.max())
-    resampled = _resampled(x, y, clusters, rng)
+    resampled = draws @ np.linalg.pinv(np.vander(x, 3, increasing=True)).T
     low: Array = np.array([])
     high: Array = np.array([])
     share = None
@@ -242,31 +231,22 @@ def _quadratic(
     )
 
 
-def _resampled(x: Array, y: Array, clusters: NDArray[Any], rng: np.random.Generator) -> Array:
-    """Second-order coefficients, one row per resample of whole repetitions; none with a single repetition."""
-    names = np.unique(clusters)
-    if len(names) < 2:
-        return np.empty((0, 3))
-    design = np.vander(x, 3, increasing=True)
-    member = (clusters[None, :] == names[:, None]).astype(np.float64)
-    squares = np.einsum("cn,ni,nj->cij", member, design, design)
-    products = np.einsum("cn,ni,n->ci", member, design, y)
-    times = rng.multinomial(len(names), np.full(len(names), 1 / len(names)), size=_RESAMPLES).astype(np.float64)
-    inverse = np.linalg.pinv(np.einsum("bc,cij->bij", times, squares), hermitian=True)
-    coefficients: Array = np.einsum("bij,bj->bi", inverse, times @ products)
-    return coefficients
+def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correlation:
+    """Pearson's r of loop rate and success over repetitions of conditions, as in Fig. 5a.
 
-
-def correlation(points: Sequence[Point], rng: np.random.Generator) -> Correlation:
-    """Pearson's r of loop rate and success over repetitions of conditions, as in Fig. 5a."""
-    points = [point for point in points if point.n > 0]
+    Args:
+        points: Each with at least one trial.
+        loops: Loop rates at those points in bootstrap resamples, shape (resamples, points).
+        success: Success at those points in the same resamples.
+    """
     pairs = np.array([[point.loop_rate, point.success] for point in points], dtype=np.float64).reshape(-1, 2)
     r = _pearson(pairs[None])[0] if len(pairs) >= 3 else math.nan
     if not math.isfinite(r):
         return Correlation(r=None, n=len(points), low=None, high=None)
-    draws = _pearson(pairs[rng.integers(len(pairs), size=(_RESAMPLES, len(pairs)))])
-    low, high = np.percentile(draws[np.isfinite(draws)], [2.5, 97.5])
-    return Correlation(r=float(r), n=len(points), low=float(low), high=float(high))
+    draws = _pearson(np.stack([loops, success], axis=2))
+    finite = draws[np.isfinite(draws)]
+    low, high = np.percentile(finite, [2.5, 97.5]).tolist() if len(finite) else (None, None)
+    return Correlation(r=float(r), n=len(points), low=low, high=high)
 
 
 def _pearson(pairs: Array) -> Array:

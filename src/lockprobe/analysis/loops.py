@@ -33,6 +33,7 @@ Rule = Literal["free", "repeat", "whole"]
 
 Solver = Literal["dp", "ilp"]
 """``dp``: exact dynamic programme, for ``free``. ``ilp``: the paper's linear programme, for every rule."""
+LONGEST_ILP = 120
 
 Interval = tuple[int, int]
 
@@ -77,10 +78,7 @@ def parse_sequence(line: str) -> tuple[str, ...]:
 
 
 def any_loop(sequence: Sequence[Hashable], *, min_length: int = 3, overlap: bool = False) -> bool:
-    """Whether a trial holds an action loop; settings as in :func:`cover`.
-
-    Words of exactly ``min_length`` decide: a longer loop starts with a shorter one.
-    """
+    """Whether a trial holds a loop; settings as in :func:`cover`. Words of ``min_length`` decide."""
     apart = _distance(min_length, overlap=overlap)
     first: dict[tuple[Hashable, ...], int] = {}
     for start in range(len(sequence) - min_length + 1):
@@ -123,7 +121,7 @@ def cover(
     Of several greatest covers ``dp`` takes the one of fewest pieces, longest first; ``ilp`` one of fewest
     pieces, then of long ones (``whole``: of few, then short loops). A piece that is itself a repetition is then
     written as its copies, ``ABCABC`` as ``ABC ABC``: loops on the same actions (not done under ``whole``).
-    20 actions take ``dp`` 0.05 ms and 5000 take 0.1 s; ``ilp`` is meant for some hundreds of actions at most.
+    20 actions take ``dp`` 0.05 ms and 5000 take 0.1 s; ``ilp`` takes at most ``LONGEST_ILP`` actions.
 
     Args:
         sequence: The actions in order.
@@ -142,6 +140,8 @@ def cover(
         raise BadValue(f"solver for the cover rule {rule}", solver, "dp or ilp" if rule == "free" else "ilp")
     _distance(min_length, overlap=overlap)
     text = _letters(sequence)
+    if solver == "ilp" and len(sequence) > LONGEST_ILP:
+        raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
     if solver == "dp":
         reach = _longest_loops(text, min_length, overlap=overlap)
         looping = any(reach)

@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-import numpy as np
-
 from lockprobe.analysis.behaviour import Behaviour, behaviour, has_loop
 from lockprobe.analysis.curves import (
     Difference,
@@ -21,6 +19,7 @@ from lockprobe.analysis.curves import (
 )
 from lockprobe.analysis.fit import Correlation, Point, TrendFit, correlation, trend_fit
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
+from lockprobe.analysis.resample import resample
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
@@ -32,7 +31,7 @@ __all__ = [
     "summarise",
 ]
 
-_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
+_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired")
 """Agents that stand in a study to be compared with, by the head of their spec."""
 
 ALPHA = 0.05
@@ -74,7 +73,7 @@ class Contrast:
     Attributes:
         baseline: The lower p.
         other: The p whose success differs most.
-        difference: Success at ``other`` minus success at ``baseline``.
+        difference: Success at ``other`` minus success at ``baseline``, its interval corrected for the choice.
         choices: Number of conditions that ``other`` was chosen from.
         p_adjusted: Fisher's p-value times ``choices`` (Bonferroni), at most 1.
     """
@@ -190,10 +189,13 @@ def _agent(trials: Sequence[Trial]) -> AgentSummary:
     conditions = tuple(_condition(list(members)) for _, members in groupby(trials, key=lambda trial: trial.p))
     blind = _is_blind(trials)
     distinct = conditions[:1] if blind else conditions
-    points = [point for condition in distinct for point in condition.points]
-
-    def stream(what: str) -> np.random.Generator:
-        return generator(first.seed, "analysis", first.agent, first.modality, what)
+    points = [point for condition in distinct for point in condition.points if point.n]
+    shown = {condition.p for condition in distinct}
+    draws = resample(
+        ended(trial for trial in trials if trial.p in shown),
+        points,
+        generator(first.seed, "analysis", first.agent, first.modality, "bootstrap"),
+    )
 
     return AgentSummary(
         agent=first.agent,
@@ -201,20 +203,22 @@ def _agent(trials: Sequence[Trial]) -> AgentSummary:
         reference=first.agent.partition(":")[0] in _REFERENCES,
         blind=blind,
         conditions=conditions,
-        success_fit=trend_fit(points, "success", stream("success")),
-        loop_fit=trend_fit(points, "loop_rate", stream("loops")),
-        correlation=correlation(points, stream("correlation")),
+        success_fit=trend_fit(points, "success", draws.success),
+        loop_fit=trend_fit(points, "loop_rate", draws.loop_rate),
+        correlation=correlation(points, draws.loop_rate, draws.success),
         contrast=None if blind else _contrast(conditions),
     )
 
 
 def _is_blind(trials: Sequence[Trial]) -> bool:
-    """Whether the same repetition and trial went alike at every p."""
-    played: dict[tuple[int, int], set[tuple[str, ...]]] = {}
+    """Whether the same repetition and trial went alike at every p, though it was told otherwise at least once."""
+    acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
+    told: dict[tuple[int, int], set[tuple[bool, ...]]] = {}
     for trial in ended(trials):
-        played.setdefault((trial.repetition, trial.trial), set()).add(trial.actions)
-    several = len({trial.p for trial in trials}) > 1
-    return several and all(len(ways) == 1 for ways in played.values())
+        luck = trial.repetition, trial.trial
+        acted.setdefault(luck, set()).add(trial.actions)
+        told.setdefault(luck, set()).add(tuple(step.told_moved for step in trial.steps))
+    return all(len(ways) == 1 for ways in acted.values()) and any(len(ways) > 1 for ways in told.values())
 
 
 def _contrast(conditions: Sequence[ConditionSummary]) -> Contrast | None:
@@ -223,7 +227,7 @@ def _contrast(conditions: Sequence[ConditionSummary]) -> Contrast | None:
         return None
     baseline, *others = counted
     other = max(others, key=lambda condition: abs(condition.success.value - baseline.success.value))
-    found = difference(baseline.success, other.success)
+    found = difference(baseline.success, other.success, choices=len(others))
     if found is None:
         return None
     return Contrast(

@@ -2,40 +2,61 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
+from collections.abc import Iterable
+from importlib import import_module
+from pathlib import Path
 
 import typer
 from typer.exceptions import TyperException
 
-from lockprobe.cli import agents, boxes, loops, results, run
 from lockprobe.errors import UserMistake
 
-__all__ = ["app", "main"]
+__all__ = ["COMMANDS", "build", "main"]
 
-app = typer.Typer(
-    help="A laboratory for probing the behaviour of embodied agents with lockboxes.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
-app.command("run", help="Play a study, or resume it, and write its report.")(run.run)
-app.command("status", help="What is done, owed and failed.")(results.status)
-app.command("report", help="Write the report of a study again.")(results.report)
-app.command("export", help="Tidy steps, one row a step.")(results.export)
-app.command("replay", help="A finished trial, step by step, truth beside told.")(results.replay)
-app.command("loops", help="Action loops in sequences, one sequence a line.")(loops.loops)
-app.command("chance", help="The chance level of an action loop.")(loops.chance)
-app.add_typer(boxes.app, name="box", help="Boxes: list, show.")
-app.command("agents", help="The agents there are.")(agents.agents)
-app.add_typer(agents.models, name="models", help="Language models on this machine.")
-app.command("doctor", help="What works on this machine, and what to do about the rest.")(agents.doctor)
+COMMANDS = {
+    "run": ("run", "run", "Play a study, or resume it, and write its report."),
+    "status": ("results", "status", "What is done, owed and failed."),
+    "report": ("results", "report", "Write the report of a study again."),
+    "export": ("results", "export", "Tidy steps, one row a step."),
+    "replay": ("results", "replay", "A finished trial, step by step, truth beside told."),
+    "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
+    "chance": ("loops", "chance", "The chance level of an action loop."),
+    "box": ("boxes", "app", "Boxes: list, show."),
+    "agents": ("agents", "agents", "The agents there are."),
+    "models": ("agents", "models", "Language models on this machine."),
+    "doctor": ("agents", "doctor", "What works on this machine, and what to do about the rest."),
+}
+"""Name -> (module, function or group in it, help)."""
+
+
+def build(names: Iterable[str]) -> typer.Typer:
+    """The command with these subcommands; only their modules are imported."""
+    app = typer.Typer(
+        help="A laboratory for probing the behaviour of embodied agents with lockboxes.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(lambda: None)  # so that a single subcommand still has a name
+    for name in names:
+        module, attribute, text = COMMANDS[name]
+        found = getattr(import_module(f"lockprobe.cli.{module}"), attribute)
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=name, help=text)
+        else:
+            app.command(name, help=text)(found)
+    return app
 
 
 def main() -> None:
     """The ``lockprobe`` command. A user's mistake is one line and exit status 2; Ctrl-C is 130."""
+    _writable_streams()
+    asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        status = app(standalone_mode=False)
+        status = build([asked] if asked in COMMANDS else COMMANDS)(standalone_mode=False)
     except UserMistake as mistake:
         status = _complain(str(mistake))
     except TyperException as mistake:
@@ -45,9 +66,22 @@ def main() -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 0
+    except OSError as error:
+        status = _complain(f"{error.filename or 'writing'}: {error.strerror or error}")
     sys.exit(status)
 
 
+def _writable_streams() -> None:
+    """A closed stream swallows what is printed; a character that a terminal cannot show becomes a question mark."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - for the whole run
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
 def _complain(message: str) -> int:
-    print("lockprobe: " + " ".join(message.split()), file=sys.stderr)
+    if message:
+        print("lockprobe: " + " ".join(message.split()), file=sys.stderr)
     return 2

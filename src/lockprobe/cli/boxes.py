@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.lockbox.box import Lockbox, bits
+from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX, named_boxes
 from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.studies.studyfile import find_box
@@ -56,14 +56,7 @@ def show(
 
 def _facts(box: Lockbox) -> dict[str, object]:
     return {
-        "name": box.name,
-        "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in box.joints],
-        "interlock": {
-            joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
-            for joint, clauses in box.interlock.items()
-        },
-        "initial": bits(box.initial),
-        "target": box.target,
+        **box.as_data(),
         "optimum": optimum(box),
         "random_success": random_success(box),
         "random_no_repeat_success": random_no_repeat_success(box),

@@ -16,8 +16,7 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.progress import Plain, told
 from lockprobe.record import Step, Trial
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.stage import Timing
+from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.study import Study
 
 __all__ = ["JsonLines", "LiveDisplay", "watch"]
@@ -144,10 +143,7 @@ class LiveDisplay(Plain):
             Text(f"  {key}  {latest}", style="dim", no_wrap=True, overflow="ellipsis")
             for key, latest in list(self._playing.items())[:8]
         ]
-        head = Text(
-            self.tally.line().split(" · solved")[0] + f" · {self.tally.speed:.1f} steps/s · {self.tally.left} left",
-            style="bold",
-        )
+        head = Text(self.tally.line(solved=False), style="bold")
         return Group(head, table, *playing)
 
 

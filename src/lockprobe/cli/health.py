@@ -43,7 +43,7 @@ def _runtime() -> Finding:
     if importlib.util.find_spec("xllamacpp") is None:
         return Finding(what=what, ok=False, detail="pip install 'lockprobe[local]'")
     try:
-        import lockprobe.agents.local  # noqa: F401
+        import lockprobe.agents.engine  # noqa: F401
     except UserMistake as mistake:
         return Finding(what=what, ok=False, detail=str(mistake))
     return Finding(what=what, ok=True, detail=f"xllamacpp {importlib.metadata.version('xllamacpp')}")

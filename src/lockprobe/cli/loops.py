@@ -19,7 +19,7 @@ __all__ = ["chance", "loops"]
 def loops(
     file: Annotated[str, typer.Argument(metavar="[FILE|-]", help="One action sequence a line.")] = "-",
     json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
-    solver: Annotated[Literal["dp", "ilp"], typer.Option(help="Exact and fast, or the paper's ILP.")] = "dp",
+    solver: Annotated[Literal["dp", "ilp"] | None, typer.Option(help="Exact and fast, or the paper's ILP.")] = None,
     rule: Annotated[
         Literal["free", "repeat", "whole"], typer.Option("--cover", help="What a cover may select.")
     ] = "free",
@@ -31,15 +31,22 @@ def loops(
         sequence = parse_sequence(line)
         if not sequence:
             continue
-        found = cover(sequence, rule=rule, solver=solver, overlap=overlap, min_length=min_length)
+        found = cover(
+            sequence,
+            rule=rule,
+            solver=solver or ("dp" if rule == "free" else "ilp"),
+            overlap=overlap,
+            min_length=min_length,
+        )
         print(json_.dumps(_row(found)) if json else _sentence(found))
 
 
 def _lines(file: str) -> list[str]:
-    if file == "-":
-        return sys.stdin.read().splitlines()
     try:
-        return Path(file).read_text("utf-8").splitlines()
+        content = sys.stdin.buffer.read() if file == "-" else Path(file).read_bytes()
+        return content.decode("utf-8-sig").splitlines()
+    except AttributeError:
+        raise BadFile(file, "standard input is closed") from None
     except OSError as error:
         raise BadFile(file, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:

@@ -6,11 +6,10 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from lockprobe.agents.catalogue import AgentSource
+from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.record import Step, Trial
-from lockprobe.studies.journal import Journal
+from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import is_short
-from lockprobe.studies.stage import Timing
 from lockprobe.studies.study import Study
 
 __all__ = ["Plain", "Tally", "minutes", "told"]
@@ -68,12 +67,12 @@ class Tally:
         seconds = (time.monotonic() - self._began) / self.played * (self.agent_owed - self.played)
         return f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
 
-    def line(self) -> str:
-        """The state in one line."""
-        solved = ", ".join(f"p={p:g}: {self.solved[p]}/{self.ended[p]}" for p in sorted(self.ended))
+    def line(self, *, solved: bool = True) -> str:
+        """The state in one line, with or without what is solved under which condition."""
+        shares = ", ".join(f"p={p:g}: {self.solved[p]}/{self.ended[p]}" for p in sorted(self.ended))
         errors = f" · {self.errors} errors" if self.errors else ""
         return (
-            f"{self.agent}  {self.played}/{self.agent_owed} trials · solved {solved or '-'} · "
+            f"{self.agent}  {self.played}/{self.agent_owed} trials · {f'solved {shares or None} · ' if solved else ''}"
             f"{self.speed:.1f} steps/s · {self.left} left{errors}"
         )
 
@@ -118,9 +117,11 @@ class Plain:
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
         if short:
-            slow = sum(spec.startswith(("llm:local", "llm:gguf")) for spec in study.agents)
-            trials = slow * study.size // len(study.agents)
-            time_needed = f"about {minutes(trials)} minutes on two cores" if slow else "some seconds"
+            engines = [resolve(spec).engine for spec in study.agents]
+            trials = engines.count("process") * study.size // len(study.agents)
+            time_needed = f"about {minutes(trials)} minutes on two cores" if trials else "some seconds"
+            if "network" in engines:
+                time_needed += " and what the provider needs"
             self.say(f"It takes {time_needed}; --full plays the paper's 7 p x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
         if owed < study.size:

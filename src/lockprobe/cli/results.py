@@ -10,11 +10,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.errors import UnknownName
+from lockprobe.errors import BadFile, UnknownName
 from lockprobe.export import write_csv, write_jsonl
 from lockprobe.record import Trial
 from lockprobe.report import write_report
-from lockprobe.studies.journal import load, read_settings, read_timings
+from lockprobe.studies.journal import load, planned_trials, read_settings, read_timings
 
 __all__ = ["export", "replay", "report", "status"]
 
@@ -26,7 +26,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
     """What is done, owed and failed (by boundary), and what it took."""
     settings = read_settings(directory)
     trials = load(directory)
-    size = _size(settings)
+    size = planned_trials(settings) or 0
     again = [trial for trial in trials if trial.owed_again]
     timings = read_timings(directory)
     seconds, steps = sum(t.seconds for t in timings), sum(t.steps for t in timings)
@@ -51,16 +51,6 @@ def status(directory: Directory, json: AsJson = False) -> None:
             print(f"{name.replace('_', ' ')}: {value if value != {} else 'none'}")
 
 
-def _size(settings: dict[str, object]) -> int:
-    agents, p = settings.get("agents"), settings.get("p")
-    repetitions, trials = settings.get("repetitions"), settings.get("trials")
-    assert isinstance(agents, list)
-    assert isinstance(p, list)
-    assert isinstance(repetitions, int)
-    assert isinstance(trials, int)
-    return len(agents) * len(p) * repetitions * trials
-
-
 def report(directory: Directory, json: AsJson = False) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records."""
     path = write_report(directory)
@@ -80,8 +70,11 @@ def export(
     if out is None:
         write(trials, sys.stdout)
     else:
-        with out.open("w", encoding="utf-8", newline="") as file:
-            write(trials, file)
+        try:
+            with out.open("w", encoding="utf-8", newline="") as file:
+                write(trials, file)
+        except OSError as error:
+            raise BadFile(out, f"cannot be written ({error.strerror})") from None
 
 
 def replay(

@@ -49,7 +49,7 @@ def run(
     asked = {
         "agent": agent or None,
         "box": box,
-        "p": parse_p(p) if p else None,
+        "p": None if p is None else parse_p(p),
         "trials": trials,
         "seed": seed,
         "repetitions": repetitions,

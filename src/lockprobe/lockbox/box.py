@@ -12,13 +12,16 @@ from typing import Literal
 
 from lockprobe.errors import BadValue
 
-__all__ = ["Clause", "Configuration", "Joint", "JointKind", "Lockbox", "bits"]
+__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "Lockbox", "bits"]
 
 Configuration = tuple[bool, ...]
 """One position per joint in panel order; False is where an unopened joint rests."""
 
 Clause = Mapping[str, bool]
 """Positions of other joints that must all hold."""
+
+MAX_JOINTS = 8
+"""As many as there are labels for."""
 
 JointKind = Literal["prismatic", "revolute"]
 
@@ -72,6 +75,8 @@ class Lockbox:
             raise BadValue("joints", list(names), "every name once")
         if self.target not in names:
             raise BadValue("target", self.target, f"one of {', '.join(names)}")
+        if len(names) > MAX_JOINTS:
+            raise BadValue("joints", len(names), f"at most {MAX_JOINTS}")
         if len(self.initial) != len(names):
             raise BadValue("initial", bits(self.initial), f"one position for each of {len(names)} joints")
         for joint, clauses in self.interlock.items():
@@ -97,6 +102,19 @@ class Lockbox:
     def names(self) -> tuple[str, ...]:
         """Joint names in panel order."""
         return tuple(joint.name for joint in self.joints)
+
+    def as_data(self) -> dict[str, object]:
+        """The box as JSON would hold it; positions are 0 and 1."""
+        return {
+            "name": self.name,
+            "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in self.joints],
+            "interlock": {
+                joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
+                for joint, clauses in self.interlock.items()
+            },
+            "initial": bits(self.initial),
+            "target": self.target,
+        }
 
     @property
     def target_index(self) -> int:

@@ -67,6 +67,8 @@ def read_toml(path: Path) -> dict[str, object]:
     Raises:
         BadFile: If it cannot be read, is too large or is not TOML.
     """
+    if path.exists() and not path.is_file():
+        raise BadFile(path, "not a file")
     try:
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)

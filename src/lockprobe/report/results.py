@@ -13,7 +13,7 @@ from lockprobe.analysis.finding import finding
 from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary, summarise
 from lockprobe.record import Trial
 from lockprobe.report.tables import percent
-from lockprobe.studies.journal import load, read_settings
+from lockprobe.studies.journal import load, planned_trials, read_settings
 
 __all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
 
@@ -75,11 +75,9 @@ def read(directory: Path | str) -> LoadedStudy:
             trial.trial,
         ),
     )
-    try:
-        planned = len(order) * len(settings["p"]) * settings["repetitions"] * settings["trials"]
-    except (KeyError, TypeError):
-        planned = None
-    return LoadedStudy(settings=settings, trials=tuple(trials), summary=summarise(trials), planned=planned)
+    return LoadedStudy(
+        settings=settings, trials=tuple(trials), summary=summarise(trials), planned=planned_trials(settings)
+    )
 
 
 def results(directory: Path | str) -> dict[str, Any]:

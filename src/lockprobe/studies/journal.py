@@ -11,20 +11,35 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.record import Trial, trial_from_json, trial_to_json
-from lockprobe.studies.stage import Timing
 from lockprobe.studies.study import Study
 
-__all__ = ["Journal", "load", "read_settings", "read_timings"]
+__all__ = ["Journal", "Timing", "load", "planned_trials", "read_settings", "read_timings"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """How long one trial took. Kept apart from the record, which is the same whenever it is made.
+
+    Attributes:
+        key: The trial.
+        seconds: Wall time from its first look at the box to its end.
+        steps: Steps played in that time.
+    """
+
+    key: str
+    seconds: float
+    steps: int
 
 
 def load(directory: Path | str) -> list[Trial]:
@@ -54,26 +69,41 @@ def read_settings(directory: Path | str) -> dict[str, object]:
     path = Path(directory) / "study.json"
     try:
         settings = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise BadFile(directory, "no study.json here; is it the directory of a study?") from None
     except ValueError as error:
         raise BadFile(path, f"not JSON ({error})") from error
-    if not isinstance(settings, dict):
+    if not isinstance(settings, dict) or planned_trials(settings) is None:
         raise BadFile(path, "not the settings of a study")
     return settings
 
 
+def planned_trials(settings: Mapping[str, object]) -> int | None:
+    """How many trials the settings of a study ask for; None if they do not say."""
+    match settings:
+        case {"agents": list(agents), "p": list(p), "repetitions": int(repetitions), "trials": int(trials)}:
+            return len(agents) * len(p) * repetitions * trials
+        case _:
+            return None
+
+
 def read_timings(directory: Path | str) -> list[Timing]:
-    """How long the trials took; trials whose reading was lost are missing."""
+    """How long the trials took, the last reading of each; trials whose reading was lost or damaged are missing."""
     path = Path(directory) / "timings.jsonl"
     if not path.is_file():
         return []
-    return [Timing(**json.loads(line)) for line in _whole_lines(path)]
+    found = {}
+    for line in _whole_lines(path):
+        with suppress(ValueError, TypeError, KeyError):
+            reading = json.loads(line)
+            key, seconds, steps = str(reading["key"]), float(reading["seconds"]), int(reading["steps"])
+            found[key] = Timing(key=key, seconds=seconds, steps=steps)
+    return list(found.values())
 
 
 def _whole_lines(path: Path) -> Iterator[bytes]:
     with path.open("rb") as lines:
-        yield from (line for line in lines if line.endswith(b"\n"))
+        yield from (line for line in lines if line.endswith(b"\n") and line.strip())
 
 
 class Journal:
@@ -138,10 +168,13 @@ class Journal:
 
 
 def _claim(directory: Path, study: Study) -> None:
-    """Write the settings of a new study, or hold them against those that are there."""
+    """Write the settings of a study that has no trials yet, or hold them against those that are there."""
     path = directory / "study.json"
     asked = json.loads(json.dumps(study.settings()))
-    if not path.exists():
+    empty = (directory / "trials.jsonl").stat().st_size == 0
+    if not path.exists() and not empty:
+        raise BadFile(directory, "holds trials.jsonl but no study.json: put it back, or give another --out")
+    if empty:
         draft = path.with_suffix(".draft")
         draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
         draft.replace(path)

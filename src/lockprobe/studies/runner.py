@@ -10,14 +10,15 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.errors import Missing, SettingsChanged
 from lockprobe.record import Step, Trial
 from lockprobe.seams import Closable
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.stage import Timing, play_timed
+from lockprobe.studies.journal import Journal, Timing, load
+from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
 from lockprobe.trial import Plan
@@ -25,7 +26,7 @@ from lockprobe.trial import Plan
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run stops."""
 
-__all__ = ["Limits", "Observer", "Silent", "run"]
+__all__ = ["Limits", "Observer", "Silent", "run", "run_study"]
 
 
 class Observer(Protocol):
@@ -102,6 +103,17 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
         else:
             side_by_side = limits.connections if source.engine == "network" else 1
             asyncio.run(_play_here(owed[source.spec], source, side_by_side, observer.step, finish))
+
+
+def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
+    """Play a study, or resume it, in a directory, and return all its trials.
+
+    Raises:
+        UserMistake: As :func:`run`, and if the directory holds another study.
+    """
+    with Journal.open(directory, study) as journal:
+        run(study, journal, limits=limits)
+    return load(directory)
 
 
 class _Finish:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import get_args
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
@@ -16,31 +15,17 @@ from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Step, Trial
-from lockprobe.seams import Agent, Channel
+from lockprobe.seams import Agent, Channel, Closable
+from lockprobe.studies.journal import Timing
+from lockprobe.studies.study import Study
 from lockprobe.trial import Plan, play
 
-__all__ = ["Timing", "channels_for", "play_timed", "run_trial"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Timing:
-    """How long one trial took. Kept apart from the record, which is the same whenever it is made.
-
-    Attributes:
-        key: The trial.
-        seconds: Wall time from its first look at the box to its end.
-        steps: Steps played in that time.
-    """
-
-    key: str
-    seconds: float
-    steps: int
+__all__ = ["channels_for", "play_timed", "run_trial"]
 
 
 def channels_for(plan: Plan) -> tuple[Channel, ...]:
     """What stands between the box and the agent in one trial."""
-    kinds: Mapping[str, FlipKind] = {kind: kind for kind in get_args(FlipKind)}
-    return OutcomeFlip(p=plan.p, persistence=kinds[plan.flip]), TextChannel()
+    return OutcomeFlip(p=plan.p, persistence=plan.flip), TextChannel()
 
 
 async def play_timed(plan: Plan, agent: Agent, on_step: Callable[[str, Step], None]) -> tuple[Trial, Timing]:
@@ -85,19 +70,26 @@ def run_trial(
         UserMistake: If a name does not exist or a value is out of range.
     """
     spec = agent if isinstance(agent, str) else type(agent).__name__
-    plan = Plan(
-        key=f"trial/{spec}/p={p:g}/rep={repetition}/trial={trial}",
-        study="trial",
-        agent=spec,
+    study = Study(
+        name="trial",
+        agents=(spec,),
         box=named_box(box) if isinstance(box, str) else box,
-        modality="symbolic",
-        p=p,
+        p=(p,),
         flip=flip,
-        repetition=repetition,
-        trial=trial,
+        repetitions=repetition,
+        trials=trial,
+        max_steps=max_steps,
         seed=seed,
-        budget=max_steps,
         shuffle=shuffle,
     )
-    player = resolve(agent).make() if isinstance(agent, str) else agent
-    return asyncio.run(play_timed(plan, player, lambda key, step: None))[0]
+    player: Agent = resolve(agent).make() if isinstance(agent, str) else agent
+
+    async def once() -> Trial:
+        try:
+            return (await play_timed(study.plan(spec, p, repetition, trial), player, lambda key, step: None))[0]
+        finally:
+            if isinstance(agent, str) and isinstance(player, Closable):
+                await player.aclose()
+
+    with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook runs a loop of its own in this thread
+        return elsewhere.submit(asyncio.run, once()).result()

@@ -10,7 +10,7 @@ from typing import get_args
 
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.lockbox.box import Lockbox, bits
+from lockprobe.lockbox.box import Lockbox
 from lockprobe.trial import Plan
 
 __all__ = ["IDENTITY_VERSION", "Study"]
@@ -27,7 +27,7 @@ class Study:
     """Every setting that changes what is played, and none that does not.
 
     Attributes:
-        name: ``flips`` or ``modalities``.
+        name: ``flips``.
         agents: Agent specs, in the order in which they play.
         box: The box.
         p: Flip probabilities, [0, 1], each once.
@@ -65,6 +65,8 @@ class Study:
         for what, values in (("p", self.p), ("agents", self.agents)):
             if not values or len(set(values)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
+        if len({f"{value:g}" for value in self.p}) < len(self.p):
+            raise BadValue("p", list(self.p), "values that differ within six digits")
         for setting, largest in LIMITS.items():
             if not 1 <= (value := getattr(self, setting)) <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
@@ -75,16 +77,7 @@ class Study:
             "identity": IDENTITY_VERSION,
             "study": self.name,
             "agents": list(self.agents),
-            "box": {
-                "name": self.box.name,
-                "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in self.box.joints],
-                "interlock": {
-                    joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
-                    for joint, clauses in self.box.interlock.items()
-                },
-                "initial": bits(self.box.initial),
-                "target": self.box.target,
-            },
+            "box": self.box.as_data(),
             "p": list(self.p),
             "flip": self.flip,
             "repetitions": self.repetitions,
@@ -106,20 +99,24 @@ class Study:
         for repetition in range(1, self.repetitions + 1):
             for trial in range(1, self.trials + 1):
                 for p in self.p:
-                    yield Plan(
-                        key=f"{self.name}/{agent}/p={p:g}/rep={repetition}/trial={trial}",
-                        study=self.name,
-                        agent=agent,
-                        box=self.box,
-                        modality="symbolic",
-                        p=p,
-                        flip=self.flip,
-                        repetition=repetition,
-                        trial=trial,
-                        seed=self.seed,
-                        budget=self.max_steps,
-                        shuffle=self.shuffle,
-                    )
+                    yield self.plan(agent, p, repetition, trial)
+
+    def plan(self, agent: str, p: float, repetition: int, trial: int) -> Plan:
+        """One trial of the study."""
+        return Plan(
+            key=f"{self.name}/{agent}/p={p:g}/rep={repetition}/trial={trial}",
+            study=self.name,
+            agent=agent,
+            box=self.box,
+            modality="symbolic",
+            p=p,
+            flip=self.flip,
+            repetition=repetition,
+            trial=trial,
+            seed=self.seed,
+            budget=self.max_steps,
+            shuffle=self.shuffle,
+        )
 
     @property
     def size(self) -> int:

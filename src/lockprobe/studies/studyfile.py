@@ -80,7 +80,7 @@ def find_box(name: str) -> Lockbox:
 
 
 def study(request: Request | str = "flips") -> Study:
-    """The study that a request describes; a bare name is the study with its defaults.
+    """The study that a request, a TOML file, or a bare name with all defaults describes.
 
     A request that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as soon as
     it says something, what it leaves out follows the paper.
@@ -89,7 +89,7 @@ def study(request: Request | str = "flips") -> Study:
         UserMistake: If anything in it does not exist or is out of range.
     """
     if isinstance(request, str):
-        request = Request(study=request)
+        request = read_request(Path(request)) if request.endswith(".toml") else Request(study=request)
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, "FILE.toml"])
     asked = request.full or any(given is not None for given in (request.p, request.trials, request.repetitions))

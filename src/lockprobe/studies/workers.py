@@ -18,7 +18,8 @@ from typing import cast
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import Missing, ModelFault, UserMistake
 from lockprobe.record import Step, Trial
-from lockprobe.studies.stage import Timing, play_timed
+from lockprobe.studies.journal import Timing
+from lockprobe.studies.stage import play_timed
 from lockprobe.trial import Plan, broken
 
 __all__ = ["play_in_workers"]
