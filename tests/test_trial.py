@@ -9,7 +9,7 @@ import pytest
 from lockprobe import run_trial
 from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.channels.text import TextChannel
-from lockprobe.errors import Missing
+from lockprobe.errors import Missing, UserMistake
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision, trial_from_json, trial_to_json
@@ -124,6 +124,54 @@ def test_an_error_is_attributed_and_never_a_failure_to_solve(agent, settings, bo
     assert (trial.error.boundary, trial.error.message) == (boundary, message)
     assert trial.owed_again == (boundary != "reply")
     assert trial_from_json(trial_to_json(trial)) == trial
+
+
+@pytest.mark.parametrize(
+    ("decision", "message"),
+    [
+        (None, "NoneType is no Decision"),
+        (Decision(joint="A", claimed="banana"), "claimed 'banana' is none of moved, blocked, None"),
+        (Decision(joint="A", probabilities=(float("nan"),) * 4), "a probability lies outside 0 to 1"),
+        (Decision(joint="A", claim_probability=1.5), "a probability lies outside 0 to 1"),
+        (Decision(joint="A", hypothesis="\ud800"), "its text cannot be written"),
+        (Decision(joint="A", replies=("\ud800",)), "its text cannot be written"),
+    ],
+)
+def test_a_decision_that_cannot_be_written_down_ends_the_trial_and_poisons_no_journal(decision, message):
+    trial = played(Fake(lambda situation: decision))
+    assert trial.error.boundary == "reply"
+    assert trial.error.message.startswith(message)
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_facts_of_any_kind_can_be_written_down():
+    agent = Fake(joint(0))
+    agent.facts = {"list": [1], "nan": float("nan"), 3: None}
+    trial = played(agent)
+    assert trial.facts == {"list": "[1]", "nan": "nan", "3": None}
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_a_trial_can_be_played_where_a_loop_is_running():
+    async def notebook():
+        return run_trial(agent="random")
+
+    assert asyncio.run(notebook()) == run_trial(agent="random")
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"flip": "often"}, "flip: got 'often', expected one of transient"),
+        ({"max_steps": -1}, "max_steps: got -1, expected a whole number from 1"),
+        ({"p": 2}, "flip probability p: got 2"),
+        ({"box": "chain-9"}, "no box is called 'chain-9'"),
+    ],
+)
+def test_a_trial_that_cannot_be_is_refused(settings, message):
+    with pytest.raises(UserMistake) as mistake:
+        run_trial(**settings)
+    assert str(mistake.value).startswith(message)
 
 
 def test_what_was_played_before_an_error_is_kept():

@@ -153,6 +153,15 @@ def test_two_draws_per_step_whatever_the_answers_are(model):
     assert rng.draws == 2
 
 
+def test_a_trial_that_outgrows_the_model_is_a_users_mistake():
+    class Long(Recording):
+        def tokens(self, text):
+            return (text,) * 40
+
+    with pytest.raises(BadValue, match=r"^max_steps: got 20, expected a trial that fits this model's 4096 tokens$"):
+        run_trial(agent=LocalModel(Long(), {}), p=0.5)
+
+
 def test_temperature_and_calibration():
     class Leaning(Recording):
         def score(self, prompt, options):

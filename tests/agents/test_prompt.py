@@ -63,6 +63,7 @@ def test_a_reply():
     ("text", "reason"),
     [
         ("", "not one JSON object"),
+        ("[" * 100_000, "not one JSON object"),
         ('{"last_action": "moved", "joint": "B"} or C', "not one JSON object"),
         ('["moved", "B"]', "reply: Input should be a valid dictionary"),
         ('{"last_action": "moved"}', "joint: Field required"),

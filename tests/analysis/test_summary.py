@@ -69,6 +69,27 @@ def test_an_agent_that_ignores_reports_is_called_blind():
     assert not agents["human-inspired"].blind
 
 
+def test_an_agent_that_was_never_told_otherwise_is_not_called_blind():
+    """Alike at every p because no report differed: that says nothing about the agent."""
+    alike = [make_trial((3, 2, 1, 0), agent=AGENT, p=p, trial=t) for p in (0.0, 0.01) for t in (1, 2, 3)]
+    assert not only(alike).blind
+    told_otherwise = [
+        make_trial((3, 2, 1, 0), agent=AGENT, p=p, trial=t, false_at=(1,) if p else ())
+        for p in (0.0, 0.4)
+        for t in (1, 2)
+    ]
+    assert only(told_otherwise).blind
+
+
+def test_the_interval_of_a_chosen_difference_is_wider():
+    rows = [*condition(0.0, 10, 30), *condition(0.4, 18, 30)]
+    one, several = only(rows), only([*rows, *condition(0.2, 10, 30), *condition(0.6, 11, 30)])
+    assert several.contrast.other.p == 0.4
+    assert several.contrast.choices == 3
+    assert several.contrast.difference.low < one.contrast.difference.low
+    assert several.contrast.difference.high > one.contrast.difference.high
+
+
 def test_a_clear_rise_is_called_one():
     agent = only([*condition(0.0, 7, 30), *condition(0.4, 20, 30)])
     assert (agent.contrast.detectable, agent.contrast.choices) == (True, 1)

@@ -125,6 +125,35 @@ def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
     )
 
 
+def test_settings_can_be_mended_while_nothing_was_played(tmp_path):
+    with Journal.open(tmp_path, study(Request(agent=["random"], trials=4, p=[0]))):
+        pass
+    assert len(resume(tmp_path)) == STUDY.size
+
+
+def test_records_without_their_settings_are_claimed_by_nobody(tmp_path):
+    resume(tmp_path)
+    (tmp_path / "study.json").unlink()
+    with pytest.raises(BadFile, match=r"holds trials.jsonl but no study.json: put it back, or give another --out"):
+        resume(tmp_path)
+
+
+def test_damaged_clock_readings_are_passed_over(tmp_path):
+    resume(tmp_path)
+    path = tmp_path / "timings.jsonl"
+    first = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(first[0] + b"rubbish\n[1]\n{}\n" + first[0])
+    assert [timing.key for timing in read_timings(tmp_path)] == [load(tmp_path)[0].key]
+
+
+@pytest.mark.parametrize("settings", ["{}", "[]", '{"agents": 1}', "{"])
+def test_settings_that_are_none_are_refused(tmp_path, settings):
+    resume(tmp_path)
+    (tmp_path / "study.json").write_text(settings)
+    with pytest.raises(BadFile, match=r"study.json: not"):
+        read_settings(tmp_path)
+
+
 def test_two_writers_are_one_too_many(tmp_path):
     with (
         Journal.open(tmp_path, STUDY),

@@ -65,6 +65,7 @@ def test_identities_are_pinned():
     [
         ({"trials": 0}, "trials: got 0, expected a whole number from 1 to 1000000"),
         ({"p": [0.2, 0.2]}, r"p: got \[0.2, 0.2\], expected at least one, and every one once"),
+        ({"p": [0.1234567, 0.12345674]}, r"p: got .*, expected values that differ within six digits"),
         ({"p": [1.5]}, "flip probability p: got 1.5, expected a number from 0 to 1"),
         ({"agent": []}, r"agents: got \[\], expected at least one"),
         ({"max_steps": 0}, "max_steps: got 0, expected a whole number from 1"),
@@ -106,6 +107,19 @@ def test_what_is_wrong_in_a_study_file_is_named(tmp_path, text, reason):
     with pytest.raises(BadFile) as mistake:
         read_request(path)
     assert str(mistake.value).startswith(f"{path}: {reason}")
+
+
+def test_a_study_can_be_had_and_played_from_python(tmp_path):
+    import lockprobe
+
+    (tmp_path / "mine.toml").write_text('agent = ["random"]\np = [0]\ntrials = 2\nrepetitions = 1\n')
+    trials = lockprobe.run_study(lockprobe.study(str(tmp_path / "mine.toml")), tmp_path / "d")
+    assert trials == lockprobe.load(tmp_path / "d")
+    rows = list(lockprobe.tidy_rows(trials))
+    assert len(rows) == sum(len(trial.steps) for trial in trials)
+    assert set(lockprobe.__all__) <= set(dir(lockprobe)) | set(lockprobe._HOMES)
+    with pytest.raises(AttributeError, match="module 'lockprobe' has no attribute 'boxes'"):
+        _ = lockprobe.boxes
 
 
 def test_p_on_the_command_line():
