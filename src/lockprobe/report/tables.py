@@ -86,7 +86,7 @@ def condition_table(summary: StudySummary) -> Table:
         "by chance",
         "coverage",
         "redundant",
-        "median step",
+        "median step (solved)",
         "80 % by",
         "errors",
     ]
