@@ -72,6 +72,10 @@ def test_scores_do_not_depend_on_what_was_asked_before(engine):
     assert other.score([*other.restart(PREFIX), *other.tokens(texts[2])], options) == first[2]
 
 
+def test_this_model_wants_nothing_before_a_prompt(engine):
+    assert engine.opening(PREFIX) == engine.tokens(PREFIX)
+
+
 def test_it_says_what_it_is(engine):
     facts = engine.facts()
     assert facts["quantisation"] == "Q4_1"

@@ -93,6 +93,9 @@ class Recording:
     def tokens(self, text):
         return (text,)
 
+    def opening(self, text):
+        return self.tokens(text)
+
     def score(self, prompt, options):
         self.asked.append(("".join(prompt), ["".join(option) for option in options]))
         return [1 / len(options)] * len(options)

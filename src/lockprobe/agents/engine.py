@@ -67,6 +67,7 @@ class Engine:
         except RuntimeError as error:
             raise BadFile(path, f"cannot be loaded by xllamacpp {xllamacpp.__version__} ({error})") from None
         self.tokens = cache(self._tokens)
+        self.opening = cache(self._opening)
         self._constant: list[int] | None = None
 
     def facts(self) -> dict[str, Fact]:
@@ -89,9 +90,13 @@ class Engine:
         with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
             return json.loads(answer.read())
 
-    def _tokens(self, text: str) -> tuple[int, ...]:
-        answer = self._http("/tokenize", {"content": text, "add_special": False, "parse_special": False})
+    def _tokens(self, text: str, *, opening: bool = False) -> tuple[int, ...]:
+        answer = self._http("/tokenize", {"content": text, "add_special": opening, "parse_special": False})
         return tuple(answer["tokens"])
+
+    def _opening(self, text: str) -> tuple[int, ...]:
+        """The tokens of a text that begins a prompt, after the token that some models want there."""
+        return self._tokens(text, opening=True)
 
     def restart(self, constant: str) -> list[int]:
         """Bring the cache into the one state from which every trial begins: the constant prefix and nothing else.
@@ -102,7 +107,7 @@ class Engine:
         Returns:
             Its tokens, to build the prompt on.
         """
-        tokens = list(self.tokens(constant))
+        tokens = list(self.opening(constant))
         newline = self.tokens("\n\n\n\n")[-1]
         self._evaluate([*tokens, newline], [0, 1], reuse=tokens == self._constant)
         self._constant = tokens

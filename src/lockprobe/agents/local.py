@@ -159,7 +159,8 @@ class LocalModel:
     def _prompt(self, situation: Situation) -> list[int]:
         if not situation.past:
             self._engine.restart(CONSTANT)
-        prompt = self._extend([], *_segments(situation))
+        constant, *rest = _segments(situation)
+        prompt = self._extend([*self._engine.opening(constant)], *rest)
         if len(prompt) > CONTEXT - 64:
             raise BadValue("max_steps", situation.task.budget, f"a trial that fits this model's {CONTEXT} tokens")
         return prompt
