@@ -23,7 +23,7 @@ class Server:
                 owner.requests.append(request)
                 owner.keys.append(self.headers.get("authorization", ""))
                 status, body = answer(request)
-                content = json.dumps(body).encode()
+                content = body if isinstance(body, bytes) else json.dumps(body).encode()
                 self.send_response(status)
                 self.send_header("content-type", "application/json")
                 self.send_header("content-length", str(len(content)))

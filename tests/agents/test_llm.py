@@ -111,6 +111,24 @@ def test_a_provider_that_refuses_ends_as_error_and_is_owed_again(tmp_path, monke
     assert len((tmp_path / "trials.jsonl").read_bytes().splitlines()) == 4
 
 
+def test_a_provider_that_answers_rubbish_loses_and_repeats_no_finished_trial(tmp_path, monkeypatch):
+    asked = []
+
+    def answer(request):
+        asked.append(request)
+        return (200, b'{"choices": [') if len(asked) in (3, 30) else truthful(request)
+
+    trials, _ = played(tmp_path, monkeypatch, answer)
+    broken = [trial for trial in trials if trial.ending == "error"]
+    assert [trial.error.boundary for trial in broken] == ["model", "model"]
+    finished = {trial.key: trial for trial in trials if trial.ending == "solved"}
+    assert len(finished) == 4
+    again, server = played(tmp_path, monkeypatch, truthful)
+    assert {trial.key: trial for trial in again if trial.key in finished} == finished
+    assert [trial.ending for trial in again] == ["solved"] * 6
+    assert len(server.requests) == sum(len(t.steps) for t in again if t.key not in finished)
+
+
 def test_a_run_in_which_only_errors_come_stops_and_says_why(tmp_path, monkeypatch):
     with pytest.raises(Missing, match=r"broke 10 trials in a row \(.*out of credit.*nothing finished is lost"):
         played(tmp_path, monkeypatch, lambda request: refusal(403, "out of credit"), trials=30)

@@ -114,6 +114,23 @@ def test_ten_thousand_sequences_take_about_a_second():
     assert time.perf_counter() - began[1] < 30  # a guard against a wrong order of growth, not a claim of speed
 
 
+def test_loops_reads_what_editors_write(tmp_path):
+    (tmp_path / "bom.txt").write_bytes(b"\xef\xbb\xbfABCABC\r\n\r\n")
+    assert json.loads(lockprobe("loops", tmp_path / "bom.txt", "--json", "--cover", "repeat").stdout)["coverage"] == 6
+    (tmp_path / "other.txt").write_bytes(b"\xff\xfe")
+    done = lockprobe("loops", tmp_path / "other.txt")
+    assert (done.returncode, done.stderr) == (2, f"lockprobe: {tmp_path}/other.txt: not text in UTF-8\n")
+
+
+def test_what_cannot_be_written_is_one_line(directory, tmp_path):
+    done = lockprobe("export", directory, "--out", tmp_path / "no" / "steps.csv")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "cannot be written (No such file or directory)" in done.stderr
+    (tmp_path / "full").symlink_to("/dev/full")
+    done = lockprobe("export", directory, "--out", tmp_path / "full")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
 def test_chance():
     found = json.loads(lockprobe("chance", "--length", 20, "--actions", 4, "--json").stdout)
     assert found["method"] == "exact"

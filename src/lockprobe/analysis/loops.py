@@ -33,6 +33,7 @@ Rule = Literal["free", "repeat", "whole"]
 
 Solver = Literal["dp", "ilp"]
 """``dp``: exact dynamic programme, for ``free``. ``ilp``: the paper's linear programme, for every rule."""
+
 LONGEST_ILP = 120
 
 Interval = tuple[int, int]
