@@ -3,8 +3,7 @@
 An *action loop* is a run of three or more consecutive actions that stands at least twice in one trial. The paper (Sec.
 3.3) reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, found by
 a binary integer linear programme. It leaves open whether the two copies may overlap (here by default not: ``A A A A``
-holds no loop), which changes how many trials loop, and what a cover may choose (:data:`Rule`), which changes only the
-cover.
+holds no loop), which changes how many trials loop, and what a cover may choose (:data:`Rule`), which does not.
 """
 
 from __future__ import annotations
