@@ -5,7 +5,9 @@ import math
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.curves import difference, ended, proportion, success_curve
+from lockprobe.analysis.curves import success_curve
+from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.proportions import difference, proportion
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from builders import make_trial
 
-from lockprobe.analysis.fit import Point, trend_fit
+from lockprobe.analysis.inference.trend import trend_fit
+from lockprobe.analysis.outcomes import Point
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.summary import summarise
 

@@ -14,8 +14,9 @@ from statistics import fmean
 from typing import Literal
 
 from lockprobe.analysis.chance import chance_level
-from lockprobe.analysis.curves import Proportion, ended, proportion
 from lockprobe.analysis.loops import cover
+from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.record import Trial
 
 __all__ = ["Behaviour", "behaviour", "has_loop", "loop_coverage", "policy_entropy", "redundant_share"]

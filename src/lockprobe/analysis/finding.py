@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lockprobe.analysis.behaviour import Behaviour
-from lockprobe.analysis.curves import Proportion
+from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
 __all__ = ["beside", "finding", "loop_finding"]

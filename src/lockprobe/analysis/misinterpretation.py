@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import mean, stdev
 
-from lockprobe.analysis.curves import Proportion, ended, proportion
+from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.record import Outcome, Step, Trial
 
 __all__ = ["Claim", "Misinterpretations", "claims", "misinterpretations"]

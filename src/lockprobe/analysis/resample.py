@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.behaviour import has_loop
-from lockprobe.analysis.fit import Point
+from lockprobe.analysis.outcomes import Point
 from lockprobe.record import Trial
 
 __all__ = ["RESAMPLES", "Resamples", "resample"]

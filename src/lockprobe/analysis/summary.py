@@ -8,17 +8,12 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from lockprobe.analysis.behaviour import Behaviour, behaviour, has_loop
-from lockprobe.analysis.curves import (
-    Difference,
-    Proportion,
-    SuccessCurve,
-    difference,
-    ended,
-    proportion,
-    success_curve,
-)
-from lockprobe.analysis.fit import Correlation, Point, TrendFit, correlation, trend_fit
+from lockprobe.analysis.curves import SuccessCurve, success_curve
+from lockprobe.analysis.inference.association import Correlation, correlation
+from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
+from lockprobe.analysis.outcomes import Point, ended
+from lockprobe.analysis.proportions import Difference, Proportion, difference, proportion
 from lockprobe.analysis.resample import resample
 from lockprobe.record import Trial
 from lockprobe.seeds import generator

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import matplotlib as mpl
 from matplotlib.axes import Axes
 
-from lockprobe.analysis.curves import Proportion
+from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary
 from lockprobe.figures.frame import (
     BEYOND,

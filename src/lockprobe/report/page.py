@@ -19,7 +19,7 @@ from typing import Any
 
 from lockprobe.analysis.behaviour import has_loop, loop_coverage
 from lockprobe.analysis.finding import beside, finding, loop_finding
-from lockprobe.analysis.fit import LENGTH_CAVEAT
+from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.loops import cover
 from lockprobe.analysis.misinterpretation import claims
 from lockprobe.analysis.summary import AgentSummary, StudySummary

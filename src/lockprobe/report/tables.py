@@ -7,7 +7,7 @@ import io
 import math
 from collections.abc import Sequence
 
-from lockprobe.analysis.curves import Proportion
+from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import ConditionSummary, StudySummary
 
 __all__ = ["as_csv", "as_tex", "condition_table", "interval", "misinterpretation_table", "percent"]

@@ -8,19 +8,18 @@ holds no loop), which changes how many trials loop, and what a cover may choose 
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lockprobe.analysis.loops.words import least_distance
 from lockprobe.errors import BadValue, LockprobeError
 
-__all__ = ["LoopCover", "Rule", "Solver", "any_loop", "any_loop_batch", "cover", "parse_sequence"]
+__all__ = ["LONGEST_ILP", "LoopCover", "Rule", "Solver", "cover"]
 
 Rule = Literal["free", "repeat", "whole"]
 """What a cover may be made of; each rule covers at most what the one before it does.
@@ -62,52 +61,6 @@ class LoopCover:
         return self.covered / self.n if self.n else 0.0
 
 
-def parse_sequence(line: str) -> tuple[str, ...]:
-    """Reads one trial from a line of text.
-
-    Actions are separated by blanks or commas. A line without any separator is read one action per character:
-    ``ABCABC`` is six actions (and ``slider1`` seven: write ``slider1,`` for a trial of that one action).
-
-    >>> parse_sequence("left, right up")
-    ('left', 'right', 'up')
-    """
-    text = line.strip()
-    if not re.search(r"[\s,]", text):
-        return tuple(text)
-    return tuple(re.findall(r"[^\s,]+", text))
-
-
-def any_loop(sequence: Sequence[Hashable], *, min_length: int = 3, overlap: bool = False) -> bool:
-    """Whether a trial holds a loop; settings as in :func:`cover`. Words of ``min_length`` decide."""
-    apart = _distance(min_length, overlap=overlap)
-    first: dict[tuple[Hashable, ...], int] = {}
-    for start in range(len(sequence) - min_length + 1):
-        word = tuple(sequence[start : start + min_length])
-        if start - first.setdefault(word, start) >= apart:
-            return True
-    return False
-
-
-def any_loop_batch(
-    sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
-) -> NDArray[np.bool_]:
-    """As :func:`any_loop` for many trials: integers of shape (trials, n) in, shape (trials,) out."""
-    if sequences.ndim != 2:
-        raise BadValue("sequences", sequences.shape, "an array of shape (trials, n)")
-    steps, undecided = np.ascontiguousarray(sequences.T), np.arange(len(sequences))
-    found = np.zeros(len(sequences), dtype=np.bool_)
-    for distance in range(_distance(min_length, overlap=overlap), len(steps) - min_length + 1):
-        same = steps[:-distance] == steps[distance:]
-        starts = len(same) - min_length + 1
-        run = same[:starts].copy()
-        for offset in range(1, min_length):
-            run &= same[offset : offset + starts]
-        looping = run.any(axis=0)
-        found[undecided[looping]] = True
-        undecided, steps = undecided[~looping], steps[:, ~looping]
-    return found
-
-
 def cover(
     sequence: Sequence[Hashable],
     *,
@@ -138,7 +91,7 @@ def cover(
         raise BadValue("cover rule", rule, "free, repeat or whole")
     if solver not in ("dp", "ilp")[rule != "free" :]:
         raise BadValue(f"solver for the cover rule {rule}", solver, "dp or ilp" if rule == "free" else "ilp")
-    _distance(min_length, overlap=overlap)
+    least_distance(min_length, overlap=overlap)
     text = _letters(sequence)
     if solver == "ilp" and len(sequence) > LONGEST_ILP:
         raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
@@ -159,13 +112,6 @@ def cover(
         words=tuple(dict.fromkeys(tuple(sequence[start : start + length]) for start, length in pieces)),
         intervals=tuple(pieces),
     )
-
-
-def _distance(min_length: int, *, overlap: bool) -> int:
-    """Least distance between the starts of two copies of a word of ``min_length``."""
-    if min_length < 1:
-        raise BadValue("shortest loop", min_length, "at least 1 action")
-    return 1 if overlap else min_length
 
 
 def _letters(sequence: Sequence[Hashable]) -> str:

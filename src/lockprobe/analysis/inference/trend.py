@@ -1,4 +1,4 @@
-"""Trends over flip probability and the paper's correlation, with what they can and cannot show (Figs. 4 and 5).
+"""The paper's trends over flip probability, with what they can and cannot show (Figs. 4 and 5b).
 
 The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, because the
 paper's are; an order of two chosen by AIC is *not* evidence of a decline, since a curve that only saturates is
@@ -15,21 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "LENGTH_CAVEAT",
-    "Correlation",
-    "OrderScore",
-    "Point",
-    "Quadratic",
-    "TrendFit",
-    "correlation",
-    "trend_fit",
-]
+from lockprobe.analysis.outcomes import Point
 
-LENGTH_CAVEAT = (
-    "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is "
-    "expected even if loops do no harm. It cannot tell cause from trial length."
-)
+__all__ = ["OrderScore", "Quadratic", "TrendFit", "trend_fit"]
+
 _GRID = 61
 _EXACT = 1e-12
 """Mean squared residual below which a fit is exact."""
@@ -37,25 +26,6 @@ _EXACT = 1e-12
 Array = NDArray[np.float64]
 
 Quantity = Literal["success", "loop_rate"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
-    """One repetition of one condition.
-
-    Attributes:
-        p: Flip probability, [0, 1].
-        repetition: From 1.
-        n: Trials that ended as solved or out of budget.
-        success: Share solved, [0, 1].
-        loop_rate: Share with an action loop, [0, 1].
-    """
-
-    p: float
-    repetition: int
-    n: int
-    success: float
-    loop_rate: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,25 +89,6 @@ class TrendFit:
     order_by_cv: int | None
     quadratic: Quadratic | None
     note: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Correlation:
-    """Pearson correlation of loop rate and success over points (paper, Fig. 5a).
-
-    Attributes:
-        r: [-1, 1]; None if either is constant or there are fewer than three points.
-        n: Points.
-        low: 2.5th percentile over bootstrap resamples; None where nothing can be resampled.
-        high: 97.5th percentile.
-        caveat: Why it must not be read as an effect.
-    """
-
-    r: float | None
-    n: int
-    low: float | None
-    high: float | None
-    caveat: str = LENGTH_CAVEAT
 
 
 def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> TrendFit:
@@ -229,31 +180,3 @@ def _quadratic(x: Array, draws: Array, coefficients: tuple[float, ...]) -> Quadr
         turning_kind=("maximum" if fitted[2] < 0 else "minimum") if inside else None,
         turning_share=share,
     )
-
-
-def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correlation:
-    """Pearson's r of loop rate and success over repetitions of conditions, as in Fig. 5a.
-
-    Args:
-        points: Each with at least one trial.
-        loops: Loop rates at those points in bootstrap resamples, shape (resamples, points).
-        success: Success at those points in the same resamples.
-    """
-    pairs = np.array([[point.loop_rate, point.success] for point in points], dtype=np.float64).reshape(-1, 2)
-    r = _pearson(pairs[None])[0] if len(pairs) >= 3 else math.nan
-    if not math.isfinite(r):
-        return Correlation(r=None, n=len(points), low=None, high=None)
-    draws = _pearson(np.stack([loops, success], axis=2))
-    finite = draws[np.isfinite(draws)]
-    low, high = np.percentile(finite, [2.5, 97.5]).tolist() if len(finite) else (None, None)
-    return Correlation(r=float(r), n=len(points), low=low, high=high)
-
-
-def _pearson(pairs: Array) -> Array:
-    """Correlations over the second axis of (samples, points, 2); not a number where a column is constant."""
-    centred = pairs - pairs.mean(axis=1, keepdims=True)
-    squares = np.sum(centred**2, axis=1)
-    product = np.sum(centred[..., 0] * centred[..., 1], axis=1)
-    scale = np.sqrt(squares[:, 0] * squares[:, 1])
-    constant = np.any(squares < _EXACT, axis=1)
-    return np.where(constant, math.nan, np.clip(product / np.where(constant, 1.0, scale), -1.0, 1.0))

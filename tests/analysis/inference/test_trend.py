@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from lockprobe.analysis.fit import LENGTH_CAVEAT, Point, correlation, trend_fit
+from lockprobe.analysis.inference.association import LENGTH_CAVEAT, correlation
+from lockprobe.analysis.inference.trend import trend_fit
+from lockprobe.analysis.outcomes import Point
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 

@@ -1,0 +1,71 @@
+"""The paper's correlation of looping and success, with what it can and cannot show (Fig. 5a)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.outcomes import Point
+
+__all__ = ["LENGTH_CAVEAT", "Correlation", "correlation"]
+
+Array = NDArray[np.float64]
+
+LENGTH_CAVEAT = (
+    "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is "
+    "expected even if loops do no harm. It cannot tell cause from trial length."
+)
+
+_CONSTANT = 1e-12
+"""Sum of squares below which a quantity is constant."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Correlation:
+    """Pearson correlation of loop rate and success over points (paper, Fig. 5a).
+
+    Attributes:
+        r: [-1, 1]; None if either is constant or there are fewer than three points.
+        n: Points.
+        low: 2.5th percentile over bootstrap resamples; None where nothing can be resampled.
+        high: 97.5th percentile.
+        caveat: Why it must not be read as an effect.
+    """
+
+    r: float | None
+    n: int
+    low: float | None
+    high: float | None
+    caveat: str = LENGTH_CAVEAT
+
+
+def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correlation:
+    """Pearson's r of loop rate and success over repetitions of conditions, as in Fig. 5a.
+
+    Args:
+        points: Each with at least one trial.
+        loops: Loop rates at those points in bootstrap resamples, shape (resamples, points).
+        success: Success at those points in the same resamples.
+    """
+    pairs = np.array([[point.loop_rate, point.success] for point in points], dtype=np.float64).reshape(-1, 2)
+    r = _pearson(pairs[None])[0] if len(pairs) >= 3 else math.nan
+    if not math.isfinite(r):
+        return Correlation(r=None, n=len(points), low=None, high=None)
+    draws = _pearson(np.stack([loops, success], axis=2))
+    finite = draws[np.isfinite(draws)]
+    low, high = np.percentile(finite, [2.5, 97.5]).tolist() if len(finite) else (None, None)
+    return Correlation(r=float(r), n=len(points), low=low, high=high)
+
+
+def _pearson(pairs: Array) -> Array:
+    """Correlations over the second axis of (samples, points, 2); not a number where a column is constant."""
+    centred = pairs - pairs.mean(axis=1, keepdims=True)
+    squares = np.sum(centred**2, axis=1)
+    product = np.sum(centred[..., 0] * centred[..., 1], axis=1)
+    scale = np.sqrt(squares[:, 0] * squares[:, 1])
+    constant = np.any(squares < _CONSTANT, axis=1)
+    return np.where(constant, math.nan, np.clip(product / np.where(constant, 1.0, scale), -1.0, 1.0))

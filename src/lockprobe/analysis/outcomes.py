@@ -1,0 +1,103 @@
+"""What the tests look at: the ended trials of one agent as columns, and its repetitions as points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.loops import onset_batch
+from lockprobe.record import Trial
+
+__all__ = ["Outcomes", "Point", "ended", "onset", "outcomes"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcomes:
+    """Trials that ended as solved or out of budget, one row each. Every column has the shape (trials,).
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        repetition: From 1.
+        trial: From 1. Trials of equal repetition and trial share their luck (labels, flips, draws) over all p.
+        length: Steps played.
+        solved: Whether the target moved.
+        onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
+    """
+
+    p: NDArray[np.float64]
+    repetition: NDArray[np.int64]
+    trial: NDArray[np.int64]
+    length: NDArray[np.int64]
+    solved: NDArray[np.bool_]
+    onset: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+    @property
+    def looped(self) -> NDArray[np.bool_]:
+        """Whether the trial holds an action loop."""
+        return self.onset > 0
+
+    def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
+        """The chosen trials, a boolean array of shape (trials,)."""
+        return Outcomes(
+            p=self.p[chosen],
+            repetition=self.repetition[chosen],
+            trial=self.trial[chosen],
+            length=self.length[chosen],
+            solved=self.solved[chosen],
+            onset=self.onset[chosen],
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One repetition of one condition.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        repetition: From 1.
+        n: Trials that ended as solved or out of budget.
+        success: Share solved, [0, 1].
+        loop_rate: Share with an action loop, [0, 1].
+    """
+
+    p: float
+    repetition: int
+    n: int
+    success: float
+    loop_rate: float
+
+
+def ended(trials: Iterable[Trial]) -> list[Trial]:
+    """The trials that count: solved, or out of budget. An error is not a failure to solve."""
+    return [trial for trial in trials if trial.ending != "error"]
+
+
+def onset(trial: Trial) -> int:
+    """The step at which the trial's first action loop was complete, from 1; 0 if it holds none."""
+    first: dict[str, int] = {}
+    return _onset(tuple(first.setdefault(joint, len(first)) for joint in trial.actions))
+
+
+@lru_cache(maxsize=1 << 17)
+def _onset(actions: tuple[int, ...]) -> int:
+    return int(onset_batch(np.array([actions], dtype=np.int64).reshape(1, -1))[0])
+
+
+def outcomes(trials: Sequence[Trial]) -> Outcomes:
+    """The columns of one agent's trials; error trials are left out."""
+    counted = ended(trials)
+    return Outcomes(
+        p=np.array([trial.p for trial in counted], dtype=np.float64),
+        repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
+        trial=np.array([trial.trial for trial in counted], dtype=np.int64),
+        length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
+        solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
+        onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
+    )
