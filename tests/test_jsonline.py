@@ -6,7 +6,7 @@ import pytest
 
 from lockprobe import run_trial
 from lockprobe.errors import BadValue
-from lockprobe.record import trial_from_json, trial_to_json
+from lockprobe.jsonline import trial_from_json, trial_to_json
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -30,10 +30,26 @@ def test_golden_records_still_read():
         (b'"seed":1', b'"seed":"one"', "seed"),
         (b'"schema":1', b'"schema":99', "schema version"),
         (b'"key":', b'"kee":', "key"),
+        (b'"p":0.0', b'"p":NaN', "p: got nan"),
+        (b'"p":0.0', b'"p":1.5', "p: got 1.5"),
+        (b'"joint":"revolute-left"', b'"joint":"lever"', "joint: got 'lever'"),
+        (b'"state":"0000"', b'"state":"00"', "state: got '00'"),
+        (b'"step":2', b'"step":3', "step 2, number: got 3"),
+        (b'"budget":20', b'"budget":3', "at most the budget of 3"),
+        (b'"ending":"budget"', b'"ending":"solved"', "a last step that moved the target"),
+        (b'"target":"revolute-left"', b'"target":"lid"', "target: got 'lid'"),
     ],
 )
 def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
-    line = trial_to_json(run_trial())
+    agent = "random" if b'"budget"' in old else "human-inspired"  # the one fails, the other solves
+    line = trial_to_json(run_trial(agent=agent, seed=1))
     assert old in line
     with pytest.raises(BadValue, match=where):
         trial_from_json(line.replace(old, new))
+
+
+def test_a_trial_without_steps_is_no_trial():
+    line = trial_to_json(run_trial())
+    start, end = line.index(b'"steps":[') + 9, line.rindex(b'],"ending"')
+    with pytest.raises(BadValue, match="steps: got 0"):
+        trial_from_json(line[:start] + line[end:])

@@ -10,9 +10,10 @@ from lockprobe import run_trial
 from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.channels.text import TextChannel
 from lockprobe.errors import Missing, UserMistake
+from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.record import Decision, trial_from_json, trial_to_json
+from lockprobe.record import Decision
 from lockprobe.trial import Plan, play
 
 PLAN = Plan(

@@ -2,7 +2,7 @@
 
 A :class:`Trial` is one closed loop of one agent on one box. Every step holds the true configuration, the true
 outcome, what the agent was told, and what the agent said had happened. Clock readings are not part of a record:
-the same seed gives the same bytes.
+the same seed gives the same bytes. How a record is written is :mod:`lockprobe.jsonline`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import TypeAdapter, ValidationError
-
-from lockprobe.errors import BadValue, Boundary
+from lockprobe.errors import Boundary
 
 __all__ = [
     "SCHEMA_VERSION",
@@ -30,8 +28,6 @@ __all__ = [
     "TrialError",
     "Turn",
     "Usage",
-    "trial_from_json",
-    "trial_to_json",
 ]
 
 SCHEMA_VERSION = 1
@@ -256,29 +252,3 @@ class Trial:
     def owed_again(self) -> bool:
         """Whether something outside the agent broke it, so that it has to be played again."""
         return self.error is not None and self.error.boundary != "reply"
-
-
-_adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
-
-
-def trial_to_json(trial: Trial) -> bytes:
-    """One line of JSON without a newline; fields at their defaults are left out, the schema version never is."""
-    line = _adapter.dump_json(trial, exclude_defaults=True)
-    return line[:-1] + b',"schema":%d}' % trial.schema if b'"schema":' not in line else line
-
-
-def trial_from_json(line: bytes | str) -> Trial:
-    """The trial on one line of a journal.
-
-    Raises:
-        BadValue: If the line is not a trial of a schema version that this release knows.
-    """
-    try:
-        trial = _adapter.validate_json(line)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
-    if trial.schema != SCHEMA_VERSION:
-        raise BadValue("trial record, schema version", trial.schema, str(SCHEMA_VERSION))
-    return trial

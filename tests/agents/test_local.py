@@ -10,8 +10,8 @@ from lockprobe import load, run_trial
 from lockprobe.agents import local
 from lockprobe.agents.local import CONSTANT, LocalModel, read_options
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import box
-from lockprobe.record import trial_to_json
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.studyfile import Request, study
@@ -62,7 +62,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
     assert trial_to_json(again) == trial_to_json(first)
     script = (
         "from lockprobe import run_trial; from lockprobe.agents.local import LocalModel;"
-        "from lockprobe.record import trial_to_json; import sys;"
+        "from lockprobe.jsonline import trial_to_json; import sys;"
         f"t = run_trial(agent=LocalModel.from_spec('llm:local'), **{settings});"
         "sys.stdout.write(trial_to_json(t).decode())"
     )

@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import IO
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
-from lockprobe.record import Trial, trial_from_json, trial_to_json
+from lockprobe.jsonline import trial_from_json, trial_to_json
+from lockprobe.record import Trial
 from lockprobe.studies.study import Study
 
 __all__ = ["Journal", "Timing", "load", "planned_trials", "read_settings", "read_timings"]
