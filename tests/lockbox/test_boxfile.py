@@ -3,7 +3,8 @@
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.lockbox.boxfile import MAX_BYTES, read_box
+from lockprobe.lockbox.boxfile import MAX_BYTES, box_from_data, read_box
+from lockprobe.lockbox.families import box, named_boxes
 
 GOOD = """
 name = "latch"
@@ -73,3 +74,14 @@ def test_a_file_that_is_not_there(tmp_path):
 def test_deep_nesting_is_refused(tmp_path):
     with pytest.raises(BadFile):
         read_box(written(tmp_path, "a = " + "[" * 20000 + "]" * 20000))
+
+
+@pytest.mark.parametrize("name", named_boxes())
+def test_a_box_written_as_data_is_read_back(tmp_path, name):
+    assert box_from_data(box(name).as_data(), tmp_path) == box(name)
+
+
+@pytest.mark.parametrize("data", [None, [], {"name": "x"}, {**box("chain-2").as_data(), "target": "lid"}])
+def test_data_that_is_no_box_is_refused(tmp_path, data):
+    with pytest.raises(BadFile, match="study.json"):
+        box_from_data(data, tmp_path / "study.json")

@@ -8,9 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from builders import make_trial, small_study, write_study
 
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
-from lockprobe.studies.journal import Journal, load, read_settings, read_timings
+from lockprobe.studies.journal import Journal, LeftOut, left_out, load, read_settings, read_timings
 from lockprobe.studies.runner import run
 from lockprobe.studies.studyfile import Request, study
 
@@ -198,3 +199,14 @@ def test_ctrl_c_leaves_a_directory_to_resume_and_says_so(tmp_path):
     assert f"Stopped. Every finished trial is in {tmp_path}; run the same command again to go on." in out
     assert "Traceback" not in err
     assert 0 < len(load(Path(tmp_path))) < 20000
+
+
+def test_what_a_journal_leaves_out_is_counted(tmp_path):
+    study = small_study(["random"])
+    broken, played = make_trial([0], broken="model"), make_trial([0, 1], budget=2)
+    directory = write_study(tmp_path / "study", study, [broken, played, make_trial([0, 1], budget=2, trial=2)])
+    assert left_out(directory) == LeftOut(unfinished_lines=0, replaced=1)
+    with (directory / "trials.jsonl").open("ab") as file:
+        file.write(b'{"key":"flips/ran')
+    assert left_out(directory) == LeftOut(unfinished_lines=1, replaced=1)
+    assert len(load(directory)) == 2

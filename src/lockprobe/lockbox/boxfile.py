@@ -36,7 +36,7 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.solve import optimum
 
-__all__ = ["MAX_BYTES", "read_box", "read_toml"]
+__all__ = ["MAX_BYTES", "box_from_data", "read_box", "read_toml"]
 
 MAX_BYTES = 64 * 1024
 """A larger file is refused unread."""
@@ -87,9 +87,25 @@ def read_box(path: Path) -> Lockbox:
     Raises:
         BadFile: If it is not such a file, or no sequence of attempts moves the target.
     """
+    box = box_from_data(read_toml(path), path)
+    if optimum(box) is None:
+        raise BadFile(path, f"unsolvable: no sequence of attempts moves {box.target}")
+    return box
+
+
+def box_from_data(data: object, path: Path) -> Lockbox:
+    """The box that these tables describe; ``Lockbox.as_data`` turned round.
+
+    Args:
+        data: Tables of the form above.
+        path: Where they stood, for the message.
+
+    Raises:
+        BadFile: If they do not describe a box.
+    """
     try:
-        table = _BoxTable.model_validate(read_toml(path))
-        box = Lockbox(
+        table = _BoxTable.model_validate(data)
+        return Lockbox(
             name=table.name,
             joints=tuple(Joint(name=j.name, kind=j.kind, place=j.place) for j in table.joints),
             interlock={
@@ -104,6 +120,3 @@ def read_box(path: Path) -> Lockbox:
         raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
     except BadValue as error:
         raise BadFile(path, str(error)) from None
-    if optimum(box) is None:
-        raise BadFile(path, f"unsolvable: no sequence of attempts moves {box.target}")
-    return box

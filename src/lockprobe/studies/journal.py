@@ -22,7 +22,7 @@ from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
 from lockprobe.studies.study import Study
 
-__all__ = ["Journal", "Timing", "load", "planned_trials", "read_settings", "read_timings"]
+__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "planned_trials", "read_settings", "read_timings"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
@@ -43,6 +43,19 @@ class Timing:
     steps: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """What a journal holds beside its trials.
+
+    Attributes:
+        unfinished_lines: Lines that a crash tore, 0 or 1; their trial is owed again.
+        replaced: Records of trials that were played again after an error.
+    """
+
+    unfinished_lines: int
+    replaced: int
+
+
 def load(directory: Path | str) -> list[Trial]:
     """The trials of a study directory, in the order in which they were finished.
 
@@ -51,18 +64,31 @@ def load(directory: Path | str) -> list[Trial]:
     Raises:
         BadFile: If there is no journal or a line within it is damaged.
     """
+    return list(_read(directory)[0].values())
+
+
+def left_out(directory: Path | str) -> LeftOut:
+    """How much of a journal :func:`load` leaves out."""
+    return _read(directory)[1]
+
+
+def _read(directory: Path | str) -> tuple[dict[str, Trial], LeftOut]:
     path = Path(directory) / "trials.jsonl"
     if not path.is_file():
         raise BadFile(directory, "no trials.jsonl here; is it the directory of a study?")
     trials: dict[str, Trial] = {}
+    replaced = 0
     for number, line in enumerate(_whole_lines(path), 1):
         try:
             trial = trial_from_json(line)
         except BadValue as error:
             raise BadFile(path, f"line {number}: {error}") from error
-        trials.pop(trial.key, None)
+        replaced += trials.pop(trial.key, None) is not None
         trials[trial.key] = trial
-    return list(trials.values())
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - 1))
+        torn = int(file.read(1) not in (b"", b"\n"))
+    return trials, LeftOut(unfinished_lines=torn, replaced=replaced)
 
 
 def read_settings(directory: Path | str) -> dict[str, object]:
