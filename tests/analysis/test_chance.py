@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from lockprobe.analysis import chance
-from lockprobe.analysis.chance import Null, chance_level
-from lockprobe.analysis.loops import any_loop, any_loop_batch
+from lockprobe.analysis.chance import Null, chance_level, first_loops
+from lockprobe.analysis.loops import any_loop, any_loop_batch, onset_batch
 from lockprobe.errors import BadValue
 
 ROOT = Path(__file__).parents[2]
@@ -90,8 +90,44 @@ def test_what_cannot_be_counted_is_simulated_with_its_error() -> None:
     assert level.method == "simulation"
     assert level.probability > chance_level(20).probability
     assert 0 < level.error < 0.001
-    chance._simulated.cache_clear()
+    chance._onsets.cache_clear()
     assert chance_level(24) == level
+
+
+@pytest.mark.parametrize("null", NULLS)
+@pytest.mark.parametrize("overlap", [False, True])
+def test_one_simulation_answers_every_length(null: Null, overlap: bool) -> None:
+    for length in range(6, 21, 2):
+        exact = chance_level(length, null=null, overlap=overlap)
+        simulated = chance._simulated(length, 4, null, 3, overlap=overlap)
+        assert abs(exact.probability - simulated.probability) < 4 * simulated.error, length
+    assert chance._onsets(20, 4, null, 3, overlap=overlap).shape == (400_000,)
+
+
+def test_first_loops_are_those_of_the_whole_trial() -> None:
+    trials = np.random.default_rng(5).integers(0, 12, (200, 130))
+    trials[:5] = np.arange(130)
+    for overlap in (False, True):
+        found = first_loops(trials, overlap=overlap)
+        assert found.tolist() == onset_batch(trials, overlap=overlap).tolist()
+        assert found[:5].tolist() == [0] * 5
+        assert found.max() > 40
+
+
+def test_beyond_the_decisive_length_nothing_is_left_to_decide() -> None:
+    for actions in (4, 6, 10):
+        steps = chance.decisive_length(actions, 3)
+        trials = np.random.default_rng(6).integers(0, actions, (20_000, steps))
+        assert first_loops(trials).min() > 0
+    assert chance_level(10_000, 64).probability == 1.0
+
+
+def test_the_error_is_that_of_the_mean() -> None:
+    values = np.random.default_rng(8).random(10_000)
+    level = chance.simulated_chance(values)
+    assert level.probability == pytest.approx(values.mean())
+    assert level.error == pytest.approx(values.std() / 100, rel=1e-3)
+    assert chance.simulated_chance([0.0] * 50).error > 0
 
 
 def test_a_simulation_that_always_loops_still_has_an_error() -> None:
@@ -111,6 +147,14 @@ def test_a_short_trial_cannot_loop() -> None:
     assert [chance_level(length, 1).probability for length in (0, 5, 6)] == [0, 0, 1]
     assert [chance_level(length, 1, overlap=True).probability for length in (3, 4)] == [0, 1]
     assert chance_level(1000, 4, min_length=600).probability == 0
+
+
+def test_without_repeats_there_are_fewer_words_to_go_round() -> None:
+    certain = 3 * 3 * 2 * 2 + 2 + 1
+    assert chance_level(certain, 3, null="no-repeat").method == "exact"
+    assert chance_level(certain - 1, 3, null="no-repeat").method == "simulation"
+    assert chance_level(2, 2, null="no-repeat", min_length=1, overlap=True).probability == 0
+    assert chance_level(3, 2, null="no-repeat", min_length=1, overlap=True).probability == 1
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="the table's program needs a C compiler")

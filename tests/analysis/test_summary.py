@@ -1,20 +1,26 @@
 """A study in numbers: counts by hand, every condition once, and sentences that say no more than the numbers."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.analysis.finding import beside, finding, loop_finding
 from lockprobe.analysis.summary import summarise
+from lockprobe.errors import BadValue
+from lockprobe.lockbox.families import box
 
 FAILED = (0,) * 20
 AGENT = "llm:local"
 
 
 def condition(p, solved, n, *, agent=AGENT, repetitions=1):
-    """Trials of one condition, of which so many are solved; an agent's failures differ between conditions."""
+    """Trials of one condition, of which so many are solved, others at every p; failures differ between conditions."""
+    lucky = set(np.random.default_rng(int(100 * p)).permutation(n)[:solved].tolist())
     return [
         make_trial(
-            SOLUTION if i < solved else (int(10 * p) % 4, *FAILED[1:]),
+            SOLUTION if i in lucky else (int(10 * p) % 4, *FAILED[1:]),
             agent=agent, p=p, repetition=1 + i % repetitions, trial=1 + i // repetitions,
         )
         for i in range(n)
@@ -88,6 +94,8 @@ def test_the_interval_of_a_chosen_difference_is_wider():
     assert several.contrast.choices == 3
     assert several.contrast.difference.low < one.contrast.difference.low
     assert several.contrast.difference.high > one.contrast.difference.high
+    assert several.contrast.paired.low < one.contrast.paired.low < one.contrast.paired.high
+    assert several.contrast.paired.high > one.contrast.paired.high
 
 
 def test_a_clear_rise_is_called_one():
@@ -105,7 +113,7 @@ def test_a_clear_fall_is_called_one():
 def test_chance_is_not_called_an_effect():
     agent = only([*condition(0.0, 10, 30), *condition(0.2, 12, 30), *condition(0.4, 14, 30)])
     assert not agent.contrast.detectable
-    assert agent.contrast.p_adjusted == pytest.approx(min(1.0, 2 * agent.contrast.difference.p_value))
+    assert agent.contrast.p_adjusted == agent.inference.difference.p_value
     assert finding(agent).startswith("No effect of false reports on the success of llm:local is detectable")
     assert "not evidence that there is none" in finding(agent)
 
@@ -147,3 +155,28 @@ def test_references_are_named_for_comparison():
     assert beside(summarise(played)) == "For comparison, when told the truth: random 1 of 2 trials (50 %)."
     assert beside(summarise(played[2:])) == ""
     assert beside(summarise([])) == ""
+
+
+def test_trials_of_two_boxes_are_not_analysed_together():
+    other = replace(make_trial(SOLUTION), box="chain-5", key="elsewhere")
+    with pytest.raises(BadValue, match="boxes chain-4, chain-5"):
+        summarise([make_trial(SOLUTION), other])
+    with pytest.raises(BadValue, match="boxes chain-4, chain-6"):
+        summarise([make_trial(SOLUTION)], box("chain-6"))
+
+
+def test_a_known_box_gives_every_curve_its_place_between_chance_and_the_optimum():
+    summary = summarise(play_study(small_study(["round-robin"])), box("chain-4"))
+    assert summary.reference.optimum == 4
+    assert summary.reference.random[20] == pytest.approx(0.392655, abs=1e-6)
+    assert summary.reference.no_repeat[20] == pytest.approx(0.69, abs=0.01)
+    assert 0 < summary.conditions[0].relative.value < 1
+    assert summarise(play_study(small_study(["round-robin"]))).conditions[0].relative is None
+
+
+def test_the_contrast_is_the_permutation_test_of_the_inference():
+    agent = only([*condition(0.0, 7, 30), *condition(0.4, 20, 30)])
+    (recommended,) = (t for t in agent.inference.tests if t.question == "success" and t.recommended)
+    assert recommended.p_value == agent.contrast.p_adjusted < 0.05
+    assert recommended.effect == pytest.approx(13 / 30)
+    assert agent.contrast.paired.n == 30

@@ -1,30 +1,26 @@
 """What agents do, whether or not they solve the box: loops, redundancy, entropy (paper, Sec. 3.3 and Fig. 5).
 
-Beside every loop rate stands the rate that chance alone gives to trials of exactly those lengths: a uniformly
+Beside every loop rate stand the rates that chance alone gives to trials of exactly those lengths: a uniformly
 random trial of 20 steps over 4 joints holds a loop with probability 0.80.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import fmean
-from typing import Literal
+from typing import get_args
 
-from lockprobe.analysis.chance import chance_level
+from lockprobe.analysis.chance import Chance
 from lockprobe.analysis.loops import cover
+from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.record import Trial
 
 __all__ = ["Behaviour", "behaviour", "has_loop", "loop_coverage", "policy_entropy", "redundant_share"]
-
-Null = Literal["uniform", "no-repeat"]
-
-_CERTAIN = 0.99999
-"""From here on a longer trial is not worked out anew: that takes half a second for every length."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,9 +29,8 @@ class Behaviour:
 
     Attributes:
         loops: Share of trials that hold an action loop.
-        chance_uniform: The share expected of uniformly random actions in trials of exactly these lengths,
-            [0, 1]; None without trials.
-        chance_no_repeat: The same for random actions without immediate repeats.
+        chance: The share expected in trials of exactly these lengths under each null, with its standard error;
+            empty without trials.
         coverage: Mean over trials of the share of steps covered by loops, [0, 1].
         redundant_share: Mean over trials of the share of steps whose pair of true configuration and joint had
             been tried before in that trial, [0, 1].
@@ -45,12 +40,34 @@ class Behaviour:
     """
 
     loops: Proportion
-    chance_uniform: float | None
-    chance_no_repeat: float | None
+    chance: Mapping[TrialNull, Chance]
     coverage: float | None
     redundant_share: float | None
     entropy: float | None
     entropy_steps: int
+
+    @property
+    def chance_uniform(self) -> float | None:
+        """The share expected of uniformly random actions, [0, 1]."""
+        return self._chance("uniform")
+
+    @property
+    def chance_no_repeat(self) -> float | None:
+        """The share expected of random actions without immediate repeats, [0, 1]."""
+        return self._chance("no-repeat")
+
+    @property
+    def chance_markov(self) -> float | None:
+        """The share expected of actions that follow each other as often as in these trials, [0, 1]."""
+        return self._chance("markov")
+
+    @property
+    def chance_permutation(self) -> float | None:
+        """The share expected of each trial's own actions in any order, [0, 1]."""
+        return self._chance("permutation")
+
+    def _chance(self, null: TrialNull) -> float | None:
+        return self.chance[null].probability if self.chance else None
 
 
 def behaviour(trials: Sequence[Trial]) -> Behaviour:
@@ -59,8 +76,7 @@ def behaviour(trials: Sequence[Trial]) -> Behaviour:
     entropies = [bits for trial in counted for bits in policy_entropy(trial)]
     return Behaviour(
         loops=proportion(sum(map(has_loop, counted)), len(counted)),
-        chance_uniform=_chance(counted, "uniform"),
-        chance_no_repeat=_chance(counted, "no-repeat"),
+        chance={null: _chance(counted, null) for null in get_args(TrialNull)} if counted else {},
         coverage=fmean(map(loop_coverage, counted)) if counted else None,
         redundant_share=fmean(map(redundant_share, counted)) if counted else None,
         entropy=fmean(entropies) if entropies else None,
@@ -111,17 +127,6 @@ def _cover(actions: tuple[int, ...]) -> tuple[bool, float]:
     return found.any_loop, found.share
 
 
-def _chance(trials: Sequence[Trial], null: Null) -> float | None:
-    """Mean over trials of the chance level of a loop at each trial's own length."""
-    if not trials:
-        return None
-    return fmean(_chance_at(len(trial.steps), len(trial.joints), null) for trial in trials)
-
-
-@lru_cache(maxsize=4096)
-def _chance_at(length: int, actions: int, null: Null) -> float:
-    """The chance level at one length. It only grows with length, so near one it is taken from a shorter trial."""
-    shorter = (length - 1) // 20 * 20
-    if shorter and (level := _chance_at(shorter, actions, null)) > _CERTAIN:
-        return level
-    return float(chance_level(length, actions=actions, null=null).probability)
+def _chance(trials: Sequence[Trial], null: TrialNull) -> Chance:
+    """The share of looping trials expected under a null."""
+    return expected_loop_rate([trial.actions for trial in trials], null, actions=len(trials[0].joints))

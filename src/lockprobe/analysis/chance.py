@@ -17,16 +17,16 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from math import perm, sqrt
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.analysis.loops import any_loop_batch
+from lockprobe.analysis.loops import any_loop_batch, onset_batch
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
-__all__ = ["Chance", "Null", "chance_level"]
+__all__ = ["Chance", "Null", "chance_level", "decisive_length", "first_loops", "simulated_chance"]
 
 Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
@@ -34,11 +34,14 @@ Null = Literal["uniform", "no-repeat"]
 ENUMERABLE = 2**18
 """Sequences up to which all are looked at."""
 
-CHUNKS, CHUNK = 20, 20_000
-"""Simulated are 20 times 20 000 sequences."""
+CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
+"""Simulated are 20 times 20 000 sequences; of long trials fewer, but 20 times 5 at least."""
 
 CELLS = CHUNK * 70**2
 """Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
+
+FIRST = 20
+"""Steps of the shortest simulated trials; others are 40, 80 ... steps, and answer for every length below."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +59,16 @@ class Chance:
     error: float
 
 
+def simulated_chance(values: ArrayLike) -> Chance:
+    """The mean of simulated values in [0, 1], shape (trials,): 1 for a trial with a loop, 0 for one without.
+
+    The standard error is that of one more trial with and one more without a loop, so it is never 0.
+    """
+    found = np.asarray(values, dtype=np.float64)
+    error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
+    return Chance(probability=float(found.mean()), method="simulation", error=float(error))
+
+
 def chance_level(
     length: int, actions: int = 4, *, null: Null = "uniform", overlap: bool = False, min_length: int = 3
 ) -> Chance:
@@ -63,7 +76,7 @@ def chance_level(
 
     Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
     5: 20, 6: 19, 7: 18, more: 17), for every case of at most 262 144 sequences, and wherever it is 0 or 1.
-    Otherwise from simulated sequences, the same ones at every call: 400 000 up to length 70, fewer beyond.
+    Otherwise from simulated sequences, the same ones at every call: 400 000 up to length 40, fewer beyond.
 
     Args:
         length: Steps in the trial (at least 0).
@@ -80,7 +93,8 @@ def chance_level(
     apart = 1 if overlap else min_length
     if starts <= apart:
         return _exact(0, 1)
-    if starts > apart * actions**min_length:
+    words = actions**min_length if null == "uniform" else actions * (actions - 1) ** (min_length - 1)
+    if starts > apart * words:
         # Copies of one word in a loop-free trial all start within `apart` steps of each other.
         return _exact(1, 1)
     total = actions**length if null == "uniform" else actions * (actions - 1) ** (length - 1)
@@ -141,20 +155,57 @@ def _every(length: int, actions: int, null: Null) -> NDArray[np.int64]:
     return sequences
 
 
-@cache
 def _simulated(length: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> Chance:
-    """The chance level from seeded sequences, which do not depend on what counts as a loop.
+    """The chance level from simulated trials, which are the same for all lengths up to 20, 40, 80 ... steps."""
+    steps = FIRST
+    while steps < length:
+        steps *= 2
+    onsets = _onsets(min(steps, decisive_length(actions, min_length)), actions, null, min_length, overlap=overlap)
+    return simulated_chance((onsets > 0) & (onsets <= length))
 
-    The standard error is that of one more trial with and one more without a loop, so it is never 0.
-    """
-    rng = generator(0, "chance", null, length, actions)
-    looping = 0
-    chunk = min(CHUNK, max(100, CELLS // length**2))
+
+@cache
+def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> NDArray[np.int64]:
+    """Steps at which seeded trials complete their first loop. The trials do not depend on what counts as one."""
+    rng = generator(0, "chance", null, actions)
+    chunk = min(CHUNK, max(FEWEST, CELLS // steps**2))
+    found = []
     for _ in range(CHUNKS):
-        sequences = rng.integers(null == "no-repeat", actions, (chunk, length))
+        sequences = rng.integers(null == "no-repeat", actions, (chunk, steps))
         if null == "no-repeat":
             sequences = sequences.cumsum(axis=1) % actions
-        looping += int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum())
-    trials = CHUNKS * chunk
-    smooth = (looping + 1) / (trials + 2)
-    return Chance(probability=looping / trials, method="simulation", error=sqrt(smooth * (1 - smooth) / trials))
+        found.append(first_loops(sequences.astype(np.min_scalar_type(actions)), min_length=min_length, overlap=overlap))
+    return np.concatenate(found)
+
+
+def decisive_length(actions: int, min_length: int) -> int:
+    """Steps within which a blind agent's trial holds a loop but for one in a thousand million.
+
+    Of n steps about n^2 / 2 pairs of words meet, each with a probability of 1 / actions^min_length at least, so
+    the probability of no loop falls as exp(-n^2 / 2 actions^min_length).
+    """
+    return 2 * min_length + int(6.5 * sqrt(actions**min_length))
+
+
+def first_loops(
+    sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
+) -> NDArray[np.int64]:
+    """As :func:`onset_batch`, for trials of which most loop early: 20 steps are looked at, then 40, 80 ...
+
+    Args:
+        sequences: Actions as integers, shape (trials, n).
+        min_length: Fewest actions in a loop.
+        overlap: Whether the two copies may share actions.
+
+    Returns:
+        Steps from 1, shape (trials,); 0 where a trial holds no loop.
+    """
+    onsets = np.zeros(len(sequences), dtype=np.int64)
+    undecided = np.arange(len(sequences))
+    steps = FIRST
+    while True:
+        onsets[undecided] = onset_batch(sequences[undecided, :steps], min_length=min_length, overlap=overlap)
+        undecided = undecided[onsets[undecided] == 0]
+        if steps >= sequences.shape[1] or not len(undecided):
+            return onsets
+        steps *= 2

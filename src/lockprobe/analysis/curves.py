@@ -1,20 +1,32 @@
-"""How many trials were solved, and when: proportions, cumulative success by step, and differences (paper, Fig. 3).
+"""How many trials were solved, and when: success by step, held against chance and the optimum (paper, Fig. 3).
 
-Trials that ended as ``error`` are in no count; they are counted apart.
+A trial that runs out of budget is *censored*: it was not solved by then, and nobody knows what would have come
+after. So success by step is one minus the Kaplan-Meier estimate, which is the plain share solved as long as all
+trials have the same budget. Trials that ended as ``error`` are in no count; they are counted apart.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
+from typing import Literal
 
+import numpy as np
+
+from lockprobe.analysis.incidence import Area, incidence
 from lockprobe.analysis.outcomes import ended
-from lockprobe.analysis.proportions import proportion
+from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 
-__all__ = ["SuccessCurve", "success_curve"]
+__all__ = [
+    "LogRank",
+    "Relative",
+    "SuccessCurve",
+    "logrank",
+    "relative",
+    "success_curve",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,9 +37,10 @@ class SuccessCurve:
         n: Trials that ended as solved or out of budget.
         errors: Trials that ended as error; in none of the shares.
         solved_at: Steps of the solved trials, ascending.
-        share: Share solved by step 0, 1, ... up to the budget, [0, 1].
-        low: Lower end of the pointwise 95 % Wilson band.
+        share: Share solved by step 0, 1, ... up to the largest budget, one minus Kaplan-Meier, [0, 1].
+        low: Lower end of the pointwise 95 % band of :class:`Incidence`.
         high: Upper end.
+        area: Mean share solved over steps 1 to the largest budget; None without a trial.
     """
 
     n: int
@@ -36,6 +49,7 @@ class SuccessCurve:
     share: tuple[float, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
+    area: Area | None
 
     @property
     def steps(self) -> tuple[int, ...]:
@@ -44,30 +58,157 @@ class SuccessCurve:
 
     def steps_to(self, share: float = 0.8) -> int | None:
         """The first step by which at least this share of the trials is solved; None if that never happens."""
-        return next((step for step, value in enumerate(self.share) if value >= share - 1e-12), None)
+        return _first(self.share, share)
+
+    def steps_to_interval(self, share: float = 0.8) -> tuple[int | None, int | None]:
+        """The 95 % interval of :meth:`steps_to`: where the upper end of the band reaches the share, and the lower.
+
+        None stands for "not within the budget".
+        """
+        return _first(self.high, share), _first(self.low, share)
+
+    @property
+    def km_median(self) -> int | None:
+        """Median steps over *all* trials (Kaplan-Meier); None if fewer than half are solved."""
+        return self.steps_to(0.5)
+
+    @property
+    def restricted_mean_steps(self) -> float | None:
+        """Mean steps over *all* trials, an unsolved one counted with the whole budget; None without a trial."""
+        return sum(1 - share for share in self.share[:-1]) if self.n else None
 
     @property
     def median_steps(self) -> float | None:
-        """Median steps of the trials that were solved; None if none was."""
+        """Median steps of the trials that were solved; None if none was.
+
+        It improves when slow trials fail instead of being solved late: compare agents by :attr:`km_median`.
+        """
         return float(median(self.solved_at)) if self.solved_at else None
 
     @property
     def mean_steps(self) -> float | None:
-        """Mean steps of the trials that were solved; None if none was."""
+        """Mean steps of the trials that were solved; None if none was. As misleading as :attr:`median_steps`."""
         return sum(self.solved_at) / len(self.solved_at) if self.solved_at else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogRank:
+    """Whether groups of trials are solved equally fast.
+
+    Attributes:
+        statistic: Chi-squared.
+        df: Groups minus one.
+        p_value: Two-sided.
+    """
+
+    statistic: float
+    df: int
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Relative:
+    """An agent between chance and the optimum on the same box.
+
+    Attributes:
+        value: Area of its curve: 0 as a uniformly random agent, 1 as the shortest plan; negative if worse than
+            random. The shortest plan is known only to one who sees the interlock: nobody who has to find it out
+            can be held to 1.
+        low: Lower end of the 95 % interval.
+        high: Upper end.
+        steps: Mean steps, an unsolved trial counted with the whole budget.
+        random_steps: The same of the random agent, exact.
+        optimal_steps: Steps of the shortest plan.
+    """
+
+    value: float
+    low: float
+    high: float
+    steps: float
+    random_steps: float
+    optimal_steps: int
 
 
 def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
     """Cumulative success by step over the trials of one condition."""
     counted = ended(trials)
     budget = max((trial.budget for trial in trials), default=0)
-    solved_at = tuple(sorted(len(trial.steps) for trial in counted if trial.solved))
-    by_step = [proportion(bisect_right(solved_at, step), len(counted)) for step in range(budget + 1)]
+    steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
+    solved = np.array([trial.solved for trial in counted], dtype=np.bool_)
+    found = incidence(steps, solved, budget)
     return SuccessCurve(
         n=len(counted),
         errors=len(trials) - len(counted),
-        solved_at=solved_at,
-        share=tuple(point.value for point in by_step),
-        low=tuple(point.low for point in by_step),
-        high=tuple(point.high for point in by_step),
+        solved_at=tuple(sorted(steps[solved].tolist())),
+        share=found.share,
+        low=found.low,
+        high=found.high,
+        area=found.area,
+    )
+
+
+def _first(values: Sequence[float], share: float) -> int | None:
+    return next((step for step, value in enumerate(values) if value >= share - 1e-12), None)
+
+
+def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "gehan"] = "log-rank") -> LogRank | None:
+    """Log-rank test of steps to solve between two or more groups of trials; unsolved trials are censored.
+
+    Groups are taken as independent. Where they share their luck the test is conservative, as far as that luck acts
+    alike in all of them.
+
+    Args:
+        groups: Trials of one condition each; error trials are left out.
+        weights: ``log-rank`` weighs all steps alike; ``gehan`` (Gehan-Wilcoxon) by the trials still running, which
+            is stronger where curves differ early and meet late.
+
+    Returns:
+        None where nothing can be told apart: fewer than two groups with trials that were still running when the
+        first one was solved, or no step at which some but not all of the running trials were solved.
+    """
+    from scipy.stats import chi2
+    from statsmodels.duration.survfunc import survdiff
+
+    kept = [ended(group) for group in groups]
+    first = min((len(trial.steps) for members in kept for trial in members if trial.solved), default=0)
+    counted = [members for members in kept if first and any(len(trial.steps) >= first for trial in members)]
+    if len(counted) < 2:
+        return None
+    steps = np.array([len(trial.steps) for members in counted for trial in members])
+    solved = np.array([trial.solved for members in counted for trial in members], dtype=np.int64)
+    group = np.repeat(np.arange(len(counted)), [len(members) for members in counted])
+    try:
+        statistic, _ = survdiff(steps, solved, group, weight_type="gb" if weights == "gehan" else None)
+    except np.linalg.LinAlgError:
+        return None
+    df = len(counted) - 1
+    return LogRank(statistic=float(statistic), df=df, p_value=float(chi2.sf(statistic, df)))
+
+
+def relative(curve: SuccessCurve, random: Sequence[float], optimum: int | None) -> Relative | None:
+    """An agent's curve between a uniformly random agent's and the shortest plan's on the same box.
+
+    Args:
+        curve: The agent's.
+        random: The exact curve of chance (:func:`lockprobe.lockbox.solve.random_curve`) to the same budget.
+        optimum: The fewest steps that solve the box (:func:`lockprobe.lockbox.solve.optimum`).
+
+    Returns:
+        None without a trial, and where the budget leaves no room between chance and the optimum.
+    """
+    budget = len(curve.share) - 1
+    if len(random) != len(curve.share):
+        raise BadValue("random agent's curve", f"{len(random) - 1} steps", f"the budget of the trials, {budget} steps")
+    chance = sum(random[1:]) / budget if budget else 0.0
+    room = 0.0 if optimum is None else (budget - optimum + 1) / max(budget, 1) - chance
+    mean_steps = curve.restricted_mean_steps
+    if curve.area is None or mean_steps is None or optimum is None or room <= 0:
+        return None
+    return Relative(
+        value=(curve.area.value - chance) / room,
+        low=(curve.area.low - chance) / room,
+        high=(curve.area.high - chance) / room,
+        steps=mean_steps,
+        random_steps=sum(1 - share for share in random[:-1]),
+        optimal_steps=optimum,
     )

@@ -31,8 +31,8 @@ def finding(agent: AgentSummary) -> str:
         )
     chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
     interval = (
-        f"{_points(found.value)} points, 95 % interval {_points(found.low)} to {_points(found.high)}; "
-        f"Fisher's exact test, {_p(contrast.p_adjusted)}{chosen}"
+        f"{_points(found.value)} points, 95 % interval {_points(contrast.paired.low)} to "
+        f"{_points(contrast.paired.high)}; permutation test, {_p(contrast.p_adjusted)}{chosen}"
     )
     if not contrast.detectable:
         return (

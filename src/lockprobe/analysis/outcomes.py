@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.record import Trial
 
-__all__ = ["Outcomes", "Point", "ended", "onset", "outcomes"]
+__all__ = ["Outcomes", "Point", "ended", "onset", "outcomes", "points"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,11 +57,11 @@ class Outcomes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
-    """One repetition of one condition.
+    """One repetition of one condition, or all of it.
 
     Attributes:
         p: Flip probability, [0, 1].
-        repetition: From 1.
+        repetition: From 1; 0 for all repetitions together.
         n: Trials that ended as solved or out of budget.
         success: Share solved, [0, 1].
         loop_rate: Share with an action loop, [0, 1].
@@ -101,3 +101,16 @@ def outcomes(trials: Sequence[Trial]) -> Outcomes:
         solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
     )
+
+
+def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:
+    """The shares that the paper's fits and correlation look at, by p and repetition, or by p alone."""
+    repetition = counted.repetition if by_repetition else np.zeros_like(counted.repetition)
+    keys = sorted(set(zip(counted.p.tolist(), repetition.tolist(), strict=True)))
+    found = []
+    for p, number in keys:
+        here = (counted.p == p) & (repetition == number)
+        n = int(here.sum())
+        success, loop_rate = counted.solved[here].sum() / n, counted.looped[here].sum() / n
+        found.append(Point(p=p, repetition=number, n=n, success=float(success), loop_rate=float(loop_rate)))
+    return found

@@ -1,4 +1,4 @@
-"""A study in numbers: one row per condition, trends per agent."""
+"""A study in numbers: one row per condition, trends and tests per agent."""
 
 from __future__ import annotations
 
@@ -7,14 +7,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from lockprobe.analysis.behaviour import Behaviour, behaviour, has_loop
-from lockprobe.analysis.curves import SuccessCurve, success_curve
+import numpy as np
+
+from lockprobe.analysis.behaviour import Behaviour, behaviour
+from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
 from lockprobe.analysis.inference.association import Correlation, correlation
+from lockprobe.analysis.inference.battery import Inference, infer
+from lockprobe.analysis.inference.peak import AnyDifference, Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
+from lockprobe.analysis.inference.verdict import ALPHA
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.analysis.outcomes import Point, ended
-from lockprobe.analysis.proportions import Difference, Proportion, difference, proportion
+from lockprobe.analysis.outcomes import Outcomes, Point, ended, outcomes, points
+from lockprobe.analysis.proportions import Difference, Paired, Proportion, difference, paired, proportion
 from lockprobe.analysis.resample import resample
+from lockprobe.errors import BadValue
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.solve import optimum, random_curve, random_no_repeat_curve
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
@@ -22,6 +30,7 @@ __all__ = [
     "AgentSummary",
     "ConditionSummary",
     "Contrast",
+    "Reference",
     "StudySummary",
     "summarise",
 ]
@@ -29,7 +38,20 @@ __all__ = [
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired")
 """Agents that stand in a study to be compared with, by the head of their spec."""
 
-ALPHA = 0.05
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reference:
+    """What the box gives to one who knows nothing, and to one who knows all. Exact.
+
+    Attributes:
+        random: Share solved by step 0, 1, ... up to the budget by a uniformly random agent.
+        no_repeat: The same by one that never attempts a joint twice in a row.
+        optimum: The fewest steps that solve the box; None if nothing does.
+    """
+
+    random: tuple[float, ...]
+    no_repeat: tuple[float, ...]
+    optimum: int | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +65,8 @@ class ConditionSummary:
         p: Flip probability, [0, 1].
         success: Solved trials of those that ended as solved or out of budget.
         errors: Trials that ended as error, by boundary; in no other number.
-        curve: Cumulative success by step.
+        curve: Success by step.
+        relative: The same between a random agent and the optimum; None where the box is not known.
         behaviour: Loops, redundancy, entropy.
         claims: Misinterpretations.
         points: One per repetition.
@@ -56,6 +79,7 @@ class ConditionSummary:
     success: Proportion
     errors: Mapping[str, int]
     curve: SuccessCurve
+    relative: Relative | None
     behaviour: Behaviour
     claims: Misinterpretations
     points: tuple[Point, ...]
@@ -68,14 +92,16 @@ class Contrast:
     Attributes:
         baseline: The lower p.
         other: The p whose success differs most.
-        difference: Success at ``other`` minus success at ``baseline``, its interval corrected for the choice.
+        difference: Success at ``other`` minus success at ``baseline``, taken as independent.
+        paired: The same over trials that both have, which share their luck; intervals are corrected for the choice.
         choices: Number of conditions that ``other`` was chosen from.
-        p_adjusted: Fisher's p-value times ``choices`` (Bonferroni), at most 1.
+        p_adjusted: Permutation within trials that share their luck, corrected for the choice.
     """
 
     baseline: ConditionSummary
     other: ConditionSummary
     difference: Difference
+    paired: Paired
     choices: int
     p_adjusted: float
 
@@ -98,6 +124,8 @@ class AgentSummary:
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
+        peak: Where success is highest, and how sure that is.
+        inference: The tests, the valid ones and the paper's.
         contrast: Success at the lowest p against the p farthest from it; None with one p, or if blind.
     """
 
@@ -109,6 +137,8 @@ class AgentSummary:
     success_fit: TrendFit
     loop_fit: TrendFit
     correlation: Correlation
+    peak: Peak
+    inference: Inference
     contrast: Contrast | None
 
     @property
@@ -123,9 +153,11 @@ class StudySummary:
 
     Attributes:
         agents: In the order in which they first appear in the trials.
+        reference: What blind agents and the shortest plan reach on the box; None where the box is not known.
     """
 
     agents: tuple[AgentSummary, ...]
+    reference: Reference | None
 
     @property
     def conditions(self) -> tuple[ConditionSummary, ...]:
@@ -138,22 +170,40 @@ class StudySummary:
         return tuple(agent for agent in self.agents if not agent.reference) or self.agents
 
 
-def summarise(trials: Sequence[Trial]) -> StudySummary:
-    """All numbers of a study. The order of an agent's trials does not matter."""
+def summarise(trials: Sequence[Trial], box: Lockbox | None = None) -> StudySummary:
+    """All numbers of a study. The order of an agent's trials does not matter.
+
+    Args:
+        trials: Of one box; those that ended as ``error`` are counted apart.
+        box: The box, for what blind agents and the optimum reach on it.
+
+    Raises:
+        BadValue: If the trials are of several boxes.
+    """
+    boxes = sorted({trial.box for trial in trials} | ({box.name} if box else set()))
+    if len(boxes) > 1:
+        raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
     place = {name: i for i, name in enumerate(dict.fromkeys((trial.agent, trial.modality) for trial in trials))}
 
     def group(trial: Trial) -> tuple[int, float]:
         return place[trial.agent, trial.modality], trial.p
 
+    reference = _reference(box, max((trial.budget for trial in trials), default=0)) if box else None
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
-    return StudySummary(
-        agents=tuple(_agent(list(members)) for _, members in groupby(ordered, key=lambda trial: group(trial)[0]))
+    agents = groupby(ordered, key=lambda trial: group(trial)[0])
+    return StudySummary(agents=tuple(_agent(list(members), reference) for _, members in agents), reference=reference)
+
+
+def _reference(box: Lockbox, budget: int) -> Reference:
+    return Reference(
+        random=random_curve(box, budget), no_repeat=random_no_repeat_curve(box, budget), optimum=optimum(box)
     )
 
 
-def _condition(trials: Sequence[Trial]) -> ConditionSummary:
+def _condition(trials: Sequence[Trial], reference: Reference | None) -> ConditionSummary:
     first = trials[0]
     curve = success_curve(trials)
+    budget = len(curve.share)
     return ConditionSummary(
         key=first.key.rsplit("/rep=", 1)[0],
         agent=first.agent,
@@ -162,47 +212,42 @@ def _condition(trials: Sequence[Trial]) -> ConditionSummary:
         success=proportion(len(curve.solved_at), curve.n),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
+        relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
         behaviour=behaviour(trials),
         claims=misinterpretations(trials),
-        points=tuple(_point(list(members)) for _, members in groupby(trials, key=lambda trial: trial.repetition)),
+        points=tuple(points(outcomes(trials))),
     )
 
 
-def _point(trials: Sequence[Trial]) -> Point:
-    counted = ended(trials)
-    return Point(
-        p=trials[0].p,
-        repetition=trials[0].repetition,
-        n=len(counted),
-        success=proportion(sum(trial.solved for trial in counted), len(counted)).value,
-        loop_rate=proportion(sum(map(has_loop, counted)), len(counted)).value,
-    )
-
-
-def _agent(trials: Sequence[Trial]) -> AgentSummary:
+def _agent(trials: Sequence[Trial], reference: Reference | None) -> AgentSummary:
     first = trials[0]
-    conditions = tuple(_condition(list(members)) for _, members in groupby(trials, key=lambda trial: trial.p))
+    conditions = tuple(
+        _condition(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)
+    )
     blind = _is_blind(trials)
     distinct = conditions[:1] if blind else conditions
-    points = [point for condition in distinct for point in condition.points if point.n]
+    shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
-    draws = resample(
-        ended(trial for trial in trials if trial.p in shown),
-        points,
-        generator(first.seed, "analysis", first.agent, first.modality, "bootstrap"),
-    )
-
+    counted = outcomes([trial for trial in trials if trial.p in shown])
+    draws = resample(ended(trial for trial in trials if trial.p in shown), shares, _stream(first, "bootstrap"))
+    inference = infer(counted, _stream(first, "permutation"))
     return AgentSummary(
         agent=first.agent,
         modality=first.modality,
         reference=first.agent.partition(":")[0] in _REFERENCES,
         blind=blind,
         conditions=conditions,
-        success_fit=trend_fit(points, "success", draws.success),
-        loop_fit=trend_fit(points, "loop_rate", draws.loop_rate),
-        correlation=correlation(points, draws.loop_rate, draws.success),
-        contrast=None if blind else _contrast(conditions),
+        success_fit=trend_fit(shares, "success", draws.success),
+        loop_fit=trend_fit(shares, "loop_rate", draws.loop_rate),
+        correlation=correlation(shares, draws.loop_rate, draws.success),
+        peak=peak(counted, _stream(first, "peak")),
+        inference=inference,
+        contrast=None if blind else _contrast(conditions, counted, inference.difference),
     )
+
+
+def _stream(first: Trial, use: str) -> np.random.Generator:
+    return generator(first.seed, "analysis", first.agent, first.modality, use)
 
 
 def _is_blind(trials: Sequence[Trial]) -> bool:
@@ -216,19 +261,30 @@ def _is_blind(trials: Sequence[Trial]) -> bool:
     return all(len(ways) == 1 for ways in acted.values()) and any(len(ways) > 1 for ways in told.values())
 
 
-def _contrast(conditions: Sequence[ConditionSummary]) -> Contrast | None:
-    counted = [condition for condition in conditions if condition.success.n]
-    if len(counted) < 2:
+def _contrast(conditions: Sequence[ConditionSummary], counted: Outcomes, tested: AnyDifference) -> Contrast | None:
+    played = [condition for condition in conditions if condition.success.n]
+    if len(played) < 2:
         return None
-    baseline, *others = counted
+    baseline, *others = played
     other = max(others, key=lambda condition: abs(condition.success.value - baseline.success.value))
     found = difference(baseline.success, other.success, choices=len(others))
-    if found is None:
+    adjusted = next((at.p_value for at in tested.at if at.p == other.p), None)
+    if found is None or adjusted is None:
         return None
+    first, second = (_by_luck(counted, condition.p) for condition in (baseline, other))
+    both = sorted(first.keys() & second.keys())
+    pairs = np.array([[first[luck], second[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
     return Contrast(
         baseline=baseline,
         other=other,
         difference=found,
+        paired=paired(pairs[:, 0], pairs[:, 1], choices=len(others)),
         choices=len(others),
-        p_adjusted=min(1.0, found.p_value * len(others)),
+        p_adjusted=adjusted,
     )
+
+
+def _by_luck(counted: Outcomes, p: float) -> dict[tuple[int, int], bool]:
+    """Whether each trial was solved at one p, by repetition and trial."""
+    here = counted.at(counted.p == p)
+    return dict(zip(zip(here.repetition.tolist(), here.trial.tolist(), strict=True), here.solved.tolist(), strict=True))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.errors import BadValue, UnknownName
@@ -47,7 +48,7 @@ class World:
         trap: Chance per step to fall into a cycle of three or four actions, [0, 1]; 0 acts at random throughout.
         harm: Factor on the chance to solve once a loop is complete; 1 if loops are irrelevant, below 1 if they hurt.
         shared: Share of trials that have the same luck at every p, [0, 1].
-        truths: Questions whose true answer is yes: ``success``, ``shape``, ``looping``, ``harm``, ``chance``.
+        truths: Questions whose true answer is yes: ``success``, ``shape``, ``looping``, ``harm``.
     """
 
     name: str
@@ -56,7 +57,7 @@ class World:
     trap: tuple[float, ...]
     harm: float
     shared: float
-    truths: frozenset[str]
+    truths: frozenset[Question]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +119,7 @@ WORLDS: Mapping[str, World] = {
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
             harm=0.1,
             shared=0.0,
-            truths=frozenset({"success", "looping", "harm", "chance"}),
+            truths=frozenset({"success", "looping", "harm"}),
         ),
         World(
             name="saturating",

@@ -24,6 +24,8 @@ COMMANDS = {
     "replay": ("results", "replay", "A finished trial, step by step, truth beside told."),
     "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
     "chance": ("loops", "chance", "The chance level of an action loop."),
+    "audit": ("audit", "audit", "Is each test right? Error rates and power on simulated agents with known truth."),
+    "power": ("audit", "power", "How many trials a stated effect needs."),
     "box": ("boxes", "app", "Boxes: list, show."),
     "agents": ("agents", "agents", "The agents there are."),
     "models": ("agents", "models", "Language models on this machine."),

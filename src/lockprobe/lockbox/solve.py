@@ -1,4 +1,4 @@
-"""Exact facts about a box: the optimum, and what blind agents reach on it."""
+"""Exact facts about a box: the optimum, and what blind agents reach on it, step by step."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import defaultdict, deque
 
 from lockprobe.lockbox.box import Configuration, Lockbox
 
-__all__ = ["optimum", "random_no_repeat_success", "random_success"]
+__all__ = ["optimum", "random_curve", "random_no_repeat_curve", "random_no_repeat_success", "random_success"]
 
 
 def optimum(box: Lockbox) -> int | None:
@@ -27,27 +27,39 @@ def optimum(box: Lockbox) -> int | None:
 
 def random_success(box: Lockbox, budget: int = 20) -> float:
     """The exact probability that a uniformly random agent solves the box within the budget (in steps)."""
-    return _blind_success(box, budget, repeats=True)
+    return random_curve(box, budget)[-1]
 
 
 def random_no_repeat_success(box: Lockbox, budget: int = 20) -> float:
     """As :func:`random_success`, for an agent that never attempts the same joint twice in a row."""
-    return _blind_success(box, budget, repeats=False)
+    return random_no_repeat_curve(box, budget)[-1]
 
 
-def _blind_success(box: Lockbox, budget: int, *, repeats: bool) -> float:
+def random_curve(box: Lockbox, budget: int = 20) -> tuple[float, ...]:
+    """The exact probability that a uniformly random agent has solved the box by step 0, 1, ... up to the budget."""
+    return _blind_curve(box, budget, repeats=True)
+
+
+def random_no_repeat_curve(box: Lockbox, budget: int = 20) -> tuple[float, ...]:
+    """As :func:`random_curve`, for an agent that never attempts the same joint twice in a row."""
+    return _blind_curve(box, budget, repeats=False)
+
+
+def _blind_curve(box: Lockbox, budget: int, *, repeats: bool) -> tuple[float, ...]:
     """Propagates the distribution over (configuration, last joint) step by step."""
     unsolved: dict[tuple[Configuration, int], float] = {(box.initial, -1): 1.0}
-    solved = 0.0
+    solved = [0.0]
     for _ in range(budget):
         after: dict[tuple[Configuration, int], float] = defaultdict(float)
+        now = 0.0
         for (configuration, last), mass in unsolved.items():
             choices = [j for j in range(len(box.joints)) if repeats or j != last]
             for joint in choices:
                 new, moved = box.attempt(configuration, joint)
                 if moved and joint == box.target_index:
-                    solved += mass / len(choices)
+                    now += mass / len(choices)
                 else:
-                    after[new, joint] += mass / len(choices)
+                    after[new, -1 if repeats else joint] += mass / len(choices)
         unsolved = after
-    return solved
+        solved.append(solved[-1] + now)
+    return tuple(solved)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.outcomes import Point
 
-__all__ = ["LENGTH_CAVEAT", "Correlation", "correlation"]
+__all__ = ["LENGTH_CAVEAT", "Correlation", "correlation", "pearson"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,7 @@ class Correlation:
     Attributes:
         r: [-1, 1]; None if either is constant or there are fewer than three points.
         n: Points.
+        p_value: Of Student's t for r, as if points were independent and trials equally long; None without r.
         low: 2.5th percentile over bootstrap resamples; None where nothing can be resampled.
         high: 97.5th percentile.
         caveat: Why it must not be read as an effect.
@@ -38,9 +39,23 @@ class Correlation:
 
     r: float | None
     n: int
-    low: float | None
-    high: float | None
+    p_value: float | None = None
+    low: float | None = None
+    high: float | None = None
     caveat: str = LENGTH_CAVEAT
+
+
+def pearson(points: Sequence[Point]) -> Correlation:
+    """Pearson's r of loop rate and success over points, without an interval."""
+    pairs = np.array([[point.loop_rate, point.success] for point in points], dtype=np.float64).reshape(-1, 2)
+    r = float(_pearson(pairs[None])[0]) if len(pairs) >= 3 else math.nan
+    if not math.isfinite(r):
+        return Correlation(r=None, n=len(points))
+    from scipy.stats import t as student
+
+    free = len(pairs) - 2
+    p_value = float(2 * student.sf(abs(r) * math.sqrt(free / (1 - r * r)), free)) if abs(r) < 1 else 0.0
+    return Correlation(r=r, n=len(points), p_value=p_value)
 
 
 def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correlation:
@@ -51,14 +66,15 @@ def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correl
         loops: Loop rates at those points in bootstrap resamples, shape (resamples, points).
         success: Success at those points in the same resamples.
     """
-    pairs = np.array([[point.loop_rate, point.success] for point in points], dtype=np.float64).reshape(-1, 2)
-    r = _pearson(pairs[None])[0] if len(pairs) >= 3 else math.nan
-    if not math.isfinite(r):
-        return Correlation(r=None, n=len(points), low=None, high=None)
+    found = pearson(points)
+    if found.r is None:
+        return found
     draws = _pearson(np.stack([loops, success], axis=2))
     finite = draws[np.isfinite(draws)]
-    low, high = np.percentile(finite, [2.5, 97.5]).tolist() if len(finite) else (None, None)
-    return Correlation(r=float(r), n=len(points), low=low, high=high)
+    if not len(finite):
+        return found
+    low, high = np.percentile(finite, [2.5, 97.5]).tolist()
+    return replace(found, low=low, high=high)
 
 
 def _pearson(pairs: Array) -> Array:

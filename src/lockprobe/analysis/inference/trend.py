@@ -2,7 +2,8 @@
 
 The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, because the
 paper's are; an order of two chosen by AIC is *not* evidence of a decline, since a curve that only saturates is
-called quadratic about half of the time.
+called quadratic about half of the time. :mod:`~lockprobe.analysis.inference.shape` counts trials instead, and
+:mod:`~lockprobe.analysis.inference.ushape` asks whether there is a decline.
 """
 
 from __future__ import annotations

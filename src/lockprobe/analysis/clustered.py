@@ -1,0 +1,115 @@
+"""Shares and means of trials that come in clusters, such as the trials of one repetition."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lockprobe.analysis.proportions import LEVEL
+
+__all__ = ["ClusteredMean", "ClusteredProportion", "cluster_bootstrap", "clustered_proportion"]
+
+RESAMPLES = 2000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClusteredProportion:
+    """A pooled share with a 95 % interval that knows of clusters.
+
+    Attributes:
+        count: How many.
+        n: Of how many.
+        clusters: How many clusters with a trial.
+        value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
+        design_effect: How much larger the variance is than that of ``n`` independent trials, >= 1.
+        low: Lower end, [0, 1]; 0 if there are fewer than two clusters, since their spread is then unknown.
+        high: Upper end, [0, 1]; 1 if there are fewer than two clusters.
+    """
+
+    count: int
+    n: int
+    clusters: int
+    value: float
+    design_effect: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClusteredMean:
+    """A mean with its 95 % bootstrap interval.
+
+    Attributes:
+        value: The mean; not a number without trials.
+        low: 2.5th percentile over resamples; None with fewer than two clusters.
+        high: 97.5th percentile.
+        clusters: How many there are.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+    clusters: int
+
+
+def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredProportion:
+    """A pooled share with Wilson's interval on the effective number of trials.
+
+    With k clusters of c_i successes in n_i trials and the pooled share s: the variance of s as a ratio is
+    ``k / (k - 1) sum (c_i - s n_i)^2 / n^2``, the design effect is that over ``s (1 - s) / n`` and at least 1, and the
+    interval is Wilson's with ``n / design_effect`` trials and Student's t of k - 1 degrees of freedom in place of z.
+    If all or none succeed the clusters show no spread and the design effect is taken as 1.
+
+    With 10 trials per cluster and true shares of 0.1 to 0.5 it held the truth in 96-100 % of samples of 3 clusters,
+    94-99 % of 10 and 93-97 % of 30, for correlations within clusters of 0 to 0.5; at its worst, a share of 0.1 and a
+    correlation of 0.5, in 86 % of 10. With three clusters it is wide: about 0.6.
+
+    Args:
+        counts: Successes per cluster, shape (clusters,).
+        sizes: Trials per cluster, of the same shape; empty clusters do not count.
+    """
+    solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
+    solved, trials = solved[trials > 0], trials[trials > 0]
+    count, n, k = int(solved.sum()), int(trials.sum()), len(trials)
+    share = count / n if n else math.nan
+    if k < 2:
+        return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=1.0, low=0.0, high=1.0)
+    from scipy.stats import t
+
+    variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2
+    binomial = share * (1 - share) / n
+    effect = max(1.0, variance / binomial) if binomial else 1.0
+    squared = float(t.ppf((1 + LEVEL) / 2, k - 1)) ** 2 * effect / n
+    middle = (share + squared / 2) / (1 + squared)
+    half = math.sqrt(squared * share * (1 - share) + squared**2 / 4) / (1 + squared)
+    low, high = max(0.0, middle - half) if count else 0.0, min(1.0, middle + half) if count < n else 1.0
+    return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=effect, low=low, high=high)
+
+
+def cluster_bootstrap(
+    values: ArrayLike, clusters: ArrayLike, rng: np.random.Generator, resamples: int = RESAMPLES
+) -> ClusteredMean:
+    """The mean of all trials with a percentile interval; whole clusters are drawn with replacement.
+
+    With few clusters the interval is too short. For shares of 0.1 to 0.5, 10 trials per cluster and correlations of 0
+    to 0.5 it held the truth in 46-86 % of samples of 3 clusters, 77-92 % of 10 and 91-94 % of 30. The paper's three
+    repetitions are too few for it.
+
+    Args:
+        values: One number per trial, shape (trials,).
+        clusters: The cluster of each trial, for example its repetition, of the same shape.
+        rng: The stream of the bootstrap.
+        resamples: How many to draw.
+    """
+    numbers, place = np.asarray(values, dtype=np.float64), np.unique(np.asarray(clusters), return_inverse=True)[1]
+    k = int(place.max()) + 1 if len(place) else 0
+    value = float(numbers.mean()) if k else math.nan
+    if k < 2:
+        return ClusteredMean(value=value, low=None, high=None, clusters=k)
+    times = rng.multinomial(k, np.full(k, 1 / k), size=resamples)
+    means = (times @ np.bincount(place, weights=numbers)) / (times @ np.bincount(place))
+    low, high = np.percentile(means, [2.5, 97.5]).tolist()
+    return ClusteredMean(value=value, low=low, high=high, clusters=k)

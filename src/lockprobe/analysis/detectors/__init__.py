@@ -1,0 +1,17 @@
+"""Other people's loop detectors beside the paper's: what each flags, and how often it is wrong."""
+
+from lockprobe.analysis.detectors.catalogue import DETECTORS, Detector
+from lockprobe.analysis.detectors.comparison import Row, as_table, comparison, microseconds
+from lockprobe.analysis.detectors.verdicts import flags, share_flagged, threshold
+
+__all__ = [
+    "DETECTORS",
+    "Detector",
+    "Row",
+    "as_table",
+    "comparison",
+    "flags",
+    "microseconds",
+    "share_flagged",
+    "threshold",
+]

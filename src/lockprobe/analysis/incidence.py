@@ -1,0 +1,112 @@
+"""The share to which something has happened by a step, where some trials end before it could (Kaplan-Meier)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.proportions import LEVEL
+
+__all__ = ["Area", "Incidence", "incidence"]
+
+Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Area:
+    """Mean share solved over steps 1 to the budget: 1 if all are solved by the first step, 0 if none is at all.
+
+    Attributes:
+        value: [0, 1].
+        low: Lower end of the 95 % interval.
+        high: Upper end.
+        se: Standard error (Greenwood's).
+    """
+
+    value: float
+    low: float
+    high: float
+    se: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Incidence:
+    """Share to which something has happened by a step, one minus Kaplan-Meier.
+
+    The band is Wilson's interval for as many trials as carry the same Greenwood variance (Rothman 1978). Without
+    early censoring that is Wilson's interval of a plain share, exactly. Unlike the log-log band it exists where
+    nothing or everything has happened, and it is no wider than it must be with ten trials.
+
+    Attributes:
+        share: By step 0, 1, ... up to the horizon, [0, 1].
+        low: Lower end of the pointwise 95 % band.
+        high: Upper end.
+        area: Mean share over steps 1 to the horizon; None without a trial or a step.
+    """
+
+    share: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    area: Area | None
+
+
+def incidence(steps: NDArray[np.integer[Any]], happened: NDArray[np.bool_], horizon: int) -> Incidence:
+    """One minus Kaplan-Meier on a grid of steps, in whole numbers: plain shares come out to the last digit.
+
+    Args:
+        steps: The step of the event, or the last one that was played without it, shape (trials,).
+        happened: Whether it was an event, of the same shape.
+        horizon: Last step of the curve.
+    """
+    left = np.bincount(steps, minlength=horizon + 1)[: horizon + 1]
+    running = (len(steps) - np.cumsum(left) + left).tolist()
+    events = np.bincount(steps[happened], minlength=horizon + 1)[: horizon + 1].tolist()
+    share, low, high, greenwood = [], [], [], [0.0] * (horizon + 1)
+    remaining, whole, hazard, size = 1, 1, 0.0, 0.0
+    for step, (n, d) in enumerate(zip(running, events, strict=True)):
+        before = remaining / whole
+        if d:
+            remaining, whole = remaining * (n - d), whole * n
+            greenwood[step] = d / (n * (n - d)) if d < n else 0.0
+            hazard += greenwood[step]
+        reached = (whole - remaining) / whole
+        if 0 < remaining < whole:
+            size = reached / (remaining / whole * hazard)
+        elif n:
+            size = n / before  # Peto's: as many trials as would leave n running
+        down, up = _wilson(reached, size)
+        share.append(reached if len(steps) else math.nan)
+        low.append(down)
+        high.append(up if n or not remaining else 1.0)
+    area = _area(np.array(share), np.array(greenwood), len(steps)) if horizon and len(steps) else None
+    return Incidence(share=tuple(share), low=tuple(low), high=tuple(high), area=area)
+
+
+def _wilson(share: float, n: float) -> tuple[float, float]:
+    """Wilson's interval for a number of trials that need not be whole."""
+    if n == 0:
+        return 0.0, 1.0
+    centre = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)
+    half = Z / (1 + Z**2 / n) * math.sqrt(share * (1 - share) / n + Z**2 / (4 * n**2))
+    return max(0.0, centre - half) if share > 0 else 0.0, min(1.0, centre + half) if share < 1 else 1.0
+
+
+def _area(share: NDArray[np.float64], greenwood: NDArray[np.float64], n: int) -> Area:
+    """Agresti and Coull's interval carried over from shares to means of scores in [0, 1].
+
+    The scores are joined by ``Z**2`` trials more, half of them solved at once and half never, so that the interval
+    is not a single point where all trials went alike.
+    """
+    value = float(np.mean(share[1:]))
+    beyond = np.cumsum((1 - share)[::-1])[::-1] / (len(share) - 1)
+    variance = float(np.sum(beyond**2 * greenwood))
+    total = n + Z**2
+    centre = (n * value + Z**2 / 2) / total
+    spread = n * (n * variance + (value - centre) ** 2) + Z**2 * ((1 - centre) ** 2 + centre**2) / 2
+    half = Z * math.sqrt(spread) / total
+    return Area(value=value, low=max(0.0, centre - half), high=min(1.0, centre + half), se=math.sqrt(variance))

@@ -1,0 +1,90 @@
+"""All statistics of one agent's trials over p, computed once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lockprobe.analysis.inference.association import Correlation, pearson
+from lockprobe.analysis.inference.peak import AnyDifference, any_difference
+from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
+from lockprobe.analysis.inference.survival import (
+    LoopEffect,
+    LoopOnset,
+    NaiveAssociation,
+    loop_hazard,
+    loop_landmark,
+    loop_onset_logrank,
+    naive_association,
+)
+from lockprobe.analysis.inference.trend import trend_fit
+from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, two_lines
+from lockprobe.analysis.inference.verdict import TestResult, harm_tests, looping_tests, shape_tests, success_tests
+from lockprobe.analysis.outcomes import Outcomes, points
+
+__all__ = ["Inference", "infer"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inference:
+    """What the trials of one agent over p let one conclude, test by test.
+
+    Attributes:
+        difference: Does success depend on p?
+        orders: Polynomials of the logit of success.
+        lines: Does success rise and fall? By two lines.
+        bend: The same by a quadratic.
+        onset: Does p change how soon the agent loops?
+        hazard: Do loops hurt? By p and step.
+        landmark: The same by p, among trials still running after step 10.
+        whole: Naive: looped against solved by whole trials.
+        fine: Naive: correlation of looping and success over repetitions.
+        coarse: Naive: the same over values of p.
+        tests: All of them in one form, by question, the recommended one first.
+    """
+
+    difference: AnyDifference
+    orders: BinomialOrders
+    lines: TwoLines
+    bend: LindMehlum
+    onset: LoopOnset
+    hazard: LoopEffect
+    landmark: LoopEffect
+    whole: NaiveAssociation
+    fine: Correlation
+    coarse: Correlation
+    tests: tuple[TestResult, ...]
+
+
+def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
+    """All tests of one agent's trials over p.
+
+    Args:
+        outcomes: The ended trials of one agent.
+        rng: The stream of the permutations.
+    """
+    repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
+    difference, onset = any_difference(outcomes, rng), loop_onset_logrank(outcomes)
+    orders = binomial_orders(outcomes.p, outcomes.solved)
+    lines, bend = two_lines(outcomes.p, outcomes.solved), lind_mehlum(outcomes.p, outcomes.solved)
+    hazard, landmark, whole = loop_hazard(outcomes), loop_landmark(outcomes), naive_association(outcomes)
+    fine, coarse = pearson(repetitions), pearson(conditions)
+    return Inference(
+        difference=difference,
+        orders=orders,
+        lines=lines,
+        bend=bend,
+        onset=onset,
+        hazard=hazard,
+        landmark=landmark,
+        whole=whole,
+        fine=fine,
+        coarse=coarse,
+        tests=(
+            *success_tests(difference, conditions),
+            *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
+            *looping_tests(onset, conditions),
+            *harm_tests(hazard, landmark, whole, fine, coarse),
+        ),
+    )

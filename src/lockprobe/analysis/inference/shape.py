@@ -1,0 +1,147 @@
+"""How success runs over p, as polynomials of a binomial logit model.
+
+The paper fits least squares to shares and lets AIC choose the order. Here the trials are counted as what they are.
+Choosing an order still says little about a peak. A success that rises from 23 % to 67 % and stays there is called
+quadratic in about half of all studies with 30 trials at each of seven p (46 % by the likelihood ratio): an order of
+two is *no* evidence of a decline. The tests of :mod:`~lockprobe.analysis.inference.ushape` ask that question.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_fit
+
+__all__ = ["BinomialCurve", "BinomialOrder", "BinomialOrders", "binomial_orders"]
+
+_HIGHEST = 3
+_GRID = 61
+_Z95 = 1.959963984540054
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BinomialOrder:
+    """A polynomial of one order in p, on the logit scale.
+
+    Attributes:
+        order: 0 to 3.
+        coefficients: From the constant upwards.
+        log_likelihood: Of the counts per p, with their binomial coefficients.
+        aic: ``2 k - 2 log_likelihood`` with ``k = order + 1``.
+        aicc: ``aic + 2 k (k + 1) / (n - k - 1)`` with n trials.
+        deviance: Against a share of its own for every p.
+        p_value: Likelihood-ratio test against the next lower order; None for order 0.
+    """
+
+    order: int
+    coefficients: tuple[float, ...]
+    log_likelihood: float
+    aic: float
+    aicc: float
+    deviance: float
+    p_value: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BinomialCurve:
+    """Success by p under one order.
+
+    Attributes:
+        p: Where the curve is evaluated, over the range of p.
+        value: Success there, [0, 1].
+        low: Lower end of the pointwise 95 % interval, from the normal interval on the logit scale.
+        high: Upper end.
+    """
+
+    p: tuple[float, ...]
+    value: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BinomialOrders:
+    """The polynomials that can be fitted, and the one that AICc prefers.
+
+    Attributes:
+        n: Trials.
+        orders: From order 0 upwards, as far as the values of p allow and the likelihood has a maximum.
+        order: The order with the smallest AICc; None if an order has no maximum, since it may be the better one.
+        curve: Success by p under that order.
+        note: Why something is missing, in words.
+    """
+
+    n: int
+    orders: tuple[BinomialOrder, ...]
+    order: int | None
+    curve: BinomialCurve | None
+    note: str
+
+
+def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> BinomialOrders:
+    """Fit polynomials of order 0 to 3, as far as the values of p allow.
+
+    That AICc prefers order two is no evidence of a decline: it does so about as often for a rise that only levels off.
+
+    Args:
+        p: Flip probability of each trial, shape (trials,).
+        solved: Whether it was solved, of the same shape.
+    """
+    counted = counts(p, solved)
+    n = int(counted.n.sum())
+    allowed = range(min(_HIGHEST, len(counted.p) - 1, n - 3) + 1)
+    fits = list(itertools.takewhile(lambda fit: fit is not None, (_fit(counted, order) for order in allowed)))
+    found = [fit for fit in fits if fit is not None]
+    orders = tuple(_order(n, found, order) for order in range(len(found)))
+    if not allowed or len(found) < len(allowed):
+        return BinomialOrders(n=n, orders=orders, order=None, curve=None, note=_why(counted, len(found)))
+    best = min(orders, key=lambda order: order.aicc).order
+    return BinomialOrders(n=n, orders=orders, order=best, curve=_curve(counted, found[best]), note="")
+
+
+def _fit(counted: Counts, order: int) -> LogitFit | None:
+    return logit_fit(np.vander(counted.p, order + 1, increasing=True), counted)
+
+
+def _why(counted: Counts, order: int) -> str:
+    if counted.n.sum() < 3:
+        return "No fit: it needs three trials."
+    if counted.solved.sum() in {0, counted.n.sum()}:
+        return f"No fit: {'every' if counted.solved.sum() else 'no'} trial was solved."
+    return f"No choice of order: order {order} separates solved from unsolved trials, so its fit has no maximum."
+
+
+def _order(n: int, fits: list[LogitFit], order: int) -> BinomialOrder:
+    from scipy.stats import chi2
+
+    fit, k = fits[order], order + 1
+    gain = 2 * (fit.log_likelihood - fits[order - 1].log_likelihood) if order else None
+    aic = 2 * k - 2 * fit.log_likelihood
+    return BinomialOrder(
+        order=order,
+        coefficients=tuple(fit.coefficients.tolist()),
+        log_likelihood=fit.log_likelihood,
+        aic=aic,
+        aicc=aic + 2 * k * (k + 1) / (n - k - 1),
+        deviance=fit.deviance,
+        p_value=None if gain is None else float(chi2.sf(max(0.0, gain), 1)),
+    )
+
+
+def _curve(counted: Counts, fit: LogitFit) -> BinomialCurve:
+    from scipy.special import expit
+
+    grid = np.linspace(counted.p[0], counted.p[-1], _GRID)
+    basis = np.vander(grid, len(fit.coefficients), increasing=True)
+    middle = basis @ fit.coefficients
+    spread = _Z95 * np.sqrt(np.einsum("ij,jk,ik->i", basis, fit.covariance, basis))
+    return BinomialCurve(
+        p=tuple(grid.tolist()),
+        value=tuple(expit(middle).tolist()),
+        low=tuple(expit(middle - spread).tolist()),
+        high=tuple(expit(middle + spread).tolist()),
+    )

@@ -1,0 +1,296 @@
+"""Loops in time: whether noise puts them off, and whether they put success off.
+
+A solved trial is a short one, and a short trial holds fewer loops by chance alone. So looping and solving may only
+be compared *at one step, among the trials still running at it*; that is what the log-rank and Mantel-Haenszel
+tests here do. The estimates are the textbook's; the variance allows for luck that trials share over all p
+(:mod:`lockprobe.analysis.inference.scores`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.incidence import Incidence, incidence
+from lockprobe.analysis.inference.scores import cluster_sums, clusters, grid, p_value, scores
+from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.proportions import LEVEL
+
+__all__ = [
+    "LoopEffect",
+    "LoopOnset",
+    "NaiveAssociation",
+    "OnsetComparison",
+    "OnsetGroup",
+    "loop_hazard",
+    "loop_landmark",
+    "loop_onset_logrank",
+    "naive_association",
+]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnsetGroup:
+    """When the trials of some p first loop.
+
+    Attributes:
+        p: The flip probabilities, ascending.
+        n: Trials.
+        events: Trials with a loop.
+        expected: Loops expected by the time each trial ended, had p no influence.
+        curve: Share with a loop by step, one minus Kaplan-Meier: as if no trial had been cut short by success.
+    """
+
+    p: tuple[float, ...]
+    n: int
+    events: int
+    expected: float
+    curve: Incidence
+
+    def by_step(self, step: int = 12) -> float:
+        """Share with a loop by this step, [0, 1]."""
+        return self.curve.share[min(step, len(self.curve.share) - 1)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnsetComparison:
+    """Loop onset at the lowest p against higher ones.
+
+    Attributes:
+        lowest: Trials at the lowest p.
+        higher: Trials they are compared with.
+        hazard_ratio: Observed over expected loops, higher over lowest: below 1 if more noise means later and fewer
+            loops; None where it is not defined.
+        p_value: Log-rank, two-sided; None where nothing can be tested.
+        p_adjusted: Corrected for the number of comparisons (Holm).
+    """
+
+    lowest: OnsetGroup
+    higher: OnsetGroup
+    hazard_ratio: float | None
+    p_value: float | None
+    p_adjusted: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopOnset:
+    """Does noise reduce looping? The paper shows whole trials (Fig. 5b), which are shorter where success is higher.
+
+    Attributes:
+        primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
+        each: Lowest p against every higher p.
+        p_all: Whether all p are alike, k-sample log-rank; None where it cannot be tested.
+    """
+
+    primary: OnsetComparison | None
+    each: tuple[OnsetComparison, ...]
+    p_all: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopEffect:
+    """Do loops hurt? Odds of being solved after a loop against odds without one.
+
+    Attributes:
+        odds_ratio: Mantel-Haenszel, common to all strata; below 1 if loops hurt; None where it is not defined.
+        low: Lower end of the 95 % interval; None where the ratio is 0 or not defined.
+        high: Upper end.
+        p_value: Two-sided; None where nothing is informative.
+        strata: Informative strata: with and without a loop side by side, some but not all solved.
+        looped: Steps (of :func:`loop_landmark`: trials) that come after a loop.
+        looped_solved: How many of them solved the box.
+        unlooped: Steps (trials) that come before any loop.
+        unlooped_solved: How many of them solved the box.
+        note: Why there is no test, if there is none.
+    """
+
+    odds_ratio: float | None
+    low: float | None
+    high: float | None
+    p_value: float | None
+    strata: int
+    looped: int
+    looped_solved: int
+    unlooped: int
+    unlooped_solved: int
+    note: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NaiveAssociation:
+    """Looping against solving by whole trials: not a test of whether loops hurt.
+
+    Attributes:
+        odds_ratio: Odds of success with a loop over odds without; None where a cell needed is empty.
+        p_value: Two-sided Fisher's exact test.
+    """
+
+    odds_ratio: float | None
+    p_value: float
+
+
+def loop_onset_logrank(outcomes: Outcomes) -> LoopOnset:
+    """Log-rank test of the step at which the first loop is complete; a trial without one is censored at its end.
+
+    That trials end earlier where success is more frequent is allowed for, unless the trials about to be solved are
+    those about to loop. A permutation of p within clusters would not allow for it: it takes the ends for alike.
+
+    Args:
+        outcomes: The trials of one agent over all p.
+    """
+    levels = np.unique(outcomes.p)
+    if len(levels) < 2:
+        return LoopOnset(primary=None, each=(), p_all=None)
+    x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
+    running, event = grid(_until(outcomes), outcomes.looped)
+    score = scores(x, event, running, np.zeros(len(outcomes), dtype=np.int64))
+    return LoopOnset(
+        primary=_compare(outcomes),
+        each=_holm([_compare(outcomes.at((outcomes.p == levels[0]) | (outcomes.p == p))) for p in levels[1:]]),
+        p_all=p_value(cluster_sums(score, clusters(outcomes))),
+    )
+
+
+def loop_hazard(outcomes: Outcomes) -> LoopEffect:
+    """The chance of being solved at a step, after a loop against before any, in strata of p and step.
+
+    A loop that is complete with the very action that solves does not count as a loop before it. A trial gives many
+    steps but at most one success, and each step is compared given all that ran at it, so steps of a trial need no
+    correction. A repeated action may also be one that cannot help just now: of an agent that acts at random
+    this measures what repetition costs by the mechanics of the box.
+
+    Args:
+        outcomes: The trials of one agent over all p.
+    """
+    running, event = grid(outcomes.length, outcomes.solved)
+    step = np.arange(1, running.shape[1] + 1)
+    looped = outcomes.looped[:, None] & (outcomes.onset[:, None] < step)
+    return _effect(outcomes, looped, event, running)
+
+
+def loop_landmark(outcomes: Outcomes, step: int = 10) -> LoopEffect:
+    """Trials still running after a step: were those that had looped by then solved less often later? Strata p.
+
+    Easier to read than :func:`loop_hazard`, and weaker: loops after the step do not count.
+    """
+    running = (outcomes.length > step)[:, None].astype(np.float64)
+    looped = (outcomes.looped & (outcomes.onset <= step))[:, None]
+    return _effect(outcomes, looped, outcomes.solved[:, None] * running, running)
+
+
+def naive_association(outcomes: Outcomes) -> NaiveAssociation:
+    """Naive: Fisher's test of looped against solved over whole trials.
+
+    It finds loops harmful even where success has nothing to do with what the agent does, because success ends a
+    trial before it can loop. It is here to be shown beside :func:`loop_hazard`, never as evidence.
+    """
+    from scipy.stats import fisher_exact
+
+    looped, solved = outcomes.looped, outcomes.solved
+    a, b = int(np.sum(looped & solved)), int(np.sum(looped & ~solved))
+    c, d = int(np.sum(~looped & solved)), int(np.sum(~looped & ~solved))
+    return NaiveAssociation(
+        odds_ratio=a * d / (b * c) if b * c else None,
+        p_value=float(fisher_exact(np.array([[a, b], [c, d]])).pvalue),
+    )
+
+
+def _until(outcomes: Outcomes) -> NDArray[np.int64]:
+    """The step of the first loop, or the last one played."""
+    return np.where(outcomes.looped, outcomes.onset, outcomes.length)
+
+
+def _compare(outcomes: Outcomes) -> OnsetComparison:
+    """The lowest p of these trials against all others."""
+    higher = outcomes.p > outcomes.p.min()
+    running, event = grid(_until(outcomes), outcomes.looped)
+    score = scores(higher[None, :, None].astype(np.float64), event, running, np.zeros(len(higher), dtype=np.int64))
+    excess = float(score.sum())
+    first, second = _group(outcomes.at(~higher), -excess), _group(outcomes.at(higher), excess)
+    defined = first.events and first.expected > 0 and second.expected > 0
+    return OnsetComparison(
+        lowest=first,
+        higher=second,
+        hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
+        p_value=p_value(cluster_sums(score, clusters(outcomes))),
+        p_adjusted=None,
+    )
+
+
+def _group(outcomes: Outcomes, excess: float) -> OnsetGroup:
+    events = int(outcomes.looped.sum())
+    return OnsetGroup(
+        p=tuple(np.unique(outcomes.p).tolist()),
+        n=len(outcomes),
+        events=events,
+        expected=events - excess,
+        curve=incidence(_until(outcomes), outcomes.looped, int(outcomes.length.max())),
+    )
+
+
+def _holm(comparisons: Sequence[OnsetComparison]) -> tuple[OnsetComparison, ...]:
+    """The comparisons that could be tested with p-values corrected for how many they are."""
+    adjusted, largest = list(comparisons), 0.0
+    tested = [(comparison.p_value, i) for i, comparison in enumerate(comparisons) if comparison.p_value is not None]
+    for smaller, (value, i) in enumerate(sorted(tested)):
+        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
+        adjusted[i] = replace(comparisons[i], p_adjusted=largest)
+    return tuple(adjusted)
+
+
+def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running: Array) -> LoopEffect:
+    """Mantel-Haenszel over strata of p and step; all grids have the shape (trials, steps)."""
+    after, before = looped * running, ~looped * running
+    cells = np.stack([after * event, after * (1 - event), before * event, before * (1 - event)])
+    stratum = np.unique(outcomes.p, return_inverse=True)[1]
+    tables = ((outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64) @ cells).reshape(2, 2, -1)
+    informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
+    sums = cluster_sums(scores(looped[None].astype(np.float64), event, running, stratum), clusters(outcomes))
+    ratio, low, high = _mantel_haenszel(tables[..., informative], sums)
+    (solved_after, failed_after), (solved_before, failed_before) = tables.sum(axis=2).astype(int).tolist()
+    return LoopEffect(
+        odds_ratio=ratio,
+        low=low,
+        high=high,
+        p_value=p_value(sums) if informative.any() else None,
+        strata=int(informative.sum()),
+        looped=solved_after + failed_after,
+        looped_solved=solved_after,
+        unlooped=solved_before + failed_before,
+        unlooped_solved=solved_before,
+        note=""
+        if informative.any()
+        else "No test: trials with and without a loop never ran side by side to a success.",
+    )
+
+
+def _mantel_haenszel(tables: Array, sums: Array) -> tuple[float | None, float | None, float | None]:
+    """The common odds ratio of tables of shape (2, 2, strata), and its interval.
+
+    The interval is Robins, Breslow and Greenland's, as much wider as the scores vary more between clusters than
+    they would were all trials independent.
+    """
+    from scipy.stats import t
+    from statsmodels.stats.contingency_tables import StratifiedTable
+
+    n = tables.sum(axis=(0, 1))
+    if not np.sum(tables[0, 1] * tables[1, 0] / n):
+        return None, None, None
+    found = StratifiedTable(tables)
+    if not found.oddsratio_pooled:
+        return 0.0, None, None
+    rows, columns = tables.sum(axis=1).prod(axis=0), tables.sum(axis=0).prod(axis=0)
+    independent = float(np.sum(rows * columns / (n**2 * (n - 1))))
+    robust = len(sums) * float(np.var(sums, ddof=1)) if len(sums) > 1 else 0.0
+    if robust == 0:
+        return float(found.oddsratio_pooled), None, None
+    quantile = float(t.ppf((1 + LEVEL) / 2, len(sums) - 1))
+    spread = quantile * float(found.logodds_pooled_se) * math.sqrt(robust / independent)
+    ratio = float(found.oddsratio_pooled)
+    return ratio, ratio * math.exp(-spread), ratio * math.exp(spread)

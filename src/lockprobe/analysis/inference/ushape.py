@@ -1,0 +1,240 @@
+"""Does success rise and then fall? Two tests of a (possibly inverted) U.
+
+Share of studies in which each is significant at 5 %, with 30 trials at each of seven p from 0 to 0.6, beside the
+quadratic term of a logit model (likelihood ratio), which is no test of a U:
+
+=====================================  =========  ===========  =========
+success at p = 0, 0.1, ... 0.6         quadratic  Lind-Mehlum  two lines
+=====================================  =========  ===========  =========
+.5 throughout                              5 %         7 %         2 %
+.23 .38 .53 .62 .667 .667 .667            46 %        15 %         2 %
+.23 .45 .667 and so on                    73 %        44 %         4 %
+.23 .40 .53 .63 .667 .60 .50              86 %        71 %        27 %
+=====================================  =========  ===========  =========
+
+The two lines alone hold their level when success rises and levels off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_fit
+
+__all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "lind_mehlum", "two_lines"]
+
+UShape = Literal["U", "inverted U"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 0.05
+_Z95 = 1.959963984540054
+_TOO_FEW = "No test: it needs three values of p with trials."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One of the two lines.
+
+    Attributes:
+        slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs.
+        z: The score of that slope in standard errors (Cochran-Armitage), which exists even then, of the same sign.
+        p_value: Two-sided, of that score.
+    """
+
+    slope: float | None
+    z: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoLines:
+    """The two-lines test (Simonsohn 2018).
+
+    Attributes:
+        break_p: The value of p at which the lines meet; its trials belong to both.
+        first: The line up to the break.
+        second: The line from the break on.
+        p_value: The larger of the two p-values if the slopes have opposite signs, else 1; None if there is no test.
+        direction: The shape concluded at the 5 % level, if any.
+        note: Why there is no test, in words.
+    """
+
+    break_p: float | None
+    first: Line | None
+    second: Line | None
+    p_value: float | None
+    direction: UShape | None
+    note: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LindMehlum:
+    """The test of Lind & Mehlum (2010) on a quadratic of the logit of success.
+
+    Attributes:
+        slope_low: Slope at the lowest p, in logits per unit of p.
+        slope_high: Slope at the highest p.
+        p_value: The larger of the two one-sided p-values; above 0.5 if the extremum lies outside the range of p.
+        direction: The shape concluded at the 5 % level, if any.
+        extremum: Where the quadratic turns, inside the range of p or not.
+        low: Lower end of its 95 % interval (Fieller's); None if it is unbounded.
+        high: Upper end.
+        note: Why there is no test, in words.
+    """
+
+    slope_low: float | None
+    slope_high: float | None
+    p_value: float | None
+    direction: UShape | None
+    extremum: float | None
+    low: float | None
+    high: float | None
+    note: str
+
+
+def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> TwoLines:
+    """Test whether success changes direction: a line on each side of a break, both significant, of opposite sign.
+
+    The break is Simonsohn's Robin Hood choice among the inner values of p. The smooth curve that it starts from is a
+    cubic through empirical logits (his is a spline through many x), and values of p count alike. As his, each slope is
+    tested two-sided at 5 %, which found a U in at most 5 % of studies of a success that is flat or levels off, early
+    or late, with 10, 30 or 100 trials per p; one-sided tests at 5 % would find it in up to 7 %.
+
+    Args:
+        p: Flip probability of each trial, shape (trials,); three values at least.
+        solved: Whether it was solved, of the same shape.
+    """
+    counted = counts(p, solved)
+    if len(counted.p) < 3:
+        return TwoLines(break_p=None, first=None, second=None, p_value=None, direction=None, note=_TOO_FEW)
+    at = _robin_hood(counted)
+    first, second = (_line(side) for side in _sides(counted, at))
+    p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
+    return TwoLines(
+        break_p=float(counted.p[at]),
+        first=first,
+        second=second,
+        p_value=p_value,
+        direction=_concluded(p_value, opens_up=first.z < 0),
+        note="",
+    )
+
+
+def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum:
+    """Test whether a quadratic rises at one end of the range of p and falls at the other (Sasabuchi's test).
+
+    It takes the quadratic for the truth. Success that levels off is none, and passes too often.
+
+    Args:
+        p: Flip probability of each trial, shape (trials,); three values at least.
+        solved: Whether it was solved, of the same shape.
+    """
+    counted = counts(p, solved)
+    enough = len(counted.p) >= 3
+    fit = logit_fit(np.vander(counted.p, 3, increasing=True), counted) if enough else None
+    if fit is None:
+        return LindMehlum(
+            slope_low=None,
+            slope_high=None,
+            p_value=None,
+            direction=None,
+            extremum=None,
+            low=None,
+            high=None,
+            note="No test: a quadratic separates solved from unsolved trials." if enough else _TOO_FEW,
+        )
+    bend = float(fit.coefficients[2])
+    ends = np.array([[0.0, 1.0, 2 * end] for end in (counted.p[0], counted.p[-1])])
+    slopes = ends @ fit.coefficients
+    z = slopes / np.sqrt(np.einsum("ij,jk,ik->i", ends, fit.covariance, ends))
+    away = z * (-1, 1) * (1 if bend > 0 else -1)
+    p_value = max(_upper(float(score)) for score in away)
+    low, high = _fieller(fit)
+    return LindMehlum(
+        slope_low=float(slopes[0]),
+        slope_high=float(slopes[1]),
+        p_value=p_value,
+        direction=_concluded(p_value, opens_up=bend > 0),
+        extremum=float(-fit.coefficients[1] / (2 * bend)) if bend else None,
+        low=low,
+        high=high,
+        note="",
+    )
+
+
+def _upper(z: float) -> float:
+    return 0.5 * math.erfc(z / math.sqrt(2))
+
+
+def _concluded(p_value: float, *, opens_up: bool) -> UShape | None:
+    if p_value > _LEVEL:
+        return None
+    return "U" if opens_up else "inverted U"
+
+
+def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
+    """What lies up to the break, and from it on."""
+    first, second = (
+        Counts(p=counted.p[part], solved=counted.solved[part], n=counted.n[part])
+        for part in (slice(at + 1), slice(at, None))
+    )
+    return first, second
+
+
+def _score(counted: Counts) -> float:
+    """The score of a slope in standard errors (Cochran-Armitage); 0 if nothing differs."""
+    share = counted.solved.sum() / counted.n.sum()
+    centred = counted.p - np.average(counted.p, weights=counted.n)
+    variance = share * (1 - share) * np.sum(counted.n * centred**2)
+    return float(counted.solved @ centred / math.sqrt(variance)) if variance > 0 else 0.0
+
+
+def _line(counted: Counts) -> Line:
+    fit, z = logit_fit(np.vander(counted.p, 2, increasing=True), counted), _score(counted)
+    return Line(
+        slope=None if fit is None else float(fit.coefficients[1]), z=z, p_value=math.erfc(abs(z) / math.sqrt(2))
+    )
+
+
+def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
+    """Coefficients through empirical logits, fitted logits and their standard errors. It exists for all counts."""
+    yes, no = counted.solved + 0.5, counted.n - counted.solved + 0.5
+    weight = 1 / (1 / yes + 1 / no)
+    design = np.vander(counted.p, order + 1, increasing=True)
+    covariance = np.linalg.inv(design.T @ (weight[:, None] * design))
+    coefficients = covariance @ (design.T @ (weight * np.log(yes / no)))
+    return coefficients, design @ coefficients, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
+
+
+def _robin_hood(counted: Counts) -> int:
+    """The place of the break: in the flat region about the extremum, nearer to the line that is the clearer one.
+
+    The flat region holds the inner values of p whose smooth fit lies within a standard error of the most extreme. The
+    lines about its median have the strengths z1 and z2; the break is its quantile z2 / (z1 + z2).
+    """
+    bend = _polynomial(counted, 2)[0][2]
+    _, fitted, error = _polynomial(counted, min(3, len(counted.p) - 1))
+    inner = np.sign(bend or 1.0) * fitted[1:-1]
+    lowest = int(np.argmin(inner))
+    flat = 1 + np.flatnonzero(inner <= inner[lowest] + error[1:-1][lowest])
+    first, second = (abs(_score(side)) for side in _sides(counted, int(flat[(len(flat) - 1) // 2])))
+    quantile = second / (first + second) if first + second > 0 else 0.5
+    return int(flat[max(0, math.ceil(quantile * len(flat) - 1e-9) - 1)])
+
+
+def _fieller(fit: LogitFit) -> tuple[float | None, float | None]:
+    """Where a slope of zero is not refuted at 5 %, if that is an interval: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
+    _, b1, b2 = fit.coefficients.tolist()
+    v = _Z95**2 * fit.covariance
+    square, linear, constant = 4 * (b2**2 - v[2, 2]), 4 * (b1 * b2 - v[1, 2]), b1**2 - v[1, 1]
+    inside = linear**2 - 4 * square * constant
+    if square <= 0 or inside < 0:
+        return None, None
+    root = math.sqrt(inside)
+    return float((-linear - root) / (2 * square)), float((-linear + root) / (2 * square))

@@ -1,0 +1,247 @@
+"""Every test in one form: what it asks, what it found, and whether to conclude from it.
+
+The paper concludes from a peak picked by eye, an order picked by AIC and a correlation. Each question has one test
+here that keeps its error rate, marked *recommended*, and beside it the naive ones, which do not: how often each
+rejects where there is nothing to find is measured by ``lockprobe audit``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from lockprobe.analysis.inference.association import Correlation
+from lockprobe.analysis.inference.peak import AnyDifference
+from lockprobe.analysis.inference.shape import BinomialOrders
+from lockprobe.analysis.inference.survival import (
+    LoopEffect,
+    LoopOnset,
+    NaiveAssociation,
+)
+from lockprobe.analysis.inference.trend import TrendFit
+from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
+from lockprobe.analysis.outcomes import Point
+from lockprobe.analysis.proportions import Difference, difference, proportion
+
+__all__ = [
+    "ALPHA",
+    "QUESTIONS",
+    "Question",
+    "TestResult",
+    "harm_tests",
+    "looping_tests",
+    "shape_tests",
+    "success_tests",
+]
+
+ALPHA = 0.05
+
+Question = Literal["success", "shape", "looping", "harm"]
+
+QUESTIONS: Mapping[Question, str] = {
+    "success": "Do false reports change how often the box is solved?",
+    "shape": "Does success rise and then fall again over p?",
+    "looping": "Do false reports change how soon an agent loops?",
+    "harm": "Once it has looped, is an agent less likely to solve the box?",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TestResult:
+    """One test of one agent.
+
+    Attributes:
+        name: The test.
+        question: What it asks.
+        recommended: Whether to conclude from it; the others are there to be compared.
+        p_value: [0, 1]; None where it cannot be computed.
+        effect: How large the effect is, in words of ``unit``; None where there is no estimate.
+        low: Lower end of its 95 % interval, where there is one.
+        high: Upper end.
+        unit: What the effect is.
+        holds: For a rule without a p-value, whether it says yes; None otherwise.
+        note: What there is to know about it.
+    """
+
+    __test__ = False  # no test of this package, whatever its name begins with
+
+    name: str
+    question: Question
+    recommended: bool
+    p_value: float | None
+    effect: float | None = None
+    low: float | None = None
+    high: float | None = None
+    unit: str = ""
+    holds: bool | None = None
+    note: str = ""
+
+    @property
+    def rejects(self) -> bool:
+        """Whether it says yes: the p-value is below 0.05, or the rule holds."""
+        return bool(self.holds) if self.p_value is None else self.p_value < ALPHA
+
+
+def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestResult]:
+    """Whether success depends on p."""
+    largest = max((at.value for at in found.at), key=abs, default=None)
+    chosen = _chosen(conditions, "success", highest=True)
+    return [
+        TestResult(
+            name="greatest difference from the lowest p, permutation",
+            question="success",
+            recommended=True,
+            p_value=found.p_value,
+            effect=largest,
+            unit="difference in success",
+            note=found.note or "Corrected for looking at every p; trials that share their luck stay together.",
+        ),
+        TestResult(
+            name="any difference, permutation",
+            question="success",
+            recommended=False,
+            p_value=found.omnibus,
+            note="Valid as well; it looks at every pair of p.",
+        ),
+        _naive(chosen, "success", "highest success, chosen by eye, Fisher", "difference in success"),
+    ]
+
+
+def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: TrendFit) -> list[TestResult]:
+    """Whether success rises and falls."""
+    orders = found.orders
+    turns = fit.quadratic is not None and fit.quadratic.turning_kind == "maximum"
+    rises = lines.first is not None and lines.first.z > 0
+    opens_down = bend.slope_low is not None and bend.slope_low > 0
+    return [
+        TestResult(
+            name="two lines",
+            question="shape",
+            recommended=True,
+            p_value=None if lines.p_value is None else lines.p_value if rises else 1.0,
+            effect=lines.break_p,
+            unit="p at which the lines meet",
+            note=lines.note or "Both lines have to be significant; it needs some 300 trials per p for a power of 0.8.",
+        ),
+        TestResult(
+            name="Lind-Mehlum",
+            question="shape",
+            recommended=False,
+            p_value=None if bend.p_value is None else bend.p_value if opens_down else 1.0,
+            effect=bend.extremum,
+            low=bend.low,
+            high=bend.high,
+            unit="p at which the quadratic turns",
+            note=bend.note or "Too often significant where success only levels off.",
+        ),
+        TestResult(
+            name="quadratic term, likelihood ratio",
+            question="shape",
+            recommended=False,
+            p_value=orders[2].p_value if len(orders) > 2 else None,
+            note="No test of a decline: a curve that levels off has a quadratic term as well.",
+        ),
+        TestResult(
+            name="order two by AIC, turning inside",
+            question="shape",
+            recommended=False,
+            p_value=None,
+            holds=None if fit.order_by_aic is None else fit.order_by_aic >= 2 and turns,
+            note="As in the paper (Sec. 3.2).",
+        ),
+    ]
+
+
+def looping_tests(onset: LoopOnset, conditions: list[Point]) -> list[TestResult]:
+    """Whether p changes how soon the agent loops."""
+    primary, chosen = onset.primary, _chosen(conditions, "loop_rate", highest=False)
+    return [
+        TestResult(
+            name="loop onset, log-rank",
+            question="looping",
+            recommended=True,
+            p_value=primary.p_value if primary else None,
+            effect=primary.hazard_ratio if primary else None,
+            unit="hazard of a first loop, higher p over the lowest",
+            note="" if primary else "No test: it needs two values of p with trials.",
+        ),
+        _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher", "difference in loop rate"),
+    ]
+
+
+def harm_tests(
+    hazard: LoopEffect, landmark: LoopEffect, whole: NaiveAssociation, fine: Correlation, coarse: Correlation
+) -> list[TestResult]:
+    """Whether loops hurt."""
+    odds = "odds of solving, after a loop over before"
+    length = "Trial length alone makes it significant."
+    return [
+        TestResult(
+            name="success after a loop, Mantel-Haenszel by p and step",
+            question="harm",
+            recommended=True,
+            p_value=hazard.p_value,
+            effect=hazard.odds_ratio,
+            low=hazard.low,
+            high=hazard.high,
+            unit=odds,
+            note=hazard.note,
+        ),
+        TestResult(
+            name="looped by step 10, Mantel-Haenszel by p",
+            question="harm",
+            recommended=False,
+            p_value=landmark.p_value,
+            effect=landmark.odds_ratio,
+            low=landmark.low,
+            high=landmark.high,
+            unit=odds,
+            note=landmark.note or "Valid as well, with less power.",
+        ),
+        TestResult(
+            name="looped against solved, Fisher",
+            question="harm",
+            recommended=False,
+            p_value=whole.p_value,
+            effect=whole.odds_ratio,
+            unit="odds of solving, trials with a loop over trials without",
+            note=length,
+        ),
+        *(
+            TestResult(
+                name=f"Pearson over {unit}",
+                question="harm",
+                recommended=False,
+                p_value=found.p_value,
+                effect=found.r,
+                unit="r",
+                note=f"As in the paper (Fig. 5a), which does not say over what. {length}",
+            )
+            for unit, found in (("repetitions", fine), ("values of p", coarse))
+        ),
+    ]
+
+
+def _chosen(conditions: list[Point], quantity: Literal["success", "loop_rate"], *, highest: bool) -> Difference | None:
+    """The lowest p against the one that looks best, as a reader of a figure would compare them."""
+    if len(conditions) < 2:
+        return None
+    first, *others = conditions
+    best = (max if highest else min)(others, key=lambda point: getattr(point, quantity))
+    shares = [proportion(round(getattr(point, quantity) * point.n), point.n) for point in (first, best)]
+    return difference(*shares)
+
+
+def _naive(found: Difference | None, question: Question, name: str, unit: str) -> TestResult:
+    return TestResult(
+        name=name,
+        question=question,
+        recommended=False,
+        p_value=found.p_value if found else None,
+        effect=found.value if found else None,
+        low=found.low if found else None,
+        high=found.high if found else None,
+        unit=unit,
+        note="Not corrected for the choice." if found else "No test: it needs two values of p with trials.",
+    )

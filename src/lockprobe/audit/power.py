@@ -1,0 +1,157 @@
+"""How many trials does a design need? The power of every test at a stated effect, by simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from lockprobe.analysis.inference.verdict import Question
+from lockprobe.audit.rates import Progress, Rate, measure
+from lockprobe.audit.worlds import WORLDS, Design, P, World
+from lockprobe.errors import BadValue
+
+__all__ = ["TRIALS", "Needed", "default_worlds", "needed", "power", "stated_world"]
+
+TRIALS = (15, 30, 60, 120, 240)
+"""Trials per p at which power is measured."""
+
+REPETITIONS = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Needed:
+    """Trials per p that one test needs for one effect.
+
+    Attributes:
+        world: The effect.
+        question: What the test asks.
+        test: Its name.
+        recommended: Whether the report concludes from it.
+        measured: Its power at every number of trials, ascending.
+        trials: Trials per p at which the target is reached, interpolated; None if it never was.
+        below: Whether the smallest number measured reached it already.
+    """
+
+    world: str
+    question: Question
+    test: str
+    recommended: bool
+    measured: tuple[Rate, ...]
+    trials: int | None
+    below: bool
+
+
+def default_worlds() -> tuple[World, ...]:
+    """The paper's rise and fall of success (Fig. 4), and an agent that loops trap (the paper's Sec. 3.3)."""
+    return WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
+
+
+def stated_world(
+    success: Sequence[float], *, p: Sequence[float] = P, trap: Sequence[float] = (), harm: float = 1.0
+) -> World:
+    """The effect that a user states.
+
+    Args:
+        success: Probability to solve the box at each p as long as loops do no harm, [0, 1).
+        p: Flip probabilities, ascending.
+        trap: Chance per step to fall into a cycle at each p, [0, 1]; none by default.
+        harm: Factor on the chance to solve once a loop is complete, [0, 1].
+    """
+    if len(success) != len(p):
+        raise BadValue("success", ",".join(f"{value:g}" for value in success), f"one share for each of {len(p)} p")
+    if trap and len(trap) != len(p):
+        raise BadValue("trap", ",".join(f"{value:g}" for value in trap), f"one chance for each of {len(p)} p")
+    if list(p) != sorted(set(p)) or len(p) < 2 or not all(0 <= value <= 1 for value in p):
+        raise BadValue("p", ",".join(f"{value:g}" for value in p), "two values or more from 0 to 1, ascending")
+    for name, values, limit in (("success", success, "below 1"), ("trap", trap, "to 1"), ("harm", (harm,), "to 1")):
+        for value in values:
+            if not 0 <= value <= 1 or (name == "success" and value == 1):
+                raise BadValue(name, value, f"a number from 0 {limit}")
+    chances = tuple(trap) or (0.0,) * len(p)
+    return World(
+        name="stated",
+        says="As stated.",
+        success=tuple(success),
+        trap=chances,
+        harm=harm,
+        shared=0.0,
+        truths=_truths(success, chances, harm),
+    )
+
+
+def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> frozenset[Question]:
+    """The questions whose answer is yes. Where loops hurt, success follows from the trap as well."""
+    traps = len(set(trap)) > 1
+    found: set[Question] = set()
+    if len(set(success)) > 1 or (traps and harm < 1):
+        found.add("success")
+    top = success.index(max(success))
+    if success[top] > success[0] and success[top] > success[-1]:
+        found.add("shape")
+    if traps:
+        found.add("looping")
+    if harm < 1:
+        found.add("harm")
+    return frozenset(found)
+
+
+def power(
+    worlds: Sequence[World],
+    *,
+    p: Sequence[float] = P,
+    trials: Sequence[int] = TRIALS,
+    target: float = 0.8,
+    studies: int = 100,
+    seed: int = 1,
+    processes: int = 1,
+    progress: Progress = lambda done, of: None,
+) -> list[Needed]:
+    """Power of every test whose question has the answer yes, and the trials per p that it needs.
+
+    Args:
+        worlds: Effects; each gives success at every ``p``.
+        p: Flip probabilities.
+        trials: Trials per p to measure at; rounded up to whole repetitions, of which there are three.
+        target: Power to be reached, (0, 1).
+        studies: Studies per world and number of trials.
+        seed: Seed of everything.
+        processes: Worker processes.
+        progress: Told how many studies are done.
+    """
+    if not 0 < target < 1:
+        raise BadValue("target power", target, "a number between 0 and 1")
+    if not trials or min(trials) < 2:
+        raise BadValue("trials per p", list(trials), "numbers of at least 2")
+    designs = [
+        Design(p=tuple(p), repetitions=REPETITIONS, trials=each)
+        for each in sorted({math.ceil(count / REPETITIONS) for count in trials})
+    ]
+    rates = measure(
+        worlds, studies=studies, seed=seed, designs=designs, processes=processes, records=False, progress=progress
+    )
+    found: dict[tuple[str, str], list[Rate]] = {}
+    for rate in rates:
+        if rate.truth:
+            found.setdefault((rate.world, rate.test), []).append(rate)
+    return [needed(measured, target) for measured in found.values()]
+
+
+def needed(measured: Sequence[Rate], target: float) -> Needed:
+    """Where one test's power first reaches the target; linear in the logarithm of the number of trials between."""
+    first = measured[0]
+    trials = first.trials if first.rate >= target else None
+    for low, high in pairwise(measured):
+        if trials is None and high.rate >= target:
+            way = (target - low.rate) / (high.rate - low.rate)
+            trials = math.ceil(math.exp(math.log(low.trials) + way * math.log(high.trials / low.trials)) - 1e-9)
+    return Needed(
+        world=first.world,
+        question=first.question,
+        test=first.test,
+        recommended=first.recommended,
+        measured=tuple(measured),
+        trials=trials,
+        below=first.rate >= target,
+    )

@@ -1,0 +1,195 @@
+"""``lockprobe audit`` and ``lockprobe power``."""
+
+from __future__ import annotations
+
+import json as json_
+import os
+import sys
+import time
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.audit.measured import as_data
+from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
+from lockprobe.audit.power import power as measure_power
+from lockprobe.audit.rates import Progress, Rate, measure
+from lockprobe.audit.worlds import WORLDS, P, world
+from lockprobe.errors import BadValue
+from lockprobe.studies.studyfile import parse_p
+
+__all__ = ["audit", "power"]
+
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one a core).")]
+
+
+def audit(
+    names: Annotated[list[str] | None, typer.Option("--world", help="Only this world; may be repeated.")] = None,
+    studies: Annotated[int, typer.Option(min=1, max=100_000, help="Simulated studies per world.")] = 300,
+    seed: Seed = 1,
+    workers: Workers = None,
+    json: AsJson = False,
+) -> None:
+    """Is each test right? How often it rejects where there is nothing to find, and where there is something.
+
+    Simulated agents with known truth play the paper's flip study many times; the studies go through the same tests
+    as a user's. The default takes some minutes on two cores.
+    """
+    worlds = [world(name) for name in names or WORLDS]
+    rates = measure(worlds, studies=studies, seed=seed, processes=_processes(workers), progress=_progress("studies"))
+    if json:
+        print(json_.dumps(as_data(rates, seed=seed), indent=1))
+        return
+    console = Console(highlight=False)
+    for made in worlds:
+        console.print(f"[bold]{made.name}[/bold]  {made.says}")
+    for question, text in QUESTIONS.items():
+        asked = [rate for rate in rates if rate.question == question]
+        console.print(_rate_table(text, asked))
+    console.print(_verdict(rates))
+
+
+def power(
+    success: Annotated[str | None, typer.Option(help="Effect: success at each p, for example 0.2,0.5,0.4.")] = None,
+    trap: Annotated[str | None, typer.Option(help="Effect: chance per step to begin a cycle at each p.")] = None,
+    harm: Annotated[float, typer.Option(help="Effect: factor on the chance to solve after a loop, 0 to 1.")] = 1.0,
+    p: Annotated[str | None, typer.Option(help="Flip probabilities (0,0.1,...,0.6).")] = None,
+    trials: Annotated[str | None, typer.Option(help="Trials per p to measure at (15,30,60,120,240).")] = None,
+    target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
+    studies: Annotated[int, typer.Option(min=1, max=100_000, help="Simulated studies per number of trials.")] = 100,
+    seed: Seed = 1,
+    workers: Workers = None,
+    json: AsJson = False,
+) -> None:
+    """How many trials per p a test needs to find a stated effect, by simulation.
+
+    Without an effect two are taken: the paper's rise and fall of success (0.23, 0.67, 0.5), and an agent that
+    loops trap when it is told the truth.
+    """
+    grid = P if p is None else parse_p(p)
+    if success is None:
+        if trap is not None or harm != 1.0 or p is not None:
+            raise BadValue("success", None, "shares at each p, when --p, --trap or --harm is given")
+        worlds = default_worlds()
+    else:
+        worlds = (stated_world(_numbers("success", success), p=grid, trap=_numbers("trap", trap), harm=harm),)
+    found = measure_power(
+        worlds,
+        p=grid,
+        trials=[int(value) for value in _numbers("trials", trials)] or TRIALS,
+        target=target,
+        studies=studies,
+        seed=seed,
+        processes=_processes(workers),
+        progress=_progress("studies"),
+    )
+    if json:
+        print(json_.dumps({"target": target, "studies": studies, "tests": [_row(one) for one in found]}, indent=1))
+    else:
+        _print_power(found, target)
+
+
+def _processes(workers: int | None) -> int:
+    return workers or min(os.cpu_count() or 1, 8)
+
+
+def _progress(noun: str) -> Progress:
+    """Plain lines on standard error, at most one in two seconds, none if all is done sooner."""
+    began = last = time.monotonic()
+
+    def tell(done: int, of: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last > 2 and done < of:
+            last = now
+            print(f"{done} of {of} {noun}, {(now - began) * (of - done) / done:.0f} s left", file=sys.stderr)
+
+    return tell
+
+
+def _numbers(name: str, text: str | None) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")] if text else []
+    except ValueError:
+        raise BadValue(name, text, "numbers with commas between") from None
+
+
+def _rate_table(title: str, rates: Sequence[Rate]) -> Table:
+    """One line a test: its false positives over the worlds with nothing to find, and its power in the others."""
+    table = Table(title=f"\n{title}", title_justify="left", title_style="bold", show_edge=False, pad_edge=False)
+    table.add_column("test", max_width=38)
+    table.add_column("false positives, worst world")
+    table.add_column("power")
+    for test in dict.fromkeys(rate.test for rate in rates):
+        mine = [rate for rate in rates if rate.test == test]
+        worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate, default=None)
+        label = f"[bold]{test}[/bold] *" if mine[0].recommended else test
+        table.add_row(label, _false(worst), ", ".join(_figure(rate) for rate in mine if rate.truth))
+    return table
+
+
+def _figure(rate: Rate) -> str:
+    return f"{rate.rate:.2f} ±{rate.error:.2f} {rate.world}"
+
+
+def _false(worst: Rate | None) -> str:
+    if worst is None:
+        return "-"
+    return _figure(worst) if worst.valid else f"[red]{_figure(worst)} ![/red]"
+
+
+def _verdict(rates: Sequence[Rate]) -> str:
+    wrong = [rate for rate in rates if rate.recommended and rate.valid is False]
+    said = (
+        "Every recommended test (*) keeps its 5 % where there is nothing to find, within Monte Carlo error."
+        if not wrong
+        else "Too often wrong: " + "; ".join(f"{rate.test} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
+    )
+    return f"\n{said}\nRates at a level of 0.05 with Monte Carlo standard errors; ! is above 0.05 beyond them."
+
+
+def _row(one: Needed) -> dict[str, object]:
+    return {
+        "effect": one.world,
+        "question": one.question,
+        "test": one.test,
+        "recommended": one.recommended,
+        "trials_needed": one.trials,
+        "at_most": one.below,
+        "measured": [
+            {"trials": rate.trials, "power": rate.rate, "error": rate.error, "studies": rate.studies}
+            for rate in one.measured
+        ],
+    }
+
+
+def _print_power(found: Sequence[Needed], target: float) -> None:
+    console = Console(highlight=False)
+    for name in dict.fromkeys(one.world for one in found):
+        mine = [one for one in found if one.world == name]
+        says = WORLDS[name].says if name in WORLDS else "As stated."
+        table = Table(title=f"{name}: {says}", title_justify="left", show_edge=False, pad_edge=False)
+        table.add_column("test", max_width=40)
+        for rate in mine[0].measured:
+            table.add_column(f"n={rate.trials}", justify="right")
+        table.add_column(f"trials per p for {target:g}", justify="right")
+        for one in mine:
+            label = f"[bold]{one.test}[/bold] *" if one.recommended else one.test
+            table.add_row(label, *(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one))
+        console.print(table)
+    if not found:
+        console.print("There is nothing to find: at this effect every question has the answer no.")
+    else:
+        console.print("\n* recommended. The others reject more often than they may, or are there to be compared.")
+
+
+def _needed(one: Needed) -> str:
+    if one.trials is None:
+        return f"more than {one.measured[-1].trials}"
+    return f"at most {one.trials}" if one.below else str(one.trials)

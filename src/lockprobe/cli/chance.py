@@ -1,0 +1,50 @@
+"""``lockprobe chance``."""
+
+from __future__ import annotations
+
+import json as json_
+from typing import Annotated
+
+import typer
+
+from lockprobe.analysis.chance import chance_level
+from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
+from lockprobe.cli.sequences import read_sequences
+from lockprobe.errors import BadFile, BadValue
+
+__all__ = ["chance"]
+
+
+def chance(
+    length: Annotated[int, typer.Option(min=0, max=10_000, help="Length of the trial in steps.")] = 20,
+    actions: Annotated[int, typer.Option(min=1, max=64, help="Number of joints.")] = 4,
+    null: Annotated[
+        TrialNull, typer.Option(help="What is left to chance; markov and permutation need --sequences.")
+    ] = "uniform",
+    overlap: Annotated[bool, typer.Option("--overlap", help="Two occurrences may overlap.")] = False,
+    min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
+    sequences: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|-", help="One action sequence a line: the share expected in trials of these lengths."
+        ),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+) -> None:
+    """The probability that an agent left to chance holds an action loop in a trial of this length."""
+    match null, sequences:
+        case _, str(file):
+            if not (trials := read_sequences(file)):
+                raise BadFile(file, "no action sequence in it")
+            level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
+            setting = f"{null}, the lengths of {len(trials)} trials"
+        case "uniform" | "no-repeat", None:
+            level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
+            setting = f"{null}, {length} steps, {actions} joints"
+        case _:
+            raise BadValue(f"--sequences for the null {null}", None, "a file of action sequences, one a line, or -")
+    if json:
+        print(json_.dumps({"probability": level.probability, "method": level.method, "error": level.error}))
+    else:
+        doubt = "" if level.method == "exact" else f" ± {level.error:.4f}"
+        print(f"{level.probability:.4f}{doubt} ({level.method}; {setting})")

@@ -1,0 +1,63 @@
+"""``lockprobe chance``, as typed."""
+
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from lockprobe.analysis.chance import chance_level
+from lockprobe.cli.chance import chance
+from lockprobe.errors import BadFile, BadValue
+
+TRIALS = "ABCABCABC\nA B C D\n\nABDCABDDCBA\n"
+
+
+def ask(*words, stdin=""):
+    app = typer.Typer()
+    app.command()(chance)
+    done = CliRunner().invoke(app, [str(word) for word in words], input=stdin)
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def test_the_level_of_a_length():
+    found = json.loads(ask("--length", 10, "--null", "no-repeat", "--overlap", "--json").output)
+    level = chance_level(10, null="no-repeat", overlap=True)
+    assert found == {"probability": level.probability, "method": "exact", "error": 0.0}
+    assert ask("--length", 12, "--min-length", 2).output.startswith(
+        f"{chance_level(12, min_length=2).probability:.4f} "
+    )
+    assert ask().output == "0.8008 (exact; uniform, 20 steps, 4 joints)\n"
+
+
+@pytest.mark.parametrize("null", ["uniform", "no-repeat", "markov", "permutation"])
+def test_the_level_of_sequences(null, tmp_path):
+    (tmp_path / "trials.txt").write_text(TRIALS)
+    words = ("--null", null, "--json", "--sequences")
+    found = json.loads(ask(*words, tmp_path / "trials.txt").output)
+    assert set(found) == {"probability", "method", "error"}
+    assert 0 < found["probability"] < 1
+    assert (found["error"] == 0) == (found["method"] == "exact") == (null in {"uniform", "no-repeat"})
+    assert json.loads(ask(*words, "-", stdin=TRIALS).output) == found
+    assert "the lengths of 3 trials" in ask("--null", null, "--sequences", "-", stdin=TRIALS).output
+
+
+@pytest.mark.parametrize("null", ["markov", "permutation"])
+def test_a_null_of_trials_needs_trials(null):
+    with pytest.raises(BadValue, match=f"--sequences for the null {null}"):
+        ask("--null", null)
+
+
+def test_what_cannot_be_read_is_refused(tmp_path):
+    with pytest.raises(BadFile, match="no action sequence"):
+        ask("--sequences", "-", stdin="\n \n")
+    with pytest.raises(BadFile, match="cannot be read"):
+        ask("--sequences", tmp_path / "none.txt")
+    (tmp_path / "other").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(BadFile, match="UTF-8"):
+        ask("--sequences", tmp_path / "other")
+    with pytest.raises(BadValue, match="at least the 8"):
+        ask("--sequences", "-", stdin="ABCDEFGH")
+    assert ask("--null", "other").exit_code == 2
