@@ -7,7 +7,13 @@ import pytest
 
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
+from lockprobe.lockbox.solve import (
+    optimum,
+    random_curve,
+    random_no_repeat_curve,
+    random_no_repeat_success,
+    random_success,
+)
 
 
 def solves(puzzle, attempts):
@@ -52,9 +58,33 @@ def test_random_success_is_the_share_of_all_sequences(budget):
     assert random_no_repeat_success(puzzle, budget) == pytest.approx(np.mean([solves(puzzle, s) for s in apart]))
 
 
+@pytest.mark.parametrize(
+    ("curve", "success"), [(random_curve, random_success), (random_no_repeat_curve, random_no_repeat_success)]
+)
+@pytest.mark.parametrize("name", ["chain-3", "chain-4"])
+def test_curves_hold_success_at_every_budget(curve, success, name):
+    puzzle = box(name)
+    found = curve(puzzle, 9)
+    assert len(found) == 10
+    assert found == pytest.approx([success(puzzle, budget) for budget in range(10)])
+    assert found[optimum(puzzle) - 1] == 0 < found[optimum(puzzle)]
+
+
+def test_curves_are_what_blind_agents_reach():
+    puzzle, rng = box("chain-4"), np.random.default_rng(1)
+    uniform = rng.integers(0, 4, (3000, 20))
+    apart = np.cumsum(np.hstack([uniform[:, :1], rng.integers(1, 4, (3000, 19))]), axis=1) % 4
+    for curve, sequences in ((random_curve, uniform), (random_no_repeat_curve, apart)):
+        exact = np.array(curve(puzzle))
+        for steps in (6, 12, 20):
+            share = np.mean([solves(puzzle, sequence[:steps]) for sequence in sequences])
+            assert share == pytest.approx(exact[steps], abs=4.5 * np.sqrt(exact[steps] * (1 - exact[steps]) / 3000))
+
+
 def test_published_figures_of_chain_4():
     assert random_success(box("chain-4")) == pytest.approx(0.392655, abs=1e-6)
     assert random_no_repeat_success(box("chain-4")) == pytest.approx(0.6893, abs=1e-4)
+    assert random_curve(box("chain-4"))[-1] == random_success(box("chain-4"))
 
 
 def test_every_cycle_of_the_four_joints_opens_chain_4():

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from lockprobe.analysis.behaviour import Behaviour
+from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
-__all__ = ["beside", "finding", "loop_finding"]
+__all__ = ["beside", "conclusions", "finding", "loop_finding"]
 
 
 def finding(agent: AgentSummary) -> str:
@@ -55,6 +56,49 @@ def loop_finding(agent: AgentSummary) -> str:
         for condition in shown
     )
     return f"An action loop is in {said}." if said else ""
+
+
+def conclusions(agent: AgentSummary) -> list[str]:
+    """What the recommended tests say of the shape of success, of looping and of its harm, a sentence each."""
+    if agent.blind or len([condition for condition in agent.conditions if condition.success.n]) < 2:
+        return []
+    tests = {test.question: test for test in agent.inference.tests if test.recommended}
+    said = []
+    for question, (yes, no) in _SAID.items():
+        test = tests[question]
+        if test.p_value is None:
+            continue
+        interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
+        effect = "" if test.effect is None or question == "shape" else f"{test.unit} {test.effect:.2g}{interval}; "
+        direction = "" if test.effect is None else "more" if test.effect > 1 else "less"
+        sentence = (yes[direction] if isinstance(yes, dict) else yes) if test.rejects else no
+        said.append(f"{sentence} ({effect}{test.name}, {_p(test.p_value)}).")
+    return said
+
+
+_SAID: dict[Question, tuple[str | dict[str, str], str]] = {
+    "shape": (
+        "Success rises with false reports and falls again",
+        "That success falls again at high p is not detectable",
+    ),
+    "looping": (
+        {
+            "more": "False reports make the agent loop sooner",
+            "less": "False reports make the agent loop later or not at all",
+            "": "",
+        },
+        "That false reports change how soon the agent loops is not detectable",
+    ),
+    "harm": (
+        {
+            "more": "After a loop the agent is more likely to solve the box",
+            "less": "After a loop the agent is less likely to solve the box",
+            "": "",
+        },
+        "That the agent solves the box less often after a loop is not detectable",
+    ),
+}
+"""What a yes and a no are in words."""
 
 
 def beside(summary: StudySummary) -> str:

@@ -15,6 +15,7 @@ from lockprobe.analysis.proportions import LEVEL
 __all__ = ["Area", "Incidence", "incidence"]
 
 Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
+"""Quantile of the normal distribution that belongs to every interval."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,20 +1,32 @@
-"""What agents say their action did, held against what they were told of it (paper, Sec. 3.1 and Table 1).
+"""What agents say their action did, held against what they were told and against what was true (Sec. 3.1, Table 1).
+
+Three errors, and only the first is the agent's misreading:
+
+- *misinterpretation*: said is not told. The paper's, an "incorrect assessment of a state change".
+- *false report*: told is not true. The channel's doing.
+- *false belief*: said is not true. It comes of a false report that was understood, or of a true one that was not;
+  a false report that was misread leaves a belief that is true.
 
 The claim about step t stands in the decision of step t+1. Steps without a claim (the last one of every trial, and
-all steps of agents that are not asked) are not counted.
+all steps of agents that are not asked) have none to count. The paper does not say whether its rates are per step or
+per assessment; here the denominator is the claims made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from statistics import mean, stdev
+from typing import get_args
 
+from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import Proportion, proportion
-from lockprobe.record import Outcome, Step, Trial
+from lockprobe.record import Outcome, Trial
 
-__all__ = ["Claim", "Misinterpretations", "claims", "misinterpretations"]
+__all__ = ["Claim", "ClaimCount", "Misinterpretations", "TrialClaims", "claims", "misinterpretations", "trial_claims"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,14 +50,77 @@ class Claim:
         """Whether the claim contradicts what was told: the paper's misinterpretation."""
         return self.claimed != self.told
 
+    @property
+    def falsely_told(self) -> bool:
+        """Whether what was told contradicts the truth: a false report."""
+        return self.told != self.truth
+
+    @property
+    def false_belief(self) -> bool:
+        """Whether the claim contradicts the truth."""
+        return self.claimed != self.truth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClaimCount:
+    """How many claims were of one of the eight kinds.
+
+    Attributes:
+        claimed: What was said.
+        told: What had been told.
+        truth: What had really happened.
+        count: Claims of that kind.
+    """
+
+    claimed: Outcome
+    told: Outcome
+    truth: Outcome
+    count: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialClaims:
+    """One trial: what was said in it.
+
+    Attributes:
+        key: Its readable name.
+        claims: Every claim.
+        steps: Steps played.
+        false_reports: Steps whose report was false, claimed or not.
+    """
+
+    key: str
+    claims: tuple[Claim, ...]
+    steps: int
+    false_reports: int
+
+    @property
+    def misinterpreted(self) -> int:
+        """Claims that contradict what was told."""
+        return sum(claim.misinterpreted for claim in self.claims)
+
+    @property
+    def falsely_told(self) -> int:
+        """Claims about steps whose report was false."""
+        return sum(claim.falsely_told for claim in self.claims)
+
+    @property
+    def false_beliefs(self) -> int:
+        """Claims that contradict the truth."""
+        return sum(claim.false_belief for claim in self.claims)
+
+    @property
+    def rate(self) -> float | None:
+        """Misinterpretations over claims, [0, 1]; None without a claim."""
+        return self.misinterpreted / len(self.claims) if self.claims else None
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misinterpretations:
     """One row of the paper's Table 1, and what it takes to check it.
 
-    A misinterpretation is an incorrect assessment of a change of state (Sec. 3.1): the claim contradicts what
-    was *told*. An agent that believes a false report has understood it correctly; how often its claim
-    contradicts the truth is counted apart.
+    Table 1 has ``mean_rate`` ± ``sd_rate``, ``total``, and ``affected`` of ``trials``. The rates below are pooled
+    over trials; claims of one trial belong together, so all intervals but the first two take the trial as a cluster.
 
     Attributes:
         trials: Trials with at least one claim.
@@ -53,8 +128,15 @@ class Misinterpretations:
         total: Misinterpretations over all trials.
         mean_rate: Mean over trials of each trial's own rate, [0, 1]; None without a claim.
         sd_rate: Standard deviation (n - 1) of those rates; None with fewer than two trials.
-        pooled: Misinterpretations over claims.
-        against_truth: Claims that contradict the truth, over claims.
+        pooled: Misinterpretations over claims, as if all claims were independent.
+        against_truth: Claims that contradict the truth, over claims, as if all claims were independent.
+        misinterpreted: Misinterpretations over claims.
+        falsely_told: Claims about a step whose report was false, over claims.
+        false_reports: Steps whose report was false, over all steps of all trials.
+        false_belief: Claims that contradict the truth, over claims.
+        moved_for_blocked: Said to have moved, of the claims about a step reported as blocked.
+        blocked_for_moved: Said to have been blocked, of the claims about a step reported as moved.
+        counts: All eight kinds of (said, told, true).
     """
 
     trials: int
@@ -64,6 +146,35 @@ class Misinterpretations:
     sd_rate: float | None
     pooled: Proportion
     against_truth: Proportion
+    misinterpreted: ClusteredProportion
+    falsely_told: ClusteredProportion
+    false_reports: ClusteredProportion
+    false_belief: ClusteredProportion
+    moved_for_blocked: ClusteredProportion
+    blocked_for_moved: ClusteredProportion
+    counts: tuple[ClaimCount, ...]
+
+    @property
+    def believed(self) -> int:
+        """False reports that were believed: said as told, and untrue."""
+        return self._count(misread=False, false=True)
+
+    @property
+    def undone(self) -> int:
+        """False reports undone by a misreading: said otherwise than told, and true."""
+        return self._count(misread=True, false=True)
+
+    @property
+    def misread(self) -> int:
+        """True reports that were misread: said otherwise than told, and untrue."""
+        return self._count(misread=True, false=False)
+
+    def _count(self, *, misread: bool, false: bool) -> int:
+        return sum(
+            kind.count
+            for kind in self.counts
+            if (kind.claimed != kind.told) == misread and (kind.told != kind.truth) == false
+        )
 
 
 def claims(trial: Trial) -> list[Claim]:
@@ -75,32 +186,64 @@ def claims(trial: Trial) -> list[Claim]:
             told=_outcome(moved=step.told_moved),
             truth=_outcome(moved=step.moved),
         )
-        for step, after in _pairs(trial)
+        for step, after in zip(trial.steps, trial.steps[1:], strict=False)
         if after.decision.claimed is not None
     ]
-
-
-def _pairs(trial: Trial) -> zip[tuple[Step, Step]]:
-    return zip(trial.steps, trial.steps[1:], strict=False)
 
 
 def _outcome(*, moved: bool) -> Outcome:
     return "moved" if moved else "blocked"
 
 
+def trial_claims(trial: Trial) -> TrialClaims:
+    """What was said in one trial, and how often its reports were false."""
+    return TrialClaims(
+        key=trial.key,
+        claims=tuple(claims(trial)),
+        steps=len(trial.steps),
+        false_reports=sum(step.told_moved != step.moved for step in trial.steps),
+    )
+
+
 def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
     """Count over the trials of one condition; error trials are left out."""
-    per_trial = [found for trial in ended(trials) if (found := claims(trial))]
-    wrong = [sum(claim.misinterpreted for claim in found) for found in per_trial]
-    rates = [count / len(found) for count, found in zip(wrong, per_trial, strict=True)]
-    made = sum(map(len, per_trial))
-    untrue = sum(claim.claimed != claim.truth for found in per_trial for claim in found)
+    counted = [trial_claims(trial) for trial in ended(trials)]
+    asked = [trial for trial in counted if trial.claims]
+    rates = [rate for trial in asked if (rate := trial.rate) is not None]
+    made = [len(trial.claims) for trial in asked]
+    wrong = [trial.misinterpreted for trial in asked]
+    untrue = [trial.false_beliefs for trial in asked]
     return Misinterpretations(
-        trials=len(per_trial),
+        trials=len(asked),
         affected=sum(count > 0 for count in wrong),
         total=sum(wrong),
         mean_rate=mean(rates) if rates else None,
         sd_rate=stdev(rates) if len(rates) > 1 else None,
-        pooled=proportion(sum(wrong), made),
-        against_truth=proportion(untrue, made),
+        pooled=proportion(sum(wrong), sum(made)),
+        against_truth=proportion(sum(untrue), sum(made)),
+        misinterpreted=clustered_proportion(wrong, made),
+        falsely_told=clustered_proportion([trial.falsely_told for trial in asked], made),
+        false_reports=clustered_proportion(
+            [trial.false_reports for trial in counted], [trial.steps for trial in counted]
+        ),
+        false_belief=clustered_proportion(untrue, made),
+        moved_for_blocked=_misread(asked, "blocked"),
+        blocked_for_moved=_misread(asked, "moved"),
+        counts=_counts(claim for trial in asked for claim in trial.claims),
+    )
+
+
+def _misread(asked: Sequence[TrialClaims], told: Outcome) -> ClusteredProportion:
+    """Misinterpretations of reports that said this, over the claims about such reports."""
+    about = [found for trial in asked if (found := [claim for claim in trial.claims if claim.told == told])]
+    return clustered_proportion(
+        [sum(claim.misinterpreted for claim in found) for found in about], list(map(len, about))
+    )
+
+
+def _counts(found: Iterable[Claim]) -> tuple[ClaimCount, ...]:
+    kinds = Counter((claim.claimed, claim.told, claim.truth) for claim in found)
+    return tuple(
+        ClaimCount(claimed=claimed, told=told, truth=truth, count=kinds[claimed, told, truth])
+        for claimed, told, truth in product(get_args(Outcome), repeat=3)
     )

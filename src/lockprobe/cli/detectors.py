@@ -10,13 +10,13 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.analysis.detectors import DETECTORS, as_table, comparison, flags, microseconds
+from lockprobe.analysis.detectors import DETECTORS, as_table, comparison, flags, microseconds, score
 from lockprobe.cli.sequences import read_sequences
 from lockprobe.errors import BadValue
 
 __all__ = ["detectors"]
 
-BRIEF = 300
+BRIEF = 500
 """Trials per kind that take about two seconds."""
 
 
@@ -36,7 +36,7 @@ def detectors(
             print(_verdict(sequence, actions, json=json))
         return
     if trials > BRIEF:
-        print(f"playing {8 * trials} random and planted trials, about {trials // 150} s", file=sys.stderr)
+        print(f"playing {8 * trials} random and planted trials, about {trials // 300} s", file=sys.stderr)
     rows = comparison(trials, seed)
     times = {detector.name: microseconds(detector) for detector in DETECTORS} if clock else None
     if json:
@@ -53,6 +53,6 @@ def _verdict(sequence: Sequence[str], actions: int, *, json: bool) -> str:
     asked = [detector for detector in DETECTORS if not detector.needs_outcome]
     flagged = [detector.name for detector in asked if flags(detector, sequence, (), joints=actions)]
     if json:
-        scores = {detector.name: detector.score(sequence, ()) for detector in asked}
+        scores = {detector.name: score(detector, sequence, ()) for detector in asked}
         return json_.dumps({"n": len(sequence), "flagged": flagged, "scores": scores})
     return f"{len(sequence)} actions: {', '.join(flagged) or 'none'}"

@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.analysis.chance import chance_level
-from lockprobe.analysis.loops import LoopCover, cover, parse_sequence
-from lockprobe.errors import BadFile
+from lockprobe.analysis.loops import LoopCover, Rule, Solver, cover, longest_loop, onset, parse_sequence
+from lockprobe.errors import BadFile, BadValue
 
 __all__ = ["chance", "loops"]
 
@@ -19,26 +19,26 @@ __all__ = ["chance", "loops"]
 def loops(
     file: Annotated[str, typer.Argument(metavar="[FILE|-]", help="One action sequence a line.")] = "-",
     json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
-    solver: Annotated[Literal["dp", "ilp"] | None, typer.Option(help="Exact and fast, or the paper's ILP.")] = None,
-    rule: Annotated[
-        Literal["free", "repeat", "whole"], typer.Option("--cover", help="What a cover may select.")
-    ] = "free",
+    solver: Annotated[Solver, typer.Option(help="Exact and fast, or the paper's ILP.")] = "dp",
+    rule: Annotated[Rule, typer.Option("--cover", help="What a cover may select.")] = "free",
     overlap: Annotated[bool, typer.Option("--overlap", help="Two occurrences may overlap.")] = False,
     min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
 ) -> None:
     """Action loops in sequences, one sequence a line (paper, Sec. 3.3)."""
-    for line in _lines(file):
-        sequence = parse_sequence(line)
-        if not sequence:
+    empty = 0
+    for number, line in enumerate(_lines(file), start=1):
+        if not (sequence := parse_sequence(line)):
+            empty += 1
             continue
-        found = cover(
-            sequence,
-            rule=rule,
-            solver=solver or ("dp" if rule == "free" else "ilp"),
-            overlap=overlap,
-            min_length=min_length,
-        )
-        print(json_.dumps(_row(found)) if json else _sentence(found))
+        try:
+            found = cover(sequence, rule=rule, solver=solver, overlap=overlap, min_length=min_length)
+        except BadValue as error:
+            raise BadFile(file, f"line {number}: {error}") from None
+        first = onset(sequence, overlap=overlap, min_length=min_length)
+        longest = longest_loop(sequence, overlap=overlap, min_length=min_length)
+        print(json_.dumps(_row(found, first, longest)) if json else _sentence(found, first, longest))
+    if empty:
+        print(f"{empty} empty line{'s' * (empty > 1)} left out", file=sys.stderr)
 
 
 def _lines(file: str) -> list[str]:
@@ -53,23 +53,29 @@ def _lines(file: str) -> list[str]:
         raise BadFile(file, "not text in UTF-8") from None
 
 
-def _row(found: LoopCover) -> dict[str, object]:
+def _row(found: LoopCover, first: int, longest: int) -> dict[str, object]:
     return {
         "n": found.n,
         "any_loop": found.any_loop,
         "coverage": found.covered,
         "share": found.share,
+        "redundant": found.redundant,
+        "onset": first,
+        "longest": longest,
         "words": [list(word) for word in found.words],
         "intervals": [list(piece) for piece in found.intervals],
     }
 
 
-def _sentence(found: LoopCover) -> str:
+def _sentence(found: LoopCover, first: int, longest: int) -> str:
     if not found.any_loop:
         return f"{found.n} actions: no loop"
     words = ", ".join(" ".join(map(str, word)) for word in found.words)
     places = ", ".join(f"{start}+{length}" for start, length in found.intervals)
-    return f"{found.n} actions: {found.covered} in loops ({found.share:.0%}): {words} at {places}"
+    return (
+        f"{found.n} actions: {found.covered} in loops ({found.share:.0%}), {found.redundant} of them redundant; "
+        f"first complete at step {first}, longest {longest}" + (f": {words} at {places}" if words else "")
+    )
 
 
 def chance(

@@ -40,6 +40,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
         "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
         "steps": steps,
         "seconds_playing": round(seconds, 1),
+        "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
         "calls": sum(u.calls for u in usage),
         "input_tokens": sum(u.input_tokens for u in usage),
         "output_tokens": sum(u.output_tokens for u in usage),

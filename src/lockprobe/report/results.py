@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.finding import finding
-from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary, summarise
+from lockprobe.analysis.finding import beside, conclusions, finding, loop_finding
+from lockprobe.analysis.summary import StudySummary, summarise
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.record import Trial
-from lockprobe.report.tables import percent
-from lockprobe.studies.journal import load, planned_trials, read_settings
+from lockprobe.report.claims import claim_rows
+from lockprobe.report.examples import examples
+from lockprobe.report.rows import claim_row, condition_row, contrast_row, detector_rows, fit_row, test_rows
+from lockprobe.studies.journal import LeftOut, left_out, load, planned_trials, read_settings
 
 __all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
 
-RESULTS_VERSION = 1
+RESULTS_VERSION = 2
 """Version of the layout of ``results.json``."""
-
-PAPER = (
-    ("Fig. 3", "80 % solved by step (human-inspired)", "9", "human-inspired"),
-    ("Table 1", "misinterpretation rate per trial, symbolic state", "4.9 % ± 6.9 % (GPT o1)", "misinterpretation"),
-    ("Fig. 4", "success when told the truth", "23.3 % (GPT-4o)", "baseline"),
-    ("Fig. 4", "p of the highest success", "0.4", "best"),
-    ("Fig. 4", "highest success over that at p = 0", "≈ 2.85", "ratio"),
-    ("Fig. 4", "order of the fit by AIC / by cross-validation", "2", "order"),
-    ("Fig. 5b", "trials with a loop when told the truth", "≈ 80 %", "loops"),
-    ("Fig. 5a", "r of loop rate and success", "\N{MINUS SIGN}0.69", "r"),
-)
-"""What the paper reports: place, quantity, its value, and the name under which :func:`_measured` has ours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,12 +35,16 @@ class LoadedStudy:
         trials: By agent in the order of the settings, then by condition.
         summary: Their numbers.
         planned: Trials that the settings ask for; None if they do not say.
+        journal: What the journal leaves out.
+        foreign: Trials on record that the settings do not ask for; they are in no other number.
     """
 
     settings: Mapping[str, Any]
     trials: tuple[Trial, ...]
     summary: StudySummary
     planned: int | None
+    journal: LeftOut
+    foreign: int
 
     @property
     def finished(self) -> int:
@@ -61,22 +58,37 @@ class LoadedStudy:
 
 
 def read(directory: Path | str) -> LoadedStudy:
-    """Read and summarise a study directory."""
+    """Read and summarise a study directory.
+
+    Raises:
+        BadFile: If it is not that of a study, or holds trials of another box.
+    """
     settings: dict[str, Any] = read_settings(directory)
     order = {name: i for i, name in enumerate(settings.get("agents") or ())}
-    trials = sorted(
-        load(directory),
-        key=lambda trial: (
-            order.get(trial.agent, len(order)),
-            trial.agent,
-            trial.modality,
-            trial.p,
-            trial.repetition,
-            trial.trial,
-        ),
-    )
+    everything = load(directory)
+    asked = [trial for trial in everything if _asked_for(trial, settings)]
+    trials = sorted(asked, key=lambda t: (order[t.agent], t.modality, t.p, t.repetition, t.trial))
+    box = box_from_data(settings["box"], Path(directory) / "study.json") if "box" in settings else None
+    try:
+        summary = summarise(trials, box)
+    except BadValue as error:
+        raise BadFile(Path(directory) / "trials.jsonl", str(error)) from error
     return LoadedStudy(
-        settings=settings, trials=tuple(trials), summary=summarise(trials), planned=planned_trials(settings)
+        settings=settings,
+        trials=tuple(trials),
+        summary=summary,
+        planned=planned_trials(settings),
+        journal=left_out(directory),
+        foreign=len(everything) - len(asked),
+    )
+
+
+def _asked_for(trial: Trial, settings: Mapping[str, Any]) -> bool:
+    return (
+        trial.agent in settings["agents"]
+        and any(math.isclose(trial.p, p) for p in settings["p"])
+        and 1 <= trial.repetition <= settings["repetitions"]
+        and 1 <= trial.trial <= settings["trials"]
     )
 
 
@@ -90,32 +102,47 @@ def results(directory: Path | str) -> dict[str, Any]:
 
 
 def numbers(study: LoadedStudy) -> dict[str, Any]:
-    """The content of ``results.json``."""
-    agents = study.summary.agents
+    """The content of ``results.json``, and all that the page is made from."""
+    summary, agents = study.summary, study.summary.agents
     content = {
         "schema_version": RESULTS_VERSION,
         "lockprobe": version("lockprobe"),
         "study": dict(study.settings),
         "progress": {"planned": study.planned, "finished": study.finished, "partial": study.partial},
-        "findings": [finding(agent) for agent in study.summary.subjects],
-        "conditions": [_condition(condition) for condition in study.summary.conditions],
-        "fits": [
-            {
-                "agent": agent.agent,
-                "modality": agent.modality,
-                "reference": agent.reference,
-                "blind": agent.blind,
-                "success": asdict(agent.success_fit),
-                "loop_rate": asdict(agent.loop_fit),
-                "correlation": asdict(agent.correlation),
-            }
-            for agent in agents
-        ],
-        "tests": [_test(agent) for agent in agents if agent.contrast],
-        "paper": _beside_paper(study.summary),
+        "left_out": {
+            "errors": sum(trial.ending == "error" for trial in study.trials),
+            "replaced_after_an_error": study.journal.replaced,
+            "unfinished_lines": study.journal.unfinished_lines,
+            "not_asked_for": study.foreign,
+        },
+        "findings": [finding(agent) for agent in summary.subjects],
+        "loop_findings": [loop_finding(agent) for agent in summary.subjects],
+        "conclusions": [conclusions(agent) for agent in summary.subjects],
+        "beside": beside(summary),
+        "box": asdict(summary.reference) if summary.reference else None,
+        "conditions": [condition_row(condition) for condition in summary.conditions],
+        "fits": [fit_row(agent) for agent in agents],
+        "tests": [row for agent in agents if not agent.blind for row in test_rows(agent)],
+        "contrasts": [contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
+        "claims": [claim_row(row) for row in claim_rows(summary)],
+        "detectors": detector_rows(_members(study)),
+        "examples": examples(summary, study.trials),
+        "errors": _errors(study.trials),
+        "agents": _facts(study.trials),
+        "subjects": [agent.agent for agent in summary.subjects],
     }
     plain: dict[str, Any] = _plain(content)
     return plain
+
+
+def _members(study: LoadedStudy) -> list[Any]:
+    """Every condition of the agents that the study is about, with its trials."""
+    return [
+        (condition, [t for t in study.trials if t.key.rsplit("/rep=", 1)[0] == condition.key])
+        for agent in study.summary.subjects
+        for condition in agent.conditions
+        if condition.success.n
+    ]
 
 
 def _plain(value: Any) -> Any:
@@ -129,104 +156,22 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _condition(condition: ConditionSummary) -> dict[str, Any]:
-    success, loops, said = condition.success, condition.behaviour.loops, condition.claims
-    return {
-        "key": condition.key,
-        "agent": condition.agent,
-        "modality": condition.modality,
-        "p": condition.p,
-        "trials": success.n,
-        "solved": success.count,
-        "success": success.value,
-        "success_low": success.low,
-        "success_high": success.high,
-        "looping": loops.count,
-        "loop_rate": loops.value,
-        "loop_rate_low": loops.low,
-        "loop_rate_high": loops.high,
-        "loop_rate_chance": condition.behaviour.chance_uniform,
-        "loop_rate_chance_no_repeat": condition.behaviour.chance_no_repeat,
-        "coverage": condition.behaviour.coverage,
-        "redundant_share": condition.behaviour.redundant_share,
-        "policy_entropy": condition.behaviour.entropy,
-        "policy_entropy_steps": condition.behaviour.entropy_steps,
-        "misinterpretations": said.total,
-        "misinterpretation_rate": said.mean_rate,
-        "misinterpretation_rate_sd": said.sd_rate,
-        "misinterpretation_rate_pooled": said.pooled.value,
-        "misinterpretation_trials": said.trials,
-        "misinterpretation_trials_affected": said.affected,
-        "claims": said.pooled.n,
-        "claims_against_truth": said.against_truth.count,
-        "median_steps": condition.curve.median_steps,
-        "mean_steps": condition.curve.mean_steps,
-        "steps_to_80": condition.curve.steps_to(0.8),
-        "errors": dict(condition.errors),
-        "curve": {
-            "steps": condition.curve.steps,
-            "share": condition.curve.share,
-            "low": condition.curve.low,
-            "high": condition.curve.high,
-        },
-        "repetitions": [asdict(point) for point in condition.points],
-    }
+def _facts(trials: Sequence[Trial]) -> dict[str, dict[str, str]]:
+    """What every agent was; where trials of one agent differ, all values are named."""
+    found: dict[str, dict[str, dict[str, None]]] = {}
+    for trial in trials:
+        for name, value in trial.facts.items():
+            found.setdefault(trial.agent, {}).setdefault(name, {})[str(value)] = None
+    return {agent: {name: "; ".join(values) for name, values in facts.items()} for agent, facts in found.items()}
 
 
-def _test(agent: AgentSummary) -> dict[str, Any]:
-    contrast = agent.contrast
-    assert contrast is not None
-    return {
-        "test": "Fisher's exact, two-sided; Bonferroni over the choice of the other p",
-        "agent": agent.agent,
-        "modality": agent.modality,
-        "baseline_p": contrast.baseline.p,
-        "other_p": contrast.other.p,
-        "choices": contrast.choices,
-        "difference": contrast.difference.value,
-        "difference_low": contrast.difference.low,
-        "difference_high": contrast.difference.high,
-        "p_value": contrast.difference.p_value,
-        "p_adjusted": contrast.p_adjusted,
-        "detectable": contrast.detectable,
-    }
-
-
-def _beside_paper(summary: StudySummary) -> list[dict[str, Any]]:
-    """The paper's numbers beside what was measured for the agents that the study is about."""
-    rows = []
-    for place, quantity, value, name in PAPER:
-        agents = (
-            [a for a in summary.agents if a.agent.startswith("human-inspired")]
-            if name == "human-inspired"
-            else list(summary.subjects)
-        )
-        here = {agent.agent: said for agent in agents if (said := _measured(agent)[name])}
-        rows.append({"place": place, "quantity": quantity, "paper": value, "here": here})
-    return rows
-
-
-def _measured(agent: AgentSummary) -> dict[str, str]:
-    counted = [condition for condition in agent.conditions if condition.success.n]
-    if not counted or counted[0].p != 0:
-        return dict.fromkeys((name for *_, name in PAPER), "")
-    first, fit = counted[0], agent.success_fit
-    loops = first.behaviour
-    best = max(counted, key=lambda condition: condition.success.value)
-    said, r, several = first.claims, agent.correlation.r, len(counted) > 1 and not agent.blind
-    ratio = best.success.value / first.success.value if first.success.count else None
-    return {
-        "human-inspired": str(first.curve.steps_to(0.8) or "not reached"),
-        "misinterpretation": ""
-        if said.mean_rate is None
-        else percent(said.mean_rate) + ("" if said.sd_rate is None else f" ± {percent(said.sd_rate)}"),
-        "baseline": f"{percent(first.success.value)} (n = {first.success.n})",
-        "best": f"{best.p:g}" if several else "the same at every p" if agent.blind else "",
-        "ratio": "" if not several else "undefined: none solved at p = 0" if ratio is None else f"{ratio:.2f}",
-        "order": "" if fit.order_by_aic is None else f"{fit.order_by_aic} / {fit.order_by_cv}",
-        "loops": f"{percent(loops.loops.value, 0)} (chance {percent(loops.chance_uniform, 0)} to "
-        f"{percent(loops.chance_no_repeat, 0)})",
-        "r": ""
-        if r is None or agent.blind
-        else f"{r:.2f}".replace("-", "\N{MINUS SIGN}") + f" (n = {agent.correlation.n})",
-    }
+def _errors(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """Broken trials by agent and boundary, with the first message, and whether they are owed again."""
+    broken = [(trial, trial.error) for trial in trials if trial.error is not None]
+    counts = Counter((trial.agent, str(error.boundary)) for trial, error in broken)
+    first = {(trial.agent, str(error.boundary)): (error.message, trial.owed_again) for trial, error in reversed(broken)}
+    return [
+        {"agent": agent, "boundary": boundary, "trials": count}
+        | dict(zip(("message", "owed_again"), first[agent, boundary], strict=True))
+        for (agent, boundary), count in sorted(counts.items())
+    ]

@@ -1,19 +1,33 @@
-"""The tables of a report, as rows of text, CSV and TeX."""
+"""The tables of a report, from the rows of ``results.json``: as rows of text, CSV and TeX."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from lockprobe.analysis.proportions import Proportion
-from lockprobe.analysis.summary import ConditionSummary, StudySummary
-
-__all__ = ["as_csv", "as_tex", "condition_table", "interval", "misinterpretation_table", "percent"]
+__all__ = [
+    "as_csv",
+    "as_tex",
+    "claim_table",
+    "condition_table",
+    "detector_table",
+    "loop_table",
+    "minus",
+    "percent",
+    "speed_table",
+    "table1",
+    "table1_corrected",
+]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""
+
+Row = Mapping[str, Any]
+Rows = Sequence[Row]
+"""Rows of ``results.json``."""
 
 Table = list[list[str]]
 """Rows of cells, the first row with the names of the columns."""
@@ -36,86 +50,151 @@ _TEX = {
 }
 
 
-def misinterpretation_table(summary: StudySummary) -> Table:
-    """The paper's Table 1, one row per condition of the agents that the study is about.
+def table1(conditions: Rows) -> tuple[Table, list[str]]:
+    """The paper's Table 1, one row per condition, and its footnotes.
 
-    References repeat what they are told, and so never misinterpret.
+    The paper marks a total by one asterisk or two for the number of trials that it occurred in.
     """
-    head = [
-        "agent",
-        "modality",
-        "p",
-        "average rate per trial",
-        "total",
-        "in trials",
-        "pooled rate",
-        "claims",
-        "claims against truth",
+    asked = [row for row in conditions if row["misinterpretation_trials"]]
+    counts = [(row["misinterpretation_trials_affected"], row["misinterpretation_trials"]) for row in asked]
+    marks = {count: "*" * (i + 1) for i, count in enumerate(sorted(set(counts)))}
+    table = [
+        ["Agent and condition", "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations"]
     ]
-    return _without_modality(
-        [head]
-        + [
-            [
-                condition.agent,
-                condition.modality,
-                f"{condition.p:g}",
-                percent(said.mean_rate) + ("" if said.sd_rate is None else f" ± {percent(said.sd_rate)}"),
-                str(said.total),
-                f"{said.affected} of {said.trials}",
-                percent(said.pooled.value),
-                str(said.pooled.n),
-                str(said.against_truth.count),
-            ]
-            for agent in summary.subjects
-            for condition in agent.conditions
-            if (said := condition.claims).trials
+    table += [
+        [
+            _named(row),
+            percent(row["misinterpretation_rate"]) + _plus_minus(row["misinterpretation_rate_sd"]),
+            f"{row['misinterpretations']}{marks[count]}",
         ]
-    )
-
-
-def condition_table(summary: StudySummary) -> Table:
-    """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
-    head = [
-        "agent",
-        "modality",
-        "p",
-        "trials",
-        "solved",
-        "success",
-        "loop rate",
-        "by chance",
-        "coverage",
-        "redundant",
-        "median step (solved)",
-        "80 % by",
-        "errors",
+        for row, count in zip(asked, counts, strict=True)
     ]
-    return _without_modality([head] + [_row(condition) for condition in summary.conditions])
+    notes = [f"{mark}: occurred in {affected} out of {of} trials" for (affected, of), mark in marks.items()]
+    return table, notes
 
 
-def _without_modality(table: Table) -> Table:
-    """The table without its second column, if that says the same in every row."""
+def table1_corrected(conditions: Rows) -> Table:
+    """The three errors of what agents say, pooled over claims, with intervals that know the trials."""
+    head = ["agent and condition", "claims", "misread", "said moved, told blocked", "said blocked, told moved"]
+    table = [[*head, "false report", "false belief", "believed"]]
+    return table + [
+        [
+            _named(row),
+            str(row["claims"]),
+            _interval(row["misread"]),
+            _of(row["said_moved_told_blocked"]),
+            _of(row["said_blocked_told_moved"]),
+            _interval(row["false_report"]),
+            _interval(row["false_belief"]),
+            _of(row["false_reports_believed"]),
+        ]
+        for row in conditions
+        if row["misinterpretation_trials"]
+    ]
+
+
+def speed_table(conditions: Rows) -> Table:
+    """How fast the box is solved, between chance and the optimum."""
+    head = ["agent", "p", "mean steps", "median step", "80 % by", "relative to random and optimum"]
+    table = [head]
+    for row in conditions:
+        relative, (early, late) = row["relative"], row["steps_to_80_interval"]
+        table.append(
+            [
+                row["agent"],
+                f"{row['p']:g}",
+                NONE if row["mean_steps_all"] is None else f"{row['mean_steps_all']:.1f}",
+                _step(row["median_steps_all"]),
+                NONE
+                if row["steps_to_80"] is None and early is None
+                else f"{_step(row['steps_to_80'])} [{_step(early)}, {_step(late)}]",
+                NONE
+                if relative is None
+                else minus(f"{relative['value']:.2f} [{relative['low']:.2f}, {relative['high']:.2f}]"),
+            ]
+        )
+    return table
+
+
+def loop_table(conditions: Rows) -> Table:
+    """Loop rates beside their chance levels under four nulls."""
+    nulls = ("", "_no_repeat", "_markov", "_permutation")
+    table = [["agent", "p", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]]
+    return table + [
+        [
+            row["agent"],
+            f"{row['p']:g}",
+            _share(row, "loop_rate"),
+            *(percent(row[f"loop_rate_chance{null}"], 0) for null in nulls),
+        ]
+        for row in conditions
+    ]
+
+
+def detector_table(rows: Rows) -> Table:
+    """The share of trials that each detector flags."""
+    names = list(dict.fromkeys(name for row in rows for name in row["flagged"]))
+    return [["agent", "p", *names]] + [
+        [row["agent"], f"{row['p']:g}", *(percent(row["flagged"].get(name), 0) for name in names)] for row in rows
+    ]
+
+
+def condition_table(conditions: Rows) -> Table:
+    """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
+    head = ["agent", "modality", "p", "trials", "solved", "success", "loop rate", "by chance", "coverage", "redundant"]
+    table = [[*head, "errors"]]
+    table += [
+        [
+            row["agent"],
+            row["modality"],
+            f"{row['p']:g}",
+            str(row["trials"]),
+            str(row["solved"]),
+            _share(row, "success"),
+            _share(row, "loop_rate"),
+            f"{percent(row['loop_rate_chance'], 0)} to {percent(row['loop_rate_chance_no_repeat'], 0)}",
+            percent(row["coverage"], 0),
+            percent(row["redundant_share"], 0),
+            str(sum(row["errors"].values())),
+        ]
+        for row in conditions
+    ]
     return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
 
 
-def _row(condition: ConditionSummary) -> list[str]:
-    found, curve = condition.behaviour, condition.curve
-    reached = curve.steps_to(0.8)
-    return [
-        condition.agent,
-        condition.modality,
-        f"{condition.p:g}",
-        str(condition.success.n),
-        str(condition.success.count),
-        interval(condition.success),
-        interval(found.loops),
-        f"{percent(found.chance_uniform, 0)} to {percent(found.chance_no_repeat, 0)}",
-        percent(found.coverage, 0),
-        percent(found.redundant_share, 0),
-        NONE if curve.median_steps is None else f"{curve.median_steps:g}",
-        NONE if reached is None else str(reached),
-        str(sum(condition.errors.values())),
+def claim_table(claims: Rows) -> Table:
+    """The paper's claims beside what was measured."""
+    names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
+    return [[*names, "p"]] + [
+        [*(row[name] for name in names), NONE if row["p_value"] is None else f"{row['p_value']:.2g}"] for row in claims
     ]
+
+
+def _named(row: Row) -> str:
+    modality = "" if row["modality"] == "symbolic" else f", {row['modality']}"
+    return f"{row['agent']}{modality}, p = {row['p']:g}"
+
+
+def _plus_minus(value: float | None) -> str:
+    return "" if value is None else f" ± {percent(value)}"
+
+
+def _step(step: float | None) -> str:
+    return NONE if step is None else f"{step:g}"
+
+
+def _share(row: Row, name: str) -> str:
+    return _interval({"value": row[name], "low": row[f"{name}_low"], "high": row[f"{name}_high"]})
+
+
+def _interval(share: Row) -> str:
+    if share["value"] is None:
+        return NONE
+    return f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]"
+
+
+def _of(count: Row) -> str:
+    return f"{count['count']} of {count['n']}"
 
 
 def percent(value: float | None, digits: int = 1) -> str:
@@ -123,9 +202,9 @@ def percent(value: float | None, digits: int = 1) -> str:
     return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
 
 
-def interval(share: Proportion) -> str:
-    """A share with its interval."""
-    return NONE if share.n == 0 else f"{percent(share.value, 0)} [{100 * share.low:.0f}, {100 * share.high:.0f}]"
+def minus(text: str) -> str:
+    """The text with minus signs for hyphens."""
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:

@@ -2,7 +2,7 @@
 
 from lockprobe.analysis.detectors.catalogue import DETECTORS, Detector
 from lockprobe.analysis.detectors.comparison import Row, as_table, comparison, microseconds
-from lockprobe.analysis.detectors.verdicts import flags, share_flagged, threshold
+from lockprobe.analysis.detectors.verdicts import flags, score, share_flagged, threshold
 
 __all__ = [
     "DETECTORS",
@@ -12,6 +12,7 @@ __all__ = [
     "comparison",
     "flags",
     "microseconds",
+    "score",
     "share_flagged",
     "threshold",
 ]

@@ -11,6 +11,7 @@ from collections.abc import Hashable, Sequence
 from operator import eq
 
 from lockprobe.analysis.loops import cover
+from lockprobe.analysis.loops.symbols import letters
 
 __all__ = ["autocorrelation", "compression", "coverage", "determinism", "phrase_length"]
 
@@ -25,7 +26,7 @@ def autocorrelation(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> 
 
     A lag of k steps compares n - k pairs.
     """
-    text, n = _letters(actions), len(actions)
+    text, n = letters(actions), len(actions)
     return max((sum(map(eq, text, text[lag:])) / (n - lag) for lag in range(1, n // 2 + 1)), default=0.0)
 
 
@@ -35,7 +36,7 @@ def determinism(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> floa
     A recurrence is a pair of steps with the same action: a point of the recurrence plot. It counts where it lies on
     a diagonal of two points or more.
     """
-    text = _letters(actions)
+    text = letters(actions)
     points = on_diagonals = 0
     for lag in range(1, len(text)):
         diagonal = bytes(map(eq, text, text[lag:]))
@@ -50,7 +51,7 @@ def phrase_length(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> fl
     Each phrase is the shortest run that is not a copy of an earlier one (which may reach into the phrase itself);
     the last may be cut short by the end.
     """
-    text, n = _letters(actions), len(actions)
+    text, n = letters(actions), len(actions)
     start = phrases = 0
     while start < n:
         end = start + 1
@@ -63,11 +64,5 @@ def phrase_length(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> fl
 def compression(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
     """Actions per byte of the trial compressed as a raw deflate stream."""
     packer = zlib.compressobj(9, wbits=-15)
-    packed = packer.compress(_letters(actions).encode("utf-8", "surrogatepass")) + packer.flush()
+    packed = packer.compress(letters(actions).encode("utf-8", "surrogatepass")) + packer.flush()
     return len(actions) / len(packed)
-
-
-def _letters(actions: Sequence[Hashable]) -> str:
-    """One letter per action, in order of first use."""
-    names: dict[Hashable, str] = {}
-    return "".join([names.setdefault(action, chr(len(names))) for action in actions])

@@ -17,7 +17,7 @@ from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["flags", "share_flagged", "threshold"]
+__all__ = ["flags", "score", "share_flagged", "threshold"]
 
 FALSE_POSITIVES = 0.05
 
@@ -34,17 +34,24 @@ def threshold(detector: Detector, length: int, actions: int = 4) -> float:
 
     Args:
         detector: One of the detectors. A rule's threshold is 0.
-        length: Steps in the trial; the threshold of a longer trial than 100 steps is that of 100.
+        length: Steps in the trial (at most 100, which is all that a score looks at).
         actions: Actions to choose from (at least 2).
     """
     if detector.rule:
         return 0.0
     if actions < 2:
         raise BadValue("actions", actions, "at least 2")
+    if not 0 <= length <= LONGEST:
+        raise BadValue("length of the trial", length, f"0 to {LONGEST} steps")
     rng = generator(0, "detectors", length, actions)
-    trials = rng.integers(1, actions, (CALIBRATION, min(length, LONGEST))).cumsum(axis=1) % actions
+    trials = rng.integers(1, actions, (CALIBRATION, length)).cumsum(axis=1) % actions
     scores = sorted(detector.score(trial, ()) for trial in trials.tolist())
     return scores[ceil((1 - FALSE_POSITIVES) * CALIBRATION) - 1]
+
+
+def score(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool]) -> float:
+    """A detector's score of a trial. Rules look at all of it, scores at its first 100 steps."""
+    return detector.score(actions, moved) if detector.rule else detector.score(actions[:LONGEST], moved[:LONGEST])
 
 
 def flags(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool], *, joints: int = 4) -> bool:
@@ -56,9 +63,7 @@ def flags(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool]
         moved: Whether each moved its joint as the agent was told; may be empty for most detectors.
         joints: Actions that there were to choose from.
     """
-    if not detector.rule:
-        actions = actions[:LONGEST]
-    return detector.score(actions, moved) > threshold(detector, len(actions), joints)
+    return score(detector, actions, moved) > threshold(detector, min(len(actions), LONGEST), joints)
 
 
 def share_flagged(trials: Sequence[Trial], detectors: Sequence[Detector] = DETECTORS) -> dict[str, float]:

@@ -3,7 +3,7 @@
 A solved trial is a short one, and a short trial holds fewer loops by chance alone. So looping and solving may only
 be compared *at one step, among the trials still running at it*; that is what the log-rank and Mantel-Haenszel
 tests here do. The estimates are the textbook's; the variance allows for luck that trials share over all p
-(:mod:`lockprobe.analysis.inference.scores`).
+(:mod:`lockprobe.analysis.inference.excess`).
 """
 
 from __future__ import annotations
@@ -15,10 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.incidence import Incidence, incidence
-from lockprobe.analysis.inference.scores import cluster_sums, clusters, grid, p_value, scores
+from lockprobe.analysis.incidence import Incidence, Z, incidence
+from lockprobe.analysis.inference.excess import Excess, clusters, excess, grid
 from lockprobe.analysis.outcomes import Outcomes
-from lockprobe.analysis.proportions import LEVEL
 
 __all__ = [
     "LoopEffect",
@@ -138,8 +137,8 @@ class NaiveAssociation:
 def loop_onset_logrank(outcomes: Outcomes) -> LoopOnset:
     """Log-rank test of the step at which the first loop is complete; a trial without one is censored at its end.
 
-    That trials end earlier where success is more frequent is allowed for, unless the trials about to be solved are
-    those about to loop. A permutation of p within clusters would not allow for it: it takes the ends for alike.
+    That trials end earlier where success is more frequent is allowed for. A permutation of p within clusters would
+    not allow for it: it takes the ends of trials to be alike.
 
     Args:
         outcomes: The trials of one agent over all p.
@@ -149,11 +148,11 @@ def loop_onset_logrank(outcomes: Outcomes) -> LoopOnset:
         return LoopOnset(primary=None, each=(), p_all=None)
     x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
     running, event = grid(_until(outcomes), outcomes.looped)
-    score = scores(x, event, running, np.zeros(len(outcomes), dtype=np.int64))
+    one = np.zeros(len(outcomes), dtype=np.int64)
     return LoopOnset(
         primary=_compare(outcomes),
         each=_holm([_compare(outcomes.at((outcomes.p == levels[0]) | (outcomes.p == p))) for p in levels[1:]]),
-        p_all=p_value(cluster_sums(score, clusters(outcomes))),
+        p_all=excess(x, event, running, stratum=one, cluster=clusters(outcomes)).p_value,
     )
 
 
@@ -210,15 +209,16 @@ def _compare(outcomes: Outcomes) -> OnsetComparison:
     """The lowest p of these trials against all others."""
     higher = outcomes.p > outcomes.p.min()
     running, event = grid(_until(outcomes), outcomes.looped)
-    score = scores(higher[None, :, None].astype(np.float64), event, running, np.zeros(len(higher), dtype=np.int64))
-    excess = float(score.sum())
-    first, second = _group(outcomes.at(~higher), -excess), _group(outcomes.at(higher), excess)
+    one = np.zeros(len(higher), dtype=np.int64)
+    found = excess(higher[None, :, None].astype(np.float64), event, running, stratum=one, cluster=clusters(outcomes))
+    beyond = float(found.total[0])
+    first, second = _group(outcomes.at(~higher), -beyond), _group(outcomes.at(higher), beyond)
     defined = first.events and first.expected > 0 and second.expected > 0
     return OnsetComparison(
         lowest=first,
         higher=second,
         hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
-        p_value=p_value(cluster_sums(score, clusters(outcomes))),
+        p_value=found.p_value if first.events + second.events else None,
         p_adjusted=None,
     )
 
@@ -251,14 +251,14 @@ def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running
     stratum = np.unique(outcomes.p, return_inverse=True)[1]
     tables = ((outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64) @ cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
-    sums = cluster_sums(scores(looped[None].astype(np.float64), event, running, stratum), clusters(outcomes))
-    ratio, low, high = _mantel_haenszel(tables[..., informative], sums)
+    found = excess(looped[None].astype(np.float64), event, running, stratum=stratum, cluster=clusters(outcomes))
+    ratio, low, high = _mantel_haenszel(tables[..., informative], found)
     (solved_after, failed_after), (solved_before, failed_before) = tables.sum(axis=2).astype(int).tolist()
     return LoopEffect(
         odds_ratio=ratio,
         low=low,
         high=high,
-        p_value=p_value(sums) if informative.any() else None,
+        p_value=found.p_value if informative.any() else None,
         strata=int(informative.sum()),
         looped=solved_after + failed_after,
         looped_solved=solved_after,
@@ -270,27 +270,22 @@ def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running
     )
 
 
-def _mantel_haenszel(tables: Array, sums: Array) -> tuple[float | None, float | None, float | None]:
+def _mantel_haenszel(tables: Array, found: Excess) -> tuple[float | None, float | None, float | None]:
     """The common odds ratio of tables of shape (2, 2, strata), and its interval.
 
-    The interval is Robins, Breslow and Greenland's, as much wider as the scores vary more between clusters than
-    they would were all trials independent.
+    The interval is Robins, Breslow and Greenland's, as much wider as the excess varies more between clusters
+    than it would were all trials independent.
     """
-    from scipy.stats import t
     from statsmodels.stats.contingency_tables import StratifiedTable
 
     n = tables.sum(axis=(0, 1))
     if not np.sum(tables[0, 1] * tables[1, 0] / n):
         return None, None, None
-    found = StratifiedTable(tables)
-    if not found.oddsratio_pooled:
-        return 0.0, None, None
-    rows, columns = tables.sum(axis=1).prod(axis=0), tables.sum(axis=0).prod(axis=0)
-    independent = float(np.sum(rows * columns / (n**2 * (n - 1))))
-    robust = len(sums) * float(np.var(sums, ddof=1)) if len(sums) > 1 else 0.0
-    if robust == 0:
-        return float(found.oddsratio_pooled), None, None
-    quantile = float(t.ppf((1 + LEVEL) / 2, len(sums) - 1))
-    spread = quantile * float(found.logodds_pooled_se) * math.sqrt(robust / independent)
-    ratio = float(found.oddsratio_pooled)
+    table = StratifiedTable(tables)
+    ratio, robust = float(table.oddsratio_pooled), float(found.covariance[0, 0])
+    if ratio == 0 or found.clusters < 2:
+        return ratio, None, None
+    margins = tables.sum(axis=1).prod(axis=0) * tables.sum(axis=0).prod(axis=0)
+    independent = float(np.sum(margins / (n**2 * (n - 1))))
+    spread = Z * float(table.logodds_pooled_se) * math.sqrt(robust / independent)
     return ratio, ratio * math.exp(-spread), ratio * math.exp(spread)

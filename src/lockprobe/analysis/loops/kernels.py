@@ -1,6 +1,6 @@
 """The free cover of long sequences and of many trials, compiled: the only importer of numba.
 
-Importing numba and compiling cost seconds the first time and a good half afterwards, so nothing here is imported
+Importing numba and compiling cost seconds the first time and a second in all afterwards, so nothing here is imported
 or compiled before the work is worth it (:func:`compiled`). The functions are plain Python on integer arrays; what
 they compute is what :mod:`lockprobe.analysis.loops.free` computes without them, number for number.
 """
@@ -13,6 +13,8 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.loops.symbols import Codes
+
 __all__ = [
     "WORTH_COMPILING",
     "chosen_pieces",
@@ -21,10 +23,9 @@ __all__ = [
     "free_cover",
     "free_measures",
     "longest_loops",
+    "name_words",
     "period",
 ]
-
-Codes = NDArray[np.int64]
 
 Given = ParamSpec("Given")
 Found = TypeVar("Found")
@@ -44,7 +45,7 @@ def compiled(function: Callable[Given, Found], actions: int) -> Callable[Given, 
             from numba.extending import register_jitable
         except ImportError:
             return None
-        for part in (longest_loops, chosen_pieces, period, distinct_words, _places, _slot):
+        for part in _PARTS:
             register_jitable(part)
         try:
             _COMPILED[name] = njit(cache=True)(function)
@@ -115,20 +116,46 @@ def longest_loops(
 ) -> int:
     """Writes the length of the longest loop at each start, up to ``longest``, into row 0; returns the onset.
 
-    Words grow by one action at a time. A word is named by its first copy, and found again in a hash table by the
-    name of the word without its last action, and that action. Only words made of two loops can be loops.
+    Words grow by one action at a time, and are named by their first copy.
     """
-    n = len(codes)
+    n, onset = len(codes), 0
     reach, shorter, named, last = work[0], work[1], work[2], work[3]
     reach[: n + 1] = 0
     shorter[:n] = 0
     slots = table[: _places(n)]
-    onset = 0
     for length in range(1, min(longest, n) + 1):
-        slots[:] = -1
+        name_words(codes, length, min_length, reach, shorter, named, last, slots)
+        found, apart = False, 1 if overlap else max(length, min_length)
         for i in range(n - length + 1):
-            if length > min_length and min(reach[i], reach[i + 1]) < length - 1:
-                continue
+            if _may_loop(reach[i], reach[i + 1], length, min_length) and last[named[i]] - named[i] >= apart:
+                found = True
+                if length >= min_length:
+                    reach[i] = length
+                if length == min_length and not onset and i - named[i] >= apart:
+                    onset = i + length
+        if not found:
+            break
+        shorter, named = named, shorter
+    return onset
+
+
+def name_words(
+    codes: Codes,
+    length: int,
+    min_length: int,
+    reach: Codes,
+    shorter: Codes,
+    named: Codes,
+    last: Codes,
+    slots: Codes,
+) -> None:
+    """Names the words of one length that may be loops by the start of their first copy; notes the last copy's.
+
+    A word is looked up by the name of the word without its last action, and that action.
+    """
+    slots[:] = -1
+    for i in range(len(codes) - length + 1):
+        if _may_loop(reach[i], reach[i + 1], length, min_length):
             added = codes[i + length - 1]
             slot = _slot(shorter[i], added, len(slots))
             while slots[slot] >= 0:
@@ -140,21 +167,11 @@ def longest_loops(
                 slots[slot] = i
             named[i] = slots[slot]
             last[named[i]] = i
-        if length >= min_length:
-            found = False
-            apart = 1 if overlap else length
-            for i in range(n - length + 1):
-                if length > min_length and min(reach[i], reach[i + 1]) < length - 1:
-                    continue
-                if last[named[i]] - named[i] >= apart:
-                    reach[i] = length
-                    found = True
-                    if length == min_length and not onset and i - named[i] >= apart:
-                        onset = i + length
-            if not found:
-                break
-        shorter, named = named, shorter
-    return onset
+
+
+def _may_loop(here: int, after: int, length: int, min_length: int) -> bool:
+    """Only a word made of two loops, one action apart, can be a loop."""
+    return length <= min_length or min(here, after) >= length - 1
 
 
 def chosen_pieces(n: int, min_length: int, work: NDArray[np.int64]) -> int:
@@ -225,3 +242,6 @@ def _places(n: int) -> int:
 def _slot(left: int, right: int, slots: int) -> int:
     """A place in a hash table of ``slots`` places (a power of two) for a pair of numbers below 2**31."""
     return (((left * 2654435761 + right * 2246822519) & 0x7FFFFFFFFFFFFFFF) >> 21) & (slots - 1)
+
+
+_PARTS = (longest_loops, name_words, _may_loop, chosen_pieces, period, distinct_words, _places, _slot)

@@ -1,0 +1,86 @@
+"""Observed minus expected events, step by step and summed over clusters of luck.
+
+Log-rank and Mantel-Haenszel tests add up, over steps, how far the events with some feature lie from those to be
+expected had all running trials been alike. Trials of equal repetition and trial share their luck over all p, so the
+differences are summed per cluster, and the spread between clusters, which are independent, says how far they lie
+from nought: the robust variance of Lin and Wei (1989), made unbiased for few running trials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.outcomes import Outcomes
+
+__all__ = ["Excess", "clusters", "excess", "grid"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excess:
+    """Events beyond those expected.
+
+    Attributes:
+        total: Observed minus expected, shape (columns,).
+        covariance: Its variance between clusters of luck, shape (columns, columns).
+        clusters: Clusters of luck.
+    """
+
+    total: Array
+    covariance: Array
+    clusters: int
+
+    @property
+    def p_value(self) -> float | None:
+        """Chi-squared score test, two-sided; None if the clusters are too few, 1 if all went alike."""
+        from scipy.stats import chi2
+
+        columns = int(np.linalg.matrix_rank(self.covariance, hermitian=True))
+        if columns == 0:
+            return 1.0
+        if columns >= self.clusters:
+            return None
+        return float(chi2.sf(self.total @ np.linalg.pinv(self.covariance, hermitian=True) @ self.total, columns))
+
+
+def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Who runs at each step from 1 and whose event it is, both 0 or 1 of shape (trials, steps).
+
+    Args:
+        last: The step of the event, or the last one without it, shape (trials,).
+        happened: Whether it was an event, of the same shape.
+    """
+    step = np.arange(1, int(last.max(initial=0)) + 1)
+    event = (last[:, None] == step) & happened[:, None]
+    return (last[:, None] >= step).astype(np.float64), event.astype(np.float64)
+
+
+def clusters(outcomes: Outcomes) -> NDArray[np.int64]:
+    """One number from 0 per repetition and trial, the same over all p."""
+    luck = np.stack([outcomes.repetition, outcomes.trial], axis=1)
+    return np.unique(luck, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
+    """Events with a feature beyond those expected, given who was running at each step of each stratum.
+
+    Args:
+        x: The feature, shape (columns, trials, steps); one step stands for all.
+        event: 0 or 1, shape (trials, steps).
+        running: 0 or 1, shape (trials, steps).
+        stratum: From 0, shape (trials,).
+        cluster: From 0, shape (trials,).
+    """
+    member = (stratum == np.arange(int(stratum.max(initial=-1)) + 1)[:, None]).astype(np.float64)
+    n = member @ running
+    some = np.maximum(n, 1.0)
+    score = running * (x - (member @ (x * running) / some)[:, stratum]) * (event - (member @ event / some)[stratum])
+    unbiased = np.sqrt(n / np.maximum(n - 1, 1.0))[stratum]
+    sums = np.zeros((int(cluster.max(initial=-1)) + 1, len(x)))
+    np.add.at(sums, cluster, np.sum(score * unbiased, axis=2).T)
+    sums = np.round(sums, 10)  # rounding noise is not evidence
+    return Excess(total=score.sum(axis=(1, 2)), covariance=sums.T @ sums, clusters=len(sums))

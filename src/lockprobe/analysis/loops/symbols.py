@@ -1,0 +1,93 @@
+"""What a trial's actions are to the loop measures: one symbol per step, and symbols as letters or numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Sequence
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadValue
+from lockprobe.record import Trial
+
+__all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "parse_sequence", "symbols"]
+
+Symbol = Literal["action", "action-outcome", "state-action"]
+"""What has to come back for a trial to loop.
+
+* ``action``: the joint. The paper's choice.
+* ``action-outcome``: the joint, and whether it truly moved. What the agent was told may differ.
+* ``state-action``: the true configuration before the step, and the joint. Such a loop has truly led nowhere.
+"""
+
+Codes = NDArray[np.int64]
+"""Actions as numbers from 0 to 2**31 - 1, shape (n,)."""
+
+
+def symbols(trial: Trial, symbol: Symbol) -> tuple[Hashable, ...]:
+    """One symbol per step of a trial. Outcome and state are the true ones, never what the agent was told."""
+    if symbol == "action":
+        return tuple(step.joint for step in trial.steps)
+    if symbol == "action-outcome":
+        return tuple((step.joint, step.moved) for step in trial.steps)
+    if symbol == "state-action":
+        return tuple((step.state, step.joint) for step in trial.steps)
+    raise BadValue("symbol", symbol, f"one of {', '.join(get_args(Symbol))}")
+
+
+def parse_sequence(line: str) -> tuple[str, ...]:
+    """Reads one trial from a line of text.
+
+    Actions are separated by blanks or commas. A line without any separator is read one action per character:
+    ``ABCABC`` is six actions (and ``slider1`` seven: write ``slider1,`` for a trial of that one action).
+
+    >>> parse_sequence("left, right up")
+    ('left', 'right', 'up')
+    """
+    text = line.strip()
+    if not re.search(r"[\s,]", text):
+        return tuple(text)
+    return tuple(re.findall(r"[^\s,]+", text))
+
+
+def actions_of(sequence: Sequence[Hashable] | NDArray[Any]) -> Sequence[Hashable]:
+    """The trial as a sequence of plain Python values."""
+    if not isinstance(sequence, np.ndarray):
+        return sequence
+    if sequence.ndim != 1:
+        raise BadValue("sequence", sequence.shape, "an array of shape (n,)")
+    actions: list[Hashable] = sequence.tolist()
+    return actions
+
+
+def letters(sequence: Sequence[Hashable] | NDArray[Any]) -> str:
+    """The trial as a string of one letter per action, whose searches run in C."""
+    names: dict[Hashable, str] = {}
+    return "".join([names.setdefault(action, chr(len(names))) for action in actions_of(sequence)])
+
+
+def numbered(sequence: Sequence[Hashable] | NDArray[Any]) -> Codes:
+    """The trial as numbers: equal numbers for equal actions."""
+    if isinstance(sequence, str):
+        return np.frombuffer(sequence.encode("utf-32-le", "surrogatepass"), np.uint32).astype(np.int64)
+    array = _integers(sequence)
+    if array is None:
+        names = {action: number for number, action in enumerate(dict.fromkeys(sequence))}
+        return np.fromiter(map(names.__getitem__, sequence), np.int64, len(sequence))
+    if len(array) and (array.min() < 0 or array.max() >= 2**31):
+        array = np.unique(array, return_inverse=True)[1]
+    return array.astype(np.int64, copy=False)
+
+
+def _integers(sequence: Sequence[Hashable] | NDArray[Any]) -> NDArray[Any] | None:
+    """The trial as an array of integers, if that is what its actions are."""
+    if not isinstance(sequence, np.ndarray):
+        if not (len(sequence) and isinstance(sequence[0], int)):
+            return None
+        try:
+            sequence = np.array(sequence)
+        except ValueError:  # numbers beside tuples
+            return None
+    return sequence if sequence.dtype.kind in "iub" else None

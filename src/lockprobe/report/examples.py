@@ -1,0 +1,84 @@
+"""Trials worth reading, step by step: one that was solved, the one that loops most, the one most misread."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lockprobe.analysis.behaviour import has_loop, loop_coverage
+from lockprobe.analysis.loops import cover
+from lockprobe.analysis.misinterpretation import claims
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.record import Trial
+
+__all__ = ["examples"]
+
+
+def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """Examples of the first agent that the study is about, each trial once."""
+    if not summary.subjects:
+        return []
+    agent = summary.subjects[0]
+    own = [t for t in trials if (t.agent, t.modality) == (agent.agent, agent.modality) and t.ending != "error"]
+    solved = [trial for trial in own if trial.solved]
+    looping = sorted((trial for trial in own if has_loop(trial)), key=loop_coverage, reverse=True)
+    misread = {trial.key: sum(claim.misinterpreted for claim in claims(trial)) for trial in own}
+    wrong = sorted((trial for trial in own if misread[trial.key]), key=lambda t: misread[t.key], reverse=True)
+    chosen: dict[str, dict[str, Any]] = {}
+    for why, candidates in (
+        ("Solved", _farthest_first(solved, agent)),
+        ("Looping: the largest share of steps in action loops", looping),
+        ("Most misinterpretations", wrong),
+    ):
+        for trial in (candidate for candidate in candidates[:1] if candidate.key not in chosen):
+            chosen[trial.key] = _example(why, trial)
+    return list(chosen.values())
+
+
+def _farthest_first(trials: list[Trial], agent: AgentSummary) -> list[Trial]:
+    """Trials of the condition that stands out, before the others."""
+    p = agent.contrast.other.p if agent.contrast else 0.0
+    return sorted(trials, key=lambda trial: trial.p != p)
+
+
+def _example(why: str, trial: Trial) -> dict[str, Any]:
+    return {
+        "why": why,
+        "key": trial.key,
+        "ending": trial.ending,
+        "joints": trial.joints,
+        "labels": trial.labels,
+        "target": trial.target,
+        "steps": _steps(trial),
+    }
+
+
+def _steps(trial: Trial) -> list[dict[str, Any]]:
+    said = {claim.step: claim for claim in claims(trial)}
+    letters: dict[tuple[object, ...], str] = {}
+    loops: dict[int, str] = {}
+    for start, length in cover(trial.actions).intervals:
+        letter = letters.setdefault(
+            trial.actions[start : start + length], "abcdefghijklmnopqrstuvwxyz"[len(letters) % 26]
+        )
+        loops |= dict.fromkeys(range(start, start + length), letter)
+    tried: set[tuple[str, str]] = set()
+    lines = []
+    for i, step in enumerate(trial.steps):
+        claim = said.get(step.step)
+        lines.append(
+            {
+                "step": step.step,
+                "state": step.state,
+                "joint": step.joint,
+                "moved": step.moved,
+                "told_moved": step.told_moved,
+                "claimed": claim.claimed if claim else None,
+                "misinterpreted": claim is not None and claim.misinterpreted,
+                "loop": loops.get(i, ""),
+                "again": (step.state, step.joint) in tried,
+                "hypothesis": step.decision.hypothesis,
+            }
+        )
+        tried.add((step.state, step.joint))
+    return lines

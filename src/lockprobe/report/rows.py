@@ -1,0 +1,170 @@
+"""The numbers of a study as plain rows, as ``results.json`` holds them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from lockprobe.analysis.detectors import share_flagged
+from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.summary import AgentSummary, ConditionSummary, Contrast
+from lockprobe.audit.measured import false_positives
+from lockprobe.record import Trial
+from lockprobe.report.claims import ClaimRow
+
+__all__ = ["claim_row", "condition_row", "contrast_row", "detector_rows", "fit_row", "test_rows"]
+
+Row = dict[str, Any]
+
+
+def condition_row(condition: ConditionSummary) -> Row:
+    """One agent under one condition."""
+    success, loops, curve = condition.success, condition.behaviour.loops, condition.curve
+    return {
+        "key": condition.key,
+        "agent": condition.agent,
+        "modality": condition.modality,
+        "p": condition.p,
+        "trials": success.n,
+        "solved": success.count,
+        "success": success.value,
+        "success_low": success.low,
+        "success_high": success.high,
+        "looping": loops.count,
+        "loop_rate": loops.value,
+        "loop_rate_low": loops.low,
+        "loop_rate_high": loops.high,
+        "loop_rate_chance": condition.behaviour.chance_uniform,
+        "loop_rate_chance_no_repeat": condition.behaviour.chance_no_repeat,
+        "loop_rate_chance_markov": condition.behaviour.chance_markov,
+        "loop_rate_chance_permutation": condition.behaviour.chance_permutation,
+        "loop_rate_chance_error": {null: level.error for null, level in condition.behaviour.chance.items()},
+        "coverage": condition.behaviour.coverage,
+        "redundant_share": condition.behaviour.redundant_share,
+        "policy_entropy": condition.behaviour.entropy,
+        "policy_entropy_steps": condition.behaviour.entropy_steps,
+        **_said(condition),
+        "median_steps": curve.median_steps,
+        "median_steps_all": curve.km_median,
+        "mean_steps": curve.mean_steps,
+        "mean_steps_all": curve.restricted_mean_steps,
+        "steps_to_80": curve.steps_to(0.8),
+        "steps_to_80_interval": curve.steps_to_interval(0.8),
+        "area": asdict(curve.area) if curve.area else None,
+        "relative": asdict(condition.relative) if condition.relative else None,
+        "errors": dict(condition.errors),
+        "curve": {"steps": curve.steps, "share": curve.share, "low": curve.low, "high": curve.high},
+        "repetitions": [asdict(point) for point in condition.points],
+    }
+
+
+def _said(condition: ConditionSummary) -> Row:
+    """What the agent said had happened, held against what it was told and against the truth."""
+    said = condition.claims
+    return {
+        "misinterpretations": said.total,
+        "misinterpretation_rate": said.mean_rate,
+        "misinterpretation_rate_sd": said.sd_rate,
+        "misinterpretation_rate_pooled": said.pooled.value,
+        "misinterpretation_trials": said.trials,
+        "misinterpretation_trials_affected": said.affected,
+        "claims": said.pooled.n,
+        "claims_against_truth": said.against_truth.count,
+        "misread": asdict(said.misinterpreted),
+        "said_moved_told_blocked": asdict(said.moved_for_blocked),
+        "said_blocked_told_moved": asdict(said.blocked_for_moved),
+        "false_report": asdict(said.falsely_told),
+        "false_report_of_all_steps": asdict(said.false_reports),
+        "false_belief": asdict(said.false_belief),
+        "false_reports_believed": {"count": said.believed, "n": said.falsely_told.count},
+        "false_reports_undone": said.undone,
+        "claim_kinds": [asdict(kind) for kind in said.counts],
+    }
+
+
+def fit_row(agent: AgentSummary) -> Row:
+    """What runs over p for one agent: the paper's fits, the binomial ones, the peak, the onset of loops."""
+    found = agent.inference
+    return {
+        "agent": agent.agent,
+        "modality": agent.modality,
+        "reference": agent.reference,
+        "blind": agent.blind,
+        "success": asdict(agent.success_fit),
+        "loop_rate": asdict(agent.loop_fit),
+        "correlation": asdict(agent.correlation),
+        "binomial": asdict(found.orders),
+        "two_lines": asdict(found.lines),
+        "lind_mehlum": asdict(found.bend),
+        "peak": asdict(agent.peak),
+        "difference_from_lowest": asdict(found.difference),
+        "loop_onset": asdict(found.onset),
+        "after_a_loop": asdict(found.hazard),
+        "after_a_loop_by_step_10": asdict(found.landmark),
+        "looped_against_solved": asdict(found.whole),
+    }
+
+
+def test_rows(agent: AgentSummary) -> list[Row]:
+    """Every test of one agent, with the false-positive rates that the audit measured."""
+    rows = []
+    for test in agent.inference.tests:
+        rates = false_positives(test.name)
+        rows.append(
+            {
+                "agent": agent.agent,
+                "modality": agent.modality,
+                "asks": QUESTIONS[test.question],
+                **asdict(test),
+                "rejects": test.rejects,
+                "false_positives_low": rates[0].rate if rates else None,
+                "false_positives_high": rates[1].rate if rates else None,
+                "false_positives_worst": rates[1].world if rates else None,
+            }
+        )
+    return rows
+
+
+def contrast_row(agent: AgentSummary, contrast: Contrast) -> Row:
+    """The lowest p against the p whose success lies farthest from it."""
+    return {
+        "agent": agent.agent,
+        "modality": agent.modality,
+        "baseline_p": contrast.baseline.p,
+        "other_p": contrast.other.p,
+        "choices": contrast.choices,
+        "difference": contrast.difference.value,
+        "difference_low": contrast.paired.low,
+        "difference_high": contrast.paired.high,
+        "pairs": contrast.paired.n,
+        "only_baseline": contrast.paired.only_first,
+        "only_other": contrast.paired.only_second,
+        "mcnemar": contrast.paired.p_value,
+        "fisher": contrast.difference.p_value,
+        "p_value": contrast.p_adjusted,
+        "detectable": contrast.detectable,
+    }
+
+
+def claim_row(row: ClaimRow) -> Row:
+    """One claim of the paper against one agent."""
+    return {
+        "place": row.claim.place,
+        "quote": row.claim.quote,
+        "paper": row.claim.value,
+        "recomputed": row.claim.recomputed,
+        "agent": row.agent,
+        "here": row.here,
+        "verdict": row.verdict,
+        "test": row.test,
+        "p_value": row.p_value,
+    }
+
+
+def detector_rows(conditions: list[tuple[ConditionSummary, list[Trial]]]) -> list[Row]:
+    """The share of trials that each loop detector flags, condition by condition."""
+    return [
+        {"key": condition.key, "agent": condition.agent, "p": condition.p, "trials": condition.success.n}
+        | {"flagged": share_flagged(trials)}
+        for condition, trials in conditions
+    ]
