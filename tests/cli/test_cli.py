@@ -7,7 +7,6 @@ import os
 import pty
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -93,33 +92,6 @@ def test_replay(directory):
     assert text.startswith("flips/human-inspired/p=0/rep=1/trial=1: solved after ")
     steps = lockprobe("replay", directory, "human-inspired/p=0.4/rep=2/trial=3", "--json").stdout.splitlines()
     assert json.loads(steps[0])["step"] == 1
-
-
-def test_loops_of_the_issue():
-    done = lockprobe("loops", "-", "--json", stdin="A B C A B C A B C\n")
-    assert json.loads(done.stdout) == {
-        "n": 9, "any_loop": True, "coverage": 9, "share": 1.0, "words": [["A", "B", "C"]],
-        "intervals": [[0, 3], [3, 3], [6, 3]],
-    }  # fmt: skip
-
-
-def test_ten_thousand_sequences_take_about_a_second():
-    import random
-
-    rng = random.Random(1)
-    lines = "\n".join(" ".join(rng.choices("ABCD", k=20)) for _ in range(10_000))
-    began = time.process_time(), time.perf_counter()
-    done = lockprobe("loops", "--json", stdin=lines)
-    assert len(done.stdout.splitlines()) == 10_000
-    assert time.perf_counter() - began[1] < 30  # a guard against a wrong order of growth, not a claim of speed
-
-
-def test_loops_reads_what_editors_write(tmp_path):
-    (tmp_path / "bom.txt").write_bytes(b"\xef\xbb\xbfABCABC\r\n\r\n")
-    assert json.loads(lockprobe("loops", tmp_path / "bom.txt", "--json", "--cover", "repeat").stdout)["coverage"] == 6
-    (tmp_path / "other.txt").write_bytes(b"\xff\xfe")
-    done = lockprobe("loops", tmp_path / "other.txt")
-    assert (done.returncode, done.stderr) == (2, f"lockprobe: {tmp_path}/other.txt: not text in UTF-8\n")
 
 
 def test_what_cannot_be_written_is_one_line(directory, tmp_path):

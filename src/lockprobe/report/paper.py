@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from lockprobe.analysis.proportions import Proportion, difference, proportion, ratio
+from lockprobe.report.tables import minus
 
 __all__ = [
     "CLAIMS",
@@ -90,7 +91,7 @@ def _ratio() -> str:
 
 def _correlation(n: int) -> str:
     low, high = fisher_z(CORRELATION, n)
-    return f"over {n} points [{low:.2f}, {high:.2f}]"
+    return minus(f"over {n} points [{low:.2f}, {high:.2f}]")
 
 
 _EFFECT = _fisher(SOLVED_AT_0, SOLVED_AT_40)

@@ -120,7 +120,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "conclusions": [conclusions(agent) for agent in summary.subjects],
         "beside": beside(summary),
         "box": asdict(summary.reference) if summary.reference else None,
-        "conditions": [condition_row(condition) for condition in summary.conditions],
+        "conditions": [condition_row(c, blind=agent.blind) for agent in agents for c in agent.conditions],
         "fits": [fit_row(agent) for agent in agents],
         "tests": [row for agent in agents if not agent.blind for row in test_rows(agent)],
         "contrasts": [contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],

@@ -17,14 +17,15 @@ __all__ = ["claim_row", "condition_row", "contrast_row", "detector_rows", "fit_r
 Row = dict[str, Any]
 
 
-def condition_row(condition: ConditionSummary) -> Row:
-    """One agent under one condition."""
+def condition_row(condition: ConditionSummary, *, blind: bool = False) -> Row:
+    """One agent under one condition; a blind agent plays the same trials under each."""
     success, loops, curve = condition.success, condition.behaviour.loops, condition.curve
     return {
         "key": condition.key,
         "agent": condition.agent,
         "modality": condition.modality,
         "p": condition.p,
+        "same_at_every_p": blind,
         "trials": success.n,
         "solved": success.count,
         "success": success.value,

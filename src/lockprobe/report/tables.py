@@ -97,12 +97,12 @@ def speed_table(conditions: Rows) -> Table:
     """How fast the box is solved, between chance and the optimum."""
     head = ["agent", "p", "mean steps", "median step", "80 % by", "relative to random and optimum"]
     table = [head]
-    for row in conditions:
+    for row, p in _distinct(conditions):
         relative, (early, late) = row["relative"], row["steps_to_80_interval"]
         table.append(
             [
                 row["agent"],
-                f"{row['p']:g}",
+                p,
                 NONE if row["mean_steps_all"] is None else f"{row['mean_steps_all']:.1f}",
                 _step(row["median_steps_all"]),
                 NONE
@@ -123,11 +123,11 @@ def loop_table(conditions: Rows) -> Table:
     return table + [
         [
             row["agent"],
-            f"{row['p']:g}",
+            p,
             _share(row, "loop_rate"),
             *(percent(row[f"loop_rate_chance{null}"], 0) for null in nulls),
         ]
-        for row in conditions
+        for row, p in _distinct(conditions)
     ]
 
 
@@ -167,6 +167,16 @@ def claim_table(claims: Rows) -> Table:
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
     return [[*names, "p"]] + [
         [*(row[name] for name in names), NONE if row["p_value"] is None else f"{row['p_value']:.2g}"] for row in claims
+    ]
+
+
+def _distinct(conditions: Rows) -> list[tuple[Row, str]]:
+    """Conditions with their p in words; of an agent that plays the same at every p only the first."""
+    once = {(row["agent"], row["modality"]): row for row in reversed(conditions) if row["same_at_every_p"]}
+    return [
+        (row, "every p" if row["same_at_every_p"] else f"{row['p']:g}")
+        for row in conditions
+        if not row["same_at_every_p"] or once[row["agent"], row["modality"]] is row
     ]
 
 

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import FrozenInstanceError
-from itertools import combinations
 
 import numpy as np
 import pytest
+from analysis.loops.definition import copies, from_the_left, patterns, truth
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe.analysis.loops import LoopCover, Rule, Solver, any_loop, any_loop_batch, cover, parse_sequence
+from lockprobe.analysis.loops import (
+    LONGEST_ILP,
+    LONGEST_SEARCH,
+    LoopCover,
+    Rule,
+    Solver,
+    any_loop,
+    any_loop_batch,
+    cover,
+    parse_sequence,
+)
 from lockprobe.errors import BadValue
 
 RULES: tuple[Rule, ...] = ("free", "repeat", "whole")
@@ -21,67 +31,6 @@ TRIALS = st.integers(2, 4).flatmap(lambda k: st.lists(st.integers(0, k - 1), max
 CYCLES = st.tuples(st.lists(st.integers(0, 3), min_size=1, max_size=6), st.integers(2, 6)).map(
     lambda cycle: tuple(cycle[0] * cycle[1])[:20]
 )
-
-
-def patterns(actions: int, longest: int) -> Iterator[tuple[int, ...]]:
-    """Every trial up to ``longest`` steps, up to the names of its actions."""
-    layer: list[tuple[int, ...]] = [()]
-    for _ in range(longest + 1):
-        yield from layer
-        layer = [(*p, a) for p in layer for a in range(min(len(set(p)) + 1, actions))]
-
-
-def copies(trial: Sequence[int], min_length: int, overlap: bool) -> dict[tuple[int, ...], list[int]]:
-    """The definition, word for word: every run that stands twice, and all places where it stands."""
-    places: dict[tuple[int, ...], list[int]] = {}
-    for start, end in combinations(range(len(trial) + 1), 2):
-        if end - start >= min_length:
-            places.setdefault(tuple(trial[start:end]), []).append(start)
-    return {
-        word: at
-        for word, at in places.items()
-        if any(j - i >= (1 if overlap else len(word)) for i, j in combinations(at, 2))
-    }
-
-
-def disjoint_sets(pieces: list[tuple[int, int]], begin: int = 0) -> Iterator[list[tuple[int, int]]]:
-    """Every set of pairwise disjoint pieces."""
-    yield []
-    for start, length in pieces:
-        if start >= begin:
-            for rest in disjoint_sets(pieces, start + length):
-                yield [(start, length), *rest]
-
-
-def brute(trial: tuple[int, ...], overlap: bool) -> dict[Rule, int]:
-    """Greatest coverage under each rule, by trying every set of pieces."""
-    words = copies(trial, 3, overlap)
-    best: dict[Rule, int] = dict.fromkeys(RULES, 0)
-    greedy = {}
-    for word, at in words.items():
-        taken: list[int] = []
-        for start in at:
-            if not taken or start >= taken[-1] + len(word):
-                taken.append(start)
-        greedy[word] = taken
-    for pieces in disjoint_sets([(start, len(word)) for word, at in words.items() for start in at]):
-        covered = sum(length for _, length in pieces)
-        chosen: dict[tuple[int, ...], list[int]] = {}
-        for start, length in pieces:
-            chosen.setdefault(trial[start : start + length], []).append(start)
-        best["free"] = max(best["free"], covered)
-        if all(len(at) >= 2 for at in chosen.values()):
-            best["repeat"] = max(best["repeat"], covered)
-            if all(at == greedy[word] for word, at in chosen.items()):
-                best["whole"] = max(best["whole"], covered)
-    return best
-
-
-def fewest_pieces(trial: tuple[int, ...], overlap: bool) -> int:
-    """Pieces of the greatest free cover of fewest pieces."""
-    words = copies(trial, 3, overlap)
-    sets = disjoint_sets([(start, len(word)) for word, at in words.items() for start in at])
-    return -max((sum(length for _, length in pieces), -len(pieces)) for pieces in sets)[1]
 
 
 def assert_lawful(trial: Sequence[int], found: LoopCover, rule: Rule, overlap: bool, min_length: int) -> None:
@@ -102,7 +51,7 @@ def assert_lawful(trial: Sequence[int], found: LoopCover, rule: Rule, overlap: b
         assert all(len(at) >= 2 for at in chosen.values())
     if rule == "whole":
         for word, at in chosen.items():
-            assert all(any(abs(i - j) < len(word) for j in at) for i in words[word])
+            assert at == from_the_left(words[word], len(word))
 
 
 @pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 7), (4, 7)])
@@ -114,44 +63,56 @@ def test_whether_a_short_trial_loops_is_the_definition(actions: int, longest: in
             assert any_loop(trial, min_length=min_length, overlap=overlap) == expected, trial
 
 
-@pytest.mark.parametrize(("actions", "longest"), [(2, 10), (3, 8)])
-@pytest.mark.parametrize("overlap", [False, True])
-def test_the_dynamic_programme_is_optimal_on_every_short_trial(actions: int, longest: int, overlap: bool) -> None:
-    for trial in patterns(actions, longest):
-        found = cover(trial, overlap=overlap)
-        assert found.covered == brute(trial, overlap)["free"], trial
-        if not overlap:
-            assert len(found.intervals) == fewest_pieces(trial, overlap), trial
-
-
 @pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 7)])
 def test_the_linear_programme_is_optimal_under_each_rule(actions: int, longest: int) -> None:
     for trial in patterns(actions, longest):
         if not any_loop(trial):
             continue
-        expected = brute(trial, overlap=False)
+        expected = truth(trial, overlap=False)
         for rule in RULES:
             found = cover(trial, rule=rule, solver="ilp")
-            assert found.covered == expected[rule], (trial, rule)
+            assert found.covered == getattr(expected, rule), (trial, rule)
             assert_lawful(trial, found, rule, overlap=False, min_length=3)
 
 
 def test_the_linear_programme_is_optimal_where_copies_may_overlap() -> None:
     for trial in patterns(2, 7):
-        expected = brute(trial, overlap=True)
+        expected = truth(trial, overlap=True)
         for rule in RULES:
             found = cover(trial, rule=rule, solver="ilp", overlap=True)
-            assert found.covered == expected[rule], (trial, rule)
+            assert found.covered == getattr(expected, rule), (trial, rule)
 
 
-@settings(deadline=None, max_examples=150)
-@given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5))
-def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int) -> None:
-    exact = cover(trial, overlap=overlap, min_length=min_length)
-    literal = cover(trial, overlap=overlap, min_length=min_length, solver="ilp")
+@settings(deadline=None, max_examples=200)
+@given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5), rule=st.sampled_from(RULES))
+def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int, rule: Rule) -> None:
+    exact, literal = (
+        cover(trial, overlap=overlap, min_length=min_length, solver=solver, rule=rule) for solver in SOLVERS
+    )
     assert exact.covered == literal.covered
-    assert_lawful(trial, exact, "free", overlap, min_length)
-    assert_lawful(trial, literal, "free", overlap, min_length)
+    assert exact.any_loop == literal.any_loop
+    assert_lawful(trial, exact, rule, overlap, min_length)
+    assert_lawful(trial, literal, rule, overlap, min_length)
+
+
+@pytest.mark.parametrize("kind", ["random", "loopy"])
+@pytest.mark.parametrize(("n", "trials"), [(20, 12), (40, 4), (60, 2), (90, 1)])
+@pytest.mark.parametrize("rule", RULES)
+def test_both_solvers_cover_equally_much_of_longer_trials(kind: str, n: int, trials: int, rule: Rule) -> None:
+    rng = np.random.default_rng(n)
+    for _ in range(trials):
+        trial = rng.integers(0, 4, n).tolist() if kind == "random" else loopy(rng, n)
+        exact, literal = (cover(trial, rule=rule, solver=solver) for solver in SOLVERS)
+        assert exact.covered == literal.covered
+        assert_lawful(trial, exact, rule, False, 3)
+
+
+def loopy(rng: np.random.Generator, n: int) -> list[int]:
+    """Cycles of two to six actions, each a few times, and one action in ten another."""
+    trial: list[int] = []
+    while len(trial) < n:
+        trial += rng.integers(0, 4, rng.integers(2, 7)).tolist() * int(rng.integers(1, 5))
+    return [int(rng.integers(0, 4)) if rng.random() < 0.1 else action for action in trial[:n]]
 
 
 @settings(deadline=None, max_examples=150)
@@ -164,7 +125,7 @@ def test_both_solvers_choose_equally_few_pieces(trial: tuple[int, ...]) -> None:
 @settings(deadline=None, max_examples=100)
 @given(trial=TRIALS | CYCLES, overlap=st.booleans())
 def test_a_stricter_rule_covers_no_more(trial: tuple[int, ...], overlap: bool) -> None:
-    free, repeat, whole = (cover(trial, rule=rule, solver="ilp", overlap=overlap) for rule in RULES)
+    free, repeat, whole = (cover(trial, rule=rule, overlap=overlap) for rule in RULES)
     assert whole.covered <= repeat.covered <= free.covered <= free.n
     assert_lawful(trial, repeat, "repeat", overlap, 3)
     assert_lawful(trial, whole, "whole", overlap, 3)
@@ -213,9 +174,8 @@ def test_a_batch_is_its_trials(trials: list[list[int]], overlap: bool, min_lengt
     ],
 )
 def test_worked_examples(trial: str, free: int, repeat: int, whole: int) -> None:
-    assert cover(trial).covered == free
-    found = [cover(trial, rule=rule, solver="ilp").covered for rule in RULES]
-    assert found == [free, repeat, whole]
+    for solver in SOLVERS:
+        assert [cover(trial, rule=rule, solver=solver).covered for rule in RULES] == [free, repeat, whole]
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -249,9 +209,17 @@ def test_fewest_pieces_are_chosen_where_more_would_cover_as_much(trial: str, pie
     assert len(cover(trial, solver=solver).intervals) == pieces
 
 
-def test_whole_loops_are_few_and_short() -> None:
-    found = cover("ABC" * 6, rule="whole", solver="ilp")
-    assert found.words == (("A", "B", "C"),)
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("rule", RULES)
+def test_a_cycle_is_one_loop_under_every_rule(rule: Rule, solver: Solver) -> None:
+    assert cover("ABC" * 6, rule=rule, solver=solver).words == (("A", "B", "C"),)
+    assert cover("ABCDEFG" * 2, rule=rule, solver=solver).words == (tuple("ABCDEFG"),)
+
+
+def test_loops_that_always_follow_each_other_are_one_loop() -> None:
+    assert cover("001001010").covered > cover("001001010", rule="repeat").covered  # so it is searched for
+    found = cover("001001010XABCDEFGYABCDEFG", rule="repeat")
+    assert (found.covered, found.words[-1]) == (20, tuple("ABCDEFG"))
 
 
 def test_two_copies_that_share_actions_count_only_on_request() -> None:
@@ -290,9 +258,21 @@ def test_a_line_is_read_as_actions(line: str, actions: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("rule", ["repeat", "whole"])
-def test_the_dynamic_programme_refuses_the_rules_it_cannot_solve(rule: Rule) -> None:
-    with pytest.raises(BadValue, match="ilp"):
-        cover("ABCABC", rule=rule)
+def test_trials_too_long_for_a_search_are_refused_with_a_way_out(rule: Rule) -> None:
+    assert cover("ABC" * (LONGEST_SEARCH // 3), rule=rule).share == 1.0
+    with pytest.raises(
+        BadValue, match=f"got {LONGEST_SEARCH + 1}, expected at most {LONGEST_SEARCH}; try the solver ilp"
+    ):
+        cover("A" * (LONGEST_SEARCH + 1), rule=rule)
+    with pytest.raises(BadValue, match=f"got {LONGEST_ILP + 1}, expected at most {LONGEST_ILP}; dp with the rule free"):
+        cover("A" * (LONGEST_ILP + 1), rule=rule, solver="ilp")
+
+
+def test_redundant_actions_are_those_after_the_first_copy() -> None:
+    assert cover("ABCABCABC").redundant == 6
+    assert cover("ABCDXABCD").redundant == 4
+    assert cover("001001010").redundant == 3  # 001 001, and one 010
+    assert cover("ABCDABDC").redundant == 0
 
 
 def test_bad_settings_are_refused() -> None:

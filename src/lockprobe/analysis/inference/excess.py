@@ -4,6 +4,10 @@ Log-rank and Mantel-Haenszel tests add up, over steps, how far the events with s
 expected had all running trials been alike. Trials of equal repetition and trial share their luck over all p, so the
 differences are summed per cluster, and the spread between clusters, which are independent, says how far they lie
 from nought: the robust variance of Lin and Wei (1989), made unbiased for few running trials.
+
+Rejections at .05 where nothing is, in 1000 studies of 7 p x 30 trials, with luck shared over p by none, half and
+all of the trials: onset (log-rank) .046, .062, .054; harm (Mantel-Haenszel) .038, .027, .034. Had trials been taken
+for independent, harm would have been found in .40 of 300 that share all luck. In 7 x 10 trials .070 and .033.
 """
 
 from __future__ import annotations

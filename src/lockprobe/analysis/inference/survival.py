@@ -66,8 +66,8 @@ class OnsetComparison:
         higher: Trials they are compared with.
         hazard_ratio: Observed over expected loops, higher over lowest: below 1 if more noise means later and fewer
             loops; None where it is not defined.
-        p_value: Log-rank, two-sided; None where nothing can be tested.
-        p_adjusted: Corrected for the number of comparisons (Holm).
+        p_value: Log-rank, two-sided; None with a single cluster of luck, 1 if all went alike.
+        p_adjusted: Corrected for the number of comparisons (Holm), where there are several.
     """
 
     lowest: OnsetGroup
@@ -84,7 +84,8 @@ class LoopOnset:
     Attributes:
         primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
         each: Lowest p against every higher p.
-        p_all: Whether all p are alike, k-sample log-rank; None where it cannot be tested.
+        p_all: Whether all p are alike, k-sample log-rank; None with a single p, or no more clusters
+            of luck than higher p. It needs many clusters: seven p and ten of them cannot show a difference.
     """
 
     primary: OnsetComparison | None
@@ -161,8 +162,8 @@ def loop_hazard(outcomes: Outcomes) -> LoopEffect:
 
     A loop that is complete with the very action that solves does not count as a loop before it. A trial gives many
     steps but at most one success, and each step is compared given all that ran at it, so steps of a trial need no
-    correction. A repeated action may also be one that cannot help just now: of an agent that acts at random
-    this measures what repetition costs by the mechanics of the box.
+    correction. Actions that repeat help a little less by the mechanics of the box alone: on ``chain-4`` the ratio
+    of an agent that acts at random is 0.89, and 0.94 without immediate repeats (0.15 and 0.04 over whole trials).
 
     Args:
         outcomes: The trials of one agent over all p.
@@ -218,7 +219,7 @@ def _compare(outcomes: Outcomes) -> OnsetComparison:
         lowest=first,
         higher=second,
         hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
-        p_value=found.p_value if first.events + second.events else None,
+        p_value=found.p_value,
         p_adjusted=None,
     )
 

@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import re
-from datetime import UTC, datetime
 from html.parser import HTMLParser
 
 import pytest
@@ -12,8 +11,10 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile
 from lockprobe.report import results, write_report
+from lockprobe.report.pictures import CAPTIONS
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
+CHANCE = {"loop_rate_chance_markov", "loop_rate_chance_permutation"}
 FIELDS = {
     "loop_rate_low",
     "success_high",
@@ -36,14 +37,10 @@ FIELDS = {
 }
 
 
-def noon():
-    return datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
-
-
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory):
     directory = write_study(tmp_path_factory.mktemp("study"), small_study())
-    assert write_report(directory, clock=noon) == directory / "report.html"
+    assert write_report(directory) == directory / "report.html"
     return directory
 
 
@@ -58,29 +55,23 @@ class Page(HTMLParser):
         self.loads += [value for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
 
 
-def page_of(directory):
-    return (directory / "report.html").read_text("utf-8")
+def page_of(directory, name="report"):
+    return (directory / f"{name}.html").read_text("utf-8")
 
 
 def test_all_files_are_there_and_no_draft(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
-    pictures = {
-        f"figures/{name}.{form}"
-        for form in ("png", "svg")
-        for name in (
-            "fig4-success-by-p", "fig3-success-curves", "fig3-success-curves-by-p", "fig5a-loops-against-success",
-            "fig5b-loops-by-p",
-        )
-    }  # fmt: skip
-    tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in ("table1", "conditions")}
-    assert pictures | tables | {"report.html", "results.json"} <= names
+    pictures = {f"figures/{name}.{form}" for form in ("png", "svg") for name in CAPTIONS}
+    made = ("table1", "table1-corrected", "speed", "loops", "detectors", "conditions", "claims")
+    tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in made}
+    assert pictures | tables | {"report.html", "claims.html", "results.json"} <= names
     assert not [name for name in names if "draft" in name]
 
 
 def test_results_have_the_promised_fields(reported):
     content = json.loads((reported / "results.json").read_text("utf-8"))
     assert content == json.loads(json.dumps(results(reported)))
-    assert content["schema_version"] == 1
+    assert content["schema_version"] == 2
     assert content["progress"] == {"planned": 48, "finished": 48, "partial": False}
     assert [c["key"] for c in content["conditions"][:2]] == ["flips/random/p=0", "flips/random/p=0.3"]
     for condition in content["conditions"]:
@@ -105,27 +96,32 @@ def test_every_figures_numbers_are_in_the_results(reported):
     assert {"r", "n", "low", "high", "caveat"} <= set(human["correlation"])
 
 
-def test_equal_records_give_equal_results_whatever_the_clock(tmp_path):
+def test_equal_records_give_equal_reports(tmp_path):
     study = small_study(["human-inspired"])
     trials = play_study(study)
     first = write_study(tmp_path / "a", study, trials)
     second = write_study(tmp_path / "b", study, reversed(trials))
     (second / "timings.jsonl").write_text("")
-    write_report(first)
-    write_report(second, clock=noon)
-    for name in ("results.json", "figures/fig4-success-by-p.svg", "tables/conditions.csv"):
+    written = [write_report(first), write_report(second)]
+    for name in ("results.json", "report.html", "claims.html", "figures/fig4.svg", "tables/conditions.csv"):
         assert (first / name).read_bytes() == (second / name).read_bytes()
-    assert "seconds" not in (first / "results.json").read_text()
-    assert "Clock readings" in page_of(first)
-    assert "Clock readings" not in page_of(second)
+    assert written == [first / "report.html", second / "report.html"]
 
 
-def test_the_page_loads_nothing_and_runs_nothing(reported):
-    page = Page(page_of(reported))
-    assert page.loads
-    assert all(load.startswith("data:image/") for load in page.loads)
+@pytest.mark.parametrize("name", ["report", "claims"])
+def test_the_pages_load_nothing_and_run_nothing(reported, name):
+    page = Page(page_of(reported, name))
+    links = {load for load in page.loads if not load.startswith("data:image/")}
+    assert {link for link in links if not link.startswith("#")} <= {"report.html", "claims.html"}
     assert not {"script", "link", "iframe", "object", "svg"} & set(page.tags)
-    assert not re.search(r"https?://", page_of(reported))
+    assert not re.search(r"https?://", page_of(reported, name))
+
+
+def test_links_within_the_page_lead_somewhere(reported):
+    text = page_of(reported)
+    inside = [load[1:] for load in Page(text).loads if load.startswith("#")]
+    assert inside
+    assert all(f'id="{place}"' in text for place in inside)
 
 
 def test_what_models_say_is_escaped(tmp_path):
@@ -134,10 +130,11 @@ def test_what_models_say_is_escaped(tmp_path):
     trials += [make_trial([0, 1, 2] * 4, p=0.0, trial=3, claims=[None, "moved"], **said)]
     study = small_study([said["agent"]], (0.0, 0.3), 1, 3)
     directory = write_study(tmp_path / "study", study, trials)
-    page = Page(write_report(directory, clock=noon).read_text("utf-8"))
+    page = Page(write_report(directory).read_text("utf-8"))
     assert "script" not in page.tags
     assert "b" not in page.tags
-    assert all(load.startswith("data:image/") for load in page.loads)
+    assert not [load for load in page.loads if "evil" in load]
+    assert "script" not in Page(page_of(directory, "claims")).tags
     assert "&lt;script&gt;" in page_of(directory)
 
 
@@ -145,7 +142,7 @@ def test_the_page_says_what_was_found_and_under_what(reported):
     text = page_of(reported)
     for finding in results(reported)["findings"]:
         assert finding.replace("'", "&#39;") in text
-    for needed in ("reconstruction", "transient", "human-inspired", "Limits", "2026-01-02 12:00 UTC", "Seed"):
+    for needed in ("reconstruction", "transient", "human-inspired", "Limits", "Seed", "false positives", "claims.html"):
         assert needed in text
     assert "Partial" not in text
 

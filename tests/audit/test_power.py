@@ -1,0 +1,73 @@
+"""Power grows with trials, and the number of trials needed lies where it crosses the target."""
+
+import pytest
+
+from lockprobe.audit.power import default_worlds, needed, power, stated_world
+from lockprobe.audit.rates import Rate
+from lockprobe.audit.worlds import WORLDS
+from lockprobe.errors import BadValue
+
+P2 = (0.0, 0.4)
+
+
+def ladder(*rejected, studies=100, trials=(15, 30, 60)):
+    made = {"world": "w", "question": "success", "test": "t", "recommended": True, "truth": True}
+    return [Rate(**made, trials=n, studies=studies, rejected=k) for n, k in zip(trials, rejected, strict=True)]
+
+
+def test_the_papers_effect_needs_about_nineteen_trials_a_condition():
+    (found, *_) = power([stated_world((7 / 30, 20 / 30), p=P2)], p=P2, trials=(12, 18, 24, 30), studies=150)
+    assert found.test == "greatest difference from the lowest p, permutation"
+    assert 15 <= found.trials <= 27
+    assert [rate.trials for rate in found.measured] == [12, 18, 24, 30]
+
+
+def test_power_grows_with_trials():
+    found = power([WORLDS["loop-trapped"]], trials=(15, 60), studies=30)
+    harm = {one.test: one for one in found if one.question == "harm" and one.recommended}
+    (one,) = harm.values()
+    assert one.measured[0].rate < one.measured[1].rate
+
+
+def test_only_questions_with_a_yes_are_answered():
+    flat = power([stated_world((0.5, 0.5), p=P2)], p=P2, trials=(9,), studies=2)
+    assert flat == []
+    assert {one.question for one in power([default_worlds()[0]], trials=(9,), studies=2)} == {"success", "shape"}
+
+
+@pytest.mark.parametrize(
+    ("rejected", "trials", "below"),
+    [((20, 50, 70), None, False), ((85, 90, 99), 15, True), ((20, 80, 99), 30, False), ((20, 60, 100), 43, False)],
+)
+def test_the_crossing_is_interpolated(rejected, trials, below):
+    found = needed(ladder(*rejected), 0.8)
+    assert (found.trials, found.below) == (trials, below)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"success": (0.5,)}, "one share for each of 7 p"),
+        ({"success": (0.5, 1.0), "p": P2}, "success: got 1.0"),
+        ({"success": (0.5, 0.6), "p": (0.4, 0.0)}, "ascending"),
+        ({"success": (0.5, 0.6), "p": P2, "trap": (0.1,)}, "one chance for each of 2 p"),
+        ({"success": (0.5, 0.6), "p": P2, "harm": 2.0}, "harm: got 2.0"),
+        ({"success": (0.5, float("nan")), "p": P2}, "success: got nan"),
+    ],
+)
+def test_impossible_effects_are_refused(settings, message):
+    with pytest.raises(BadValue, match=message):
+        stated_world(**settings)
+
+
+def test_truths_follow_from_the_effect():
+    assert stated_world((0.2, 0.6, 0.4), p=(0.0, 0.3, 0.6)).truths == {"success", "shape"}
+    assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1)).truths == {"looping"}
+    assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1), harm=0.3).truths == {"success", "looping", "harm"}
+
+
+def test_impossible_designs_are_refused():
+    effect = stated_world((0.2, 0.6), p=P2)
+    for settings, message in (({"target": 1.0}, "target power"), ({"trials": ()}, "trials per p")):
+        with pytest.raises(BadValue, match=message):
+            power([effect], p=P2, studies=1, **settings)

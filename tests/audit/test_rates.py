@@ -1,0 +1,84 @@
+"""Rates of rejection are counted right, do not depend on how they are computed, and show who is wrong."""
+
+import numpy as np
+import pytest
+
+from lockprobe.analysis.inference.battery import infer
+from lockprobe.analysis.outcomes import outcomes
+from lockprobe.audit.rates import Rate, measure, within_error
+from lockprobe.audit.worlds import WORLDS, Design, simulate, world
+from lockprobe.errors import BadValue
+from lockprobe.seeds import generator
+
+NULL, TRAP = world("loops-irrelevant"), world("loop-trapped")
+
+
+@pytest.fixture(scope="module")
+def rates():
+    found = measure([NULL, TRAP], studies=40, records=False)
+    return {(rate.world, rate.test): rate for rate in found}
+
+
+def test_counts_are_those_of_the_tests_one_by_one():
+    (first, *_) = measure([TRAP], studies=3, seed=5)
+    rejected = 0
+    for number in range(3):
+        place = (5, "audit", TRAP.name, 30, number)
+        found = infer(outcomes(simulate(TRAP, Design(), generator(*place))), generator(*place, "tests"))
+        rejected += found.tests[0].rejects
+        assert found.tests[0].name == first.test
+    assert (first.rejected, first.studies, first.world, first.trials) == (rejected, 3, TRAP.name, 30)
+
+
+def test_neither_records_nor_processes_change_a_rate(rates):
+    few = measure([TRAP], studies=12, seed=2)
+    assert few == measure([TRAP], studies=12, seed=2, records=False)
+    assert few == measure([TRAP], studies=12, seed=2, records=False, processes=2)
+    assert few != measure([TRAP], studies=12, seed=3, records=False)
+
+
+def test_the_papers_correlation_finds_harm_where_there_is_none(rates):
+    assert rates[NULL.name, "Pearson over repetitions"].rate >= 0.8
+    assert rates[NULL.name, "looped against solved, Fisher"].rate == 1.0
+    assert rates[NULL.name, "lowest loop rate, chosen by eye, Fisher"].rate > 0.3
+    assert rates[NULL.name, "Pearson over repetitions"].valid is False
+
+
+def test_recommended_tests_keep_their_level_and_find_what_is_there(rates):
+    for (name, _), rate in rates.items():
+        if rate.recommended and not rate.truth:
+            assert rate.valid, (name, rate)
+    for test in ("loop onset, log-rank", "success after a loop, Mantel-Haenszel by p and step"):
+        assert rates[TRAP.name, test].truth
+        assert rates[TRAP.name, test].rate > 0.6
+    assert rates[NULL.name, "greatest difference from the lowest p, permutation"].rate > 0.7
+
+
+def test_truth_decides_what_is_a_false_positive(rates):
+    for rate in rates.values():
+        assert rate.truth == (rate.question in WORLDS[rate.world].truths)
+        assert (rate.valid is None) == rate.truth
+
+
+def test_monte_carlo_error_is_never_nothing():
+    made = {"world": "w", "trials": 30, "question": "harm", "test": "t", "recommended": True, "truth": False}
+    none = Rate(**made, studies=100, rejected=0)
+    assert (none.rate, none.valid) == (0.0, True)
+    assert none.error > 0
+    assert Rate(**made, studies=100, rejected=5).error == pytest.approx(np.sqrt(0.0588 * 0.9412 / 100), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("rejected", "studies", "fine"),
+    [(5, 100, True), (12, 100, True), (14, 100, False), (120, 2000, True), (135, 2000, False)],
+)
+def test_within_monte_carlo_error_is_a_binomial_tail(rejected, studies, fine):
+    from scipy.stats import binom
+
+    assert within_error(rejected, studies) is fine
+    assert fine == (binom.sf(rejected - 1, studies, 0.05) > 0.001)
+
+
+def test_no_studies_are_refused():
+    with pytest.raises(BadValue, match="at least 1"):
+        measure([NULL], studies=0)

@@ -1,0 +1,67 @@
+"""The paper's claims: its figures recomputed from counts, and verdicts that follow from tests."""
+
+from dataclasses import replace
+
+import pytest
+from builders import play_study, small_study
+
+from lockprobe.analysis.summary import summarise
+from lockprobe.audit.worlds import WORLDS, Design, simulate
+from lockprobe.report.claims import claim_rows
+from lockprobe.report.paper import CLAIMS, CORRELATION, fisher_z
+from lockprobe.seeds import generator
+
+
+def rows_of(world, seed=1):
+    trials = simulate(WORLDS[world], Design(), generator(seed))
+    summary = summarise([replace(trial, agent="llm:x", key=trial.key.replace("audit", "flips")) for trial in trials])
+    return {row.claim.measure: row for row in claim_rows(summary)}
+
+
+def test_the_papers_figures_follow_from_its_counts():
+    said = {claim.measure: claim.recomputed for claim in CLAIMS}
+    assert said["baseline"].startswith("7/30, 0.233 [0.118, 0.409]")
+    assert said["peak"].startswith("20/30, 0.667 [0.488, 0.808]")
+    assert said["ratio"].startswith("2.86 [1.50, 5.90]")
+    assert "Fisher p = 0.0016, corrected for the choice among six 0.0096" in said["effect"]
+    assert "Fisher p = 0.054" in said["loops-drop"]
+    modalities = [claim.recomputed for claim in CLAIMS if claim.measure == "modalities"]
+    assert modalities[0] == "8/10, 0.800 [0.490, 0.943]; against 10/10 Fisher p = 0.47"
+
+
+def test_the_interval_of_the_papers_correlation():
+    assert fisher_z(CORRELATION, 7) == pytest.approx((-0.95, 0.13), abs=0.005)
+    assert fisher_z(CORRELATION, 21) == pytest.approx((-0.86, -0.37), abs=0.005)
+
+
+def test_every_claim_is_there_in_the_order_of_the_paper():
+    rows = claim_rows(summarise(play_study(small_study())))
+    assert list(dict.fromkeys(row.claim for row in rows)) == list(CLAIMS)
+    assert {row.agent for row in rows if row.claim.measure == "reference"} == {"human-inspired"}
+    assert claim_rows(summarise([]))
+    assert {row.verdict for row in claim_rows(summarise([]))} == {"not measured"}
+
+
+def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
+    """Loops are irrelevant in this world, and yet its figures are those of Fig. 5. A few verdicts err by chance."""
+    studies = [rows_of("loops-irrelevant", seed) for seed in range(8)]
+    for measure in ("baseline", "peak", "ratio", "loops", "loops-drop", "correlation"):
+        assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 6, measure
+    assert sum(rows["effect"].verdict == "supported" for rows in studies) >= 6
+    for measure in ("onset", "harm"):
+        assert sum(rows[measure].verdict == "supported" for rows in studies) <= 2, measure
+
+
+def test_a_trapped_agent_supports_them():
+    rows = rows_of("loop-trapped")
+    assert rows["onset"].verdict == "supported"
+    assert rows["harm"].verdict == "supported"
+    assert rows["onset"].p_value < 0.05
+    assert rows["baseline"].verdict == "not compatible"
+
+
+def test_what_a_study_does_not_hold_is_not_measured():
+    rows = {row.claim.measure: row for row in claim_rows(summarise(play_study(small_study(["human-inspired"]))))}
+    assert rows["modalities"].verdict == "not measured"
+    assert rows["peak"].verdict == "not measured"  # no p of 0.4
+    assert rows["reference-steps"].verdict == "compatible"

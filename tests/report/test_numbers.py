@@ -1,0 +1,121 @@
+"""Every number on the pages is in results.json, rounded; and what was left out is counted."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from importlib.resources import files
+
+import pytest
+from builders import make_trial, play_study, small_study, write_study
+
+from lockprobe.analysis.inference.association import LENGTH_CAVEAT
+from lockprobe.errors import BadFile
+from lockprobe.jsonline import trial_to_json
+from lockprobe.report import results, write_report
+from lockprobe.report.page import _tables
+from lockprobe.report.pictures import CAPTIONS
+
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e-?\d+)?(?![\w])")
+
+
+class Text(HTMLParser):
+    """What a reader sees."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.parts, self.hidden = [], False
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self.hidden = tag == "style"
+
+    def handle_data(self, data):
+        if not self.hidden:
+            self.parts.append(data)
+
+
+def said(page):
+    return NUMBER.findall(" ".join(Text(page).parts))
+
+
+def held(value):
+    """All numbers of a JSON value, also those in its words."""
+    if isinstance(value, dict):
+        return [x for inner in value.values() for x in held(inner)]
+    if isinstance(value, list):
+        return [x for inner in value for x in held(inner)]
+    if isinstance(value, str):
+        return [float(x) for x in NUMBER.findall(value)]
+    return [abs(float(value))] if isinstance(value, int | float) and not isinstance(value, bool) else []
+
+
+def fixed(content):
+    """Numbers that are words: of the templates, captions and heads of tables."""
+    templates = files("lockprobe.report").joinpath("templates")
+    sources = [
+        re.sub(r"\{[{%#].*?[}%#]\}", " ", path.read_text("utf-8"), flags=re.DOTALL) for path in templates.iterdir()
+    ]
+    heads = [cell for table in _tables(content).values() for cell in table[0]]
+    return {x for text in (*sources, *CAPTIONS.values(), LENGTH_CAVEAT, *heads) for x in NUMBER.findall(text)}
+
+
+def rounds_to(token, numbers):
+    digits = len(token.partition(".")[2].partition("e")[0])
+    shown = float(token)
+    return any(
+        abs(round(scale * number, digits) - shown) < 1e-9 or f"{number:.2g}" == token
+        for number in numbers
+        for scale in (1, 100)
+    )
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    study = small_study(["human-inspired", "random"], (0.0, 0.2, 0.4, 0.6), 3, 5)
+    directory = write_study(tmp_path_factory.mktemp("study"), study)
+    write_report(directory)
+    return directory
+
+
+@pytest.mark.parametrize("name", ["report", "claims"])
+def test_every_number_of_a_page_is_in_the_results(reported, name):
+    content = json.loads((reported / "results.json").read_text("utf-8"))
+    page, words = (reported / f"{name}.html").read_text("utf-8"), fixed(content)
+    numbers = set(held(content))
+    shown = [token for token in said(page) if token not in words]
+    assert len(shown) > 50
+    assert [token for token in shown if not rounds_to(token, numbers)] == []
+
+
+def test_the_comparison_would_notice_a_wrong_number(reported):
+    numbers = set(held(json.loads((reported / "results.json").read_text("utf-8"))))
+    for token in ("0.98765", "12345", "0.0123"):
+        assert not rounds_to(token, numbers)
+
+
+def test_what_is_left_out_is_counted(tmp_path):
+    study = small_study(["random"], (0.0, 0.3), 1, 3)
+    trials = play_study(study)
+    broken = make_trial([0], p=0.3, trial=3, broken="reply")
+    again = make_trial([0], p=0.0, trial=1, broken="model")
+    foreign = replace(trials[0], key="flips/random/p=0/rep=9/trial=1", repetition=9)
+    kept = [trial for trial in trials if trial.key != broken.key]
+    directory = write_study(tmp_path / "study", study, [again, *kept, broken, foreign])
+    with (directory / "trials.jsonl").open("ab") as file:
+        file.write(trial_to_json(trials[0])[:50])
+    found = results(directory)
+    assert found["left_out"] == {
+        "errors": 1, "replaced_after_an_error": 1, "unfinished_lines": 1, "not_asked_for": 1,
+    }  # fmt: skip
+    assert sum(row["trials"] for row in found["conditions"]) == 5
+    text = " ".join(" ".join(Text(write_report(directory).read_text("utf-8")).parts).split())
+    assert "1 trials that ended as error, 1 unfinished lines of the journal, 1 trials that the settings" in text
+
+
+def test_trials_of_another_box_are_refused_in_one_line(tmp_path):
+    study = small_study(["random"], (0.0,), 1, 2)
+    first, second = play_study(study)
+    directory = write_study(tmp_path / "study", study, [first, replace(second, box="chain-5")])
+    with pytest.raises(BadFile, match="boxes chain-4, chain-5', expected trials of one box"):
+        results(directory)
