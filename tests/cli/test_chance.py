@@ -36,12 +36,13 @@ def test_the_level_of_a_length():
 def test_the_level_of_sequences(null, tmp_path):
     (tmp_path / "trials.txt").write_text(TRIALS)
     words = ("--null", null, "--json", "--sequences")
-    found = json.loads(ask(*words, tmp_path / "trials.txt").output)
+    found = json.loads(ask(*words, tmp_path / "trials.txt").stdout)
     assert set(found) == {"probability", "method", "error"}
     assert 0 < found["probability"] < 1
     assert (found["error"] == 0) == (found["method"] == "exact") == (null in {"uniform", "no-repeat"})
-    assert json.loads(ask(*words, "-", stdin=TRIALS).output) == found
-    assert "the lengths of 3 trials" in ask("--null", null, "--sequences", "-", stdin=TRIALS).output
+    assert json.loads(ask(*words, "-", stdin=TRIALS).stdout) == found
+    assert "the lengths of 3 trials" in ask("--null", null, "--sequences", "-", stdin=TRIALS).stdout
+    assert ask(*words, "-", stdin=TRIALS).stderr == "1 empty line left out\n"
 
 
 @pytest.mark.parametrize("null", ["markov", "permutation"])

@@ -10,7 +10,8 @@ import sys
 
 import pytest
 
-COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "box", "agents", "models", "doctor"]
+COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "detectors", "audit", "power", "box",
+            "agents", "models", "doctor"]  # fmt: skip
 
 
 def lockprobe(*arguments, stdin=None, **settings):

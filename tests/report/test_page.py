@@ -64,7 +64,7 @@ def test_all_files_are_there_and_no_draft(reported):
     pictures = {f"figures/{name}.{form}" for form in ("png", "svg") for name in CAPTIONS}
     made = ("table1", "table1-corrected", "speed", "loops", "detectors", "conditions", "claims")
     tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in made}
-    assert pictures | tables | {"report.html", "claims.html", "results.json"} <= names
+    assert pictures | tables | {"report.html", "claims.html", "audit.html", "results.json"} <= names
     assert not [name for name in names if "draft" in name]
 
 
@@ -108,11 +108,11 @@ def test_equal_records_give_equal_reports(tmp_path):
     assert written == [first / "report.html", second / "report.html"]
 
 
-@pytest.mark.parametrize("name", ["report", "claims"])
+@pytest.mark.parametrize("name", ["report", "claims", "audit"])
 def test_the_pages_load_nothing_and_run_nothing(reported, name):
     page = Page(page_of(reported, name))
     links = {load for load in page.loads if not load.startswith("data:image/")}
-    assert {link for link in links if not link.startswith("#")} <= {"report.html", "claims.html"}
+    assert {link for link in links if not link.startswith("#")} <= {"report.html", "claims.html", "audit.html"}
     assert not {"script", "link", "iframe", "object", "svg"} & set(page.tags)
     assert not re.search(r"https?://", page_of(reported, name))
 

@@ -15,7 +15,7 @@ from typing import Any
 from lockprobe.audit.rates import Rate
 from lockprobe.audit.worlds import WORLDS
 
-__all__ = ["as_data", "false_positives", "measured"]
+__all__ = ["as_data", "false_positives", "measured", "shipped"]
 
 
 def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
@@ -28,12 +28,18 @@ def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
 
 
 @cache
+def shipped() -> dict[str, Any]:
+    """The shipped audit as JSON holds it; not to be changed."""
+    found: dict[str, Any] = json.loads(files("lockprobe.audit").joinpath("measured.json").read_text(encoding="utf-8"))
+    return found
+
+
+@cache
 def measured() -> tuple[Rate, ...]:
     """The shipped audit."""
-    text = files("lockprobe.audit").joinpath("measured.json").read_text(encoding="utf-8")
     derived = ("rate", "error", "valid")
     return tuple(
-        Rate(**{name: value for name, value in row.items() if name not in derived}) for row in json.loads(text)["rates"]
+        Rate(**{name: value for name, value in row.items() if name not in derived}) for row in shipped()["rates"]
     )
 
 

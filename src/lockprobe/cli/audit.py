@@ -82,7 +82,7 @@ def power(
     found = measure_power(
         worlds,
         p=grid,
-        trials=[int(value) for value in _numbers("trials", trials)] or TRIALS,
+        trials=_whole("trials", trials) or TRIALS,
         target=target,
         studies=studies,
         seed=seed,
@@ -118,6 +118,13 @@ def _numbers(name: str, text: str | None) -> list[float]:
         return [float(part) for part in text.split(",")] if text else []
     except ValueError:
         raise BadValue(name, text, "numbers with commas between") from None
+
+
+def _whole(name: str, text: str | None) -> list[int]:
+    values = _numbers(name, text)
+    if not all(value.is_integer() for value in values):
+        raise BadValue(name, text, "whole numbers with commas between")
+    return [int(value) for value in values]
 
 
 def _rate_table(title: str, rates: Sequence[Rate]) -> Table:

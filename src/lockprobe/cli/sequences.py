@@ -8,11 +8,14 @@ from pathlib import Path
 from lockprobe.analysis.loops import parse_sequence
 from lockprobe.errors import BadFile
 
-__all__ = ["read_sequences"]
+__all__ = ["numbered_sequences", "read_sequences"]
 
 
-def read_sequences(file: str) -> list[tuple[str, ...]]:
-    """The sequences in a file (``-``: standard input) without empty lines."""
+def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
+    """The sequences in a file (``-``: standard input) with their line numbers.
+
+    Empty lines hold none; they are counted in a line on standard error.
+    """
     try:
         content = sys.stdin.buffer.read() if file == "-" else Path(file).read_bytes()
         lines = content.decode("utf-8-sig").splitlines()
@@ -22,4 +25,12 @@ def read_sequences(file: str) -> list[tuple[str, ...]]:
         raise BadFile(file, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise BadFile(file, "not text in UTF-8") from None
-    return [sequence for line in lines if (sequence := parse_sequence(line))]
+    found = [(number, sequence) for number, line in enumerate(lines, 1) if (sequence := parse_sequence(line))]
+    if empty := len(lines) - len(found):
+        print(f"{empty} empty line{'s' * (empty > 1)} left out", file=sys.stderr)
+    return found
+
+
+def read_sequences(file: str) -> list[tuple[str, ...]]:
+    """The same without numbers."""
+    return [sequence for _, sequence in numbered_sequences(file)]

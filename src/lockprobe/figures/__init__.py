@@ -1,24 +1,38 @@
-"""The paper's figures. Drawing only: every number comes from a :class:`lockprobe.analysis.summary.StudySummary`.
+"""The paper's figures, and beside each one from which conclusions may be drawn.
 
-Each ``draw_*`` takes the axes to draw on; ``single`` and ``panels`` make pictures of them, ``render`` files.
+Drawing only: every number comes from a :class:`lockprobe.analysis.summary.StudySummary`. Each ``draw_*`` takes the
+axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` all of a study, ``render`` files.
 """
 
-from lockprobe.figures.draw import (
+from lockprobe.figures.compose import panels, pictures, render, single
+from lockprobe.figures.corrected import (
+    draw_relative_success,
+    draw_success_by_p_corrected,
+    draw_success_curves_by_p,
+    draw_success_curves_corrected,
+)
+from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
+from lockprobe.figures.paper import (
     draw_loops_against_success,
     draw_loops_by_p,
     draw_success_by_p,
     draw_success_curves,
-    draw_success_curves_by_p,
 )
-from lockprobe.figures.frame import panels, render, single
 
 __all__ = [
+    "draw_loop_harm",
+    "draw_loop_onset",
     "draw_loops_against_success",
+    "draw_loops_beside_chance",
     "draw_loops_by_p",
+    "draw_relative_success",
     "draw_success_by_p",
+    "draw_success_by_p_corrected",
     "draw_success_curves",
     "draw_success_curves_by_p",
+    "draw_success_curves_corrected",
     "panels",
+    "pictures",
     "render",
     "single",
 ]

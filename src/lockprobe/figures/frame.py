@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import fmean
-from typing import Literal
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -35,10 +34,12 @@ __all__ = [
     "agent_label",
     "blank",
     "counts",
+    "heading",
     "label_right",
     "minus",
     "p_axis",
     "p_value",
+    "percent",
     "share_axis",
     "shifts",
     "step_axis",
@@ -53,7 +54,7 @@ ACCENT = SUBJECTS[1]
 """The colour of loops, where one agent is shown by itself."""
 
 INK, FAINT = "#222222", "#666666"
-EXACT: dict[Literal["random", "no-repeat"], Dash] = {"random": ":", "no-repeat": "--"}
+EXACT: dict[str, Dash] = {"random": ":", "no-repeat": "--"}
 """How the two blind agents are drawn, in FAINT, wherever they are computed rather than played."""
 
 SMALL = 7.0
@@ -67,10 +68,13 @@ _GREYS = ("#3d3d3d", "#7a7a7a", "#a3a3a3", "#5c5c5c")
 _MARKERS = "osD^"
 _HOLLOW = "vP<>"
 _DASHES: tuple[Dash, ...] = ("-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)))
-_GAP = 0.075
+_GAP = 0.08
 """Least distance between labels at the right edge, in axes heights."""
 
-_LINE = 56
+_ROOM = 38
+"""Characters that fit between the lowest and the highest p."""
+
+_LINE = 54
 """Characters in a line above a panel."""
 
 
@@ -124,8 +128,13 @@ def shifts(result: StudySummary) -> dict[tuple[str, str], float]:
 
 def counts(conditions: Sequence[ConditionSummary]) -> str:
     """The number of trials behind every share."""
-    sizes = sorted({condition.success.n for condition in conditions})
-    return f"n = {sizes[0]}" if len(sizes) == 1 else f"n = {sizes[0]} to {sizes[-1]}" if sizes else "n = 0"
+    sizes = sorted({condition.success.n for condition in conditions}) or [0]
+    return f"n = {sizes[0]} to {sizes[-1]} trials" if len(sizes) > 1 else f"n = {sizes[0]} trial" + "s" * (sizes != [1])
+
+
+def percent(share: float) -> str:
+    """A share as it is set in print."""
+    return f"{100 * share:.0f} %"
 
 
 def minus(text: str) -> str:
@@ -149,6 +158,11 @@ def agent_label(agent: AgentSummary, longest: int = 30) -> str:
     return (hidden + name + extra).replace("$", r"\$")
 
 
+def heading(agent: AgentSummary) -> str:
+    """Its name, and whether it acted the same at every p."""
+    return agent_label(agent) + (", the same at every p" if agent.blind else "")
+
+
 def share_axis(axes: Axes, label: str) -> None:
     """The vertical axis of every figure: a share, from 0 to 100 %."""
     axes.set_ylim(-0.03, 1.03)
@@ -159,12 +173,16 @@ def share_axis(axes: Axes, label: str) -> None:
 
 
 def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.0) -> None:
-    """The horizontal axis of Figs. 4 and 5b: flip probability, with a tick at every value that was played."""
+    """The horizontal axis of Figs. 4 and 5b: flip probability, a tick at every value played, named where it fits."""
     values = sorted({condition.p for condition in conditions}) or [0.0]
     margin = (0.06 * (values[-1] - values[0]) or 0.1) + shift
     axes.set_xlim(values[0] - margin, values[-1] + margin)
-    if len(values) <= 11:
-        axes.set_xticks(values, [f"{value:g}" for value in values])
+    names, free = [], values[0]
+    for value in values:
+        width = (len(f"{value:g}") + 0.6) * (values[-1] - values[0]) / _ROOM
+        names.append(f"{value:g}" if value - width / 2 >= free or value == values[0] else "")
+        free = value + width / 2 if names[-1] else free
+    axes.set_xticks(values, names)
     axes.set_xlabel("probability p that a report is inverted", fontsize=_TEXT, color=INK)
 
 
@@ -189,22 +207,31 @@ def title(axes: Axes, *lines: str) -> None:
     axes.set_title("\n".join(wrapped), loc="left", fontsize=SMALL, color=INK)
 
 
-def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]]) -> None:
+def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
     """Names at the right edge, each at the height where its line ends, pushed apart where they would touch."""
     low, high = axes.get_ylim()
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
     ordered = sorted(places)
     blocks: list[list[float]] = []
-    for i, (edge, _) in enumerate(ordered):
-        blocks.append([edge - i * _GAP])
+    for i, (end, _) in enumerate(ordered):
+        blocks.append([end - i * gap])
         while len(blocks) > 1 and fmean(blocks[-2]) > fmean(blocks[-1]):
             blocks[-2:] = [blocks[-2] + blocks[-1]]
-    bases = [min(max(0.0, fmean(block)), 1.0 - _GAP * (len(labels) - 1)) for block in blocks for _ in block]
-    for i, ((edge, place), base) in enumerate(zip(ordered, bases, strict=True)):
-        height, (_, text, colour) = base + i * _GAP, labels[-place]
-        axes.plot([1.005, 1.03], [edge, height], transform=axes.transAxes, color=colour, linewidth=0.7, clip_on=False)
+    edge = gap - _GAP  # what is more than a line high stays between the ends of the axis
+    bases = [min(max(edge, fmean(block)), 1.0 - edge - gap * (len(labels) - 1)) for block in blocks for _ in block]
+    for i, ((end, place), base) in enumerate(zip(ordered, bases, strict=True)):
+        height, (_, text, colour) = base + i * gap, labels[-place]
+        axes.plot([1.005, 1.03], [end, height], transform=axes.transAxes, color=colour, linewidth=0.7, clip_on=False)
         axes.text(
-            1.037, height, text, transform=axes.transAxes, color=colour, va="center", ha="left", fontsize=SMALL
+            1.037,
+            height,
+            text,
+            transform=axes.transAxes,
+            color=colour,
+            va="center",
+            ha="left",
+            fontsize=SMALL,
+            linespacing=1.05,
         )
 
 

@@ -35,7 +35,7 @@ def staircase(axes: Axes, share: Sequence[float], style: Style, *, label: str | 
         markersize=4.2 if style.lead else 3.6,
         markerfacecolor=style.face,
         markeredgewidth=0.7,
-        markevery=(first, 4),
+        markevery=list(range(first, len(share), 4)),
         zorder=4 if style.lead else 3,
         label=label,
     )
@@ -65,7 +65,9 @@ def means(axes: Axes, x: Sequence[float], shares: Sequence[Proportion], style: S
     )
 
 
-def bars(axes: Axes, x: Sequence[float], shares: Sequence[Proportion], style: Style, *, label: str) -> None:
+def bars(
+    axes: Axes, x: Sequence[float], shares: Sequence[Proportion], style: Style, *, label: str | None = None
+) -> None:
     """Pooled shares with their intervals."""
     axes.errorbar(
         x,

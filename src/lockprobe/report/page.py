@@ -1,4 +1,4 @@
-"""Everything that a report writes: numbers, figures, tables, and two self-contained pages.
+"""Everything that a report writes: numbers, figures, tables, and three self-contained pages.
 
 The pages are made from what ``results.json`` holds and from the figures, of nothing else: equal records give equal
 pages. What comes from agents, models and box files is untrusted: it is escaped, and the pages run no script.
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
+from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.report.pictures import CAPTIONS, Pictures, pictures
 from lockprobe.report.results import numbers, read
 from lockprobe.report.tables import (
@@ -34,7 +35,7 @@ Content = dict[str, Any]
 
 
 def write_report(directory: Path | str) -> Path:
-    """Write ``results.json``, ``figures/``, ``tables/``, ``claims.html`` and ``report.html`` into a study directory.
+    """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
     Every file is replaced in one step, ``report.html`` last.
 
@@ -58,8 +59,8 @@ def write_report(directory: Path | str) -> Path:
     for name, table in _tables(content).items():
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
-    _write(directory / "claims.html", _page("claims", content, drawn))
-    _write(directory / "report.html", _page("report", content, drawn))
+    for name in ("claims", "audit", "report"):
+        _write(directory / f"{name}.html", _page(name, content, drawn))
     return directory / "report.html"
 
 
@@ -101,11 +102,21 @@ def _page(name: str, content: Content, drawn: Pictures) -> str:
             figure: "data:image/svg+xml;base64," + base64.b64encode(forms["svg"]).decode()
             for figure, forms in drawn.items()
         },
-        captions=CAPTIONS,
+        captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
         caveat=LENGTH_CAVEAT,
         fits=[fit for fit in content["fits"] if fit["agent"] in content["subjects"]],
         tests=[test for test in content["tests"] if test["agent"] in content["subjects"]],
         claims=[list(rows) for _, rows in groupby(content["claims"], key=lambda row: row["quote"])],
+        audit=_audit(content["audit"]["rates"]),
         tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
         table1_notes=table1(subjects)[1],
     )
+
+
+def _audit(rates: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The audit's rates by question and test, one for every world."""
+    by_test = {name: [rate for rate in rates if rate["test"] == name] for name in [rate["test"] for rate in rates]}
+    return [
+        {"asks": asks, "tests": [found for found in by_test.values() if found[0]["question"] == question]}
+        for question, asks in QUESTIONS.items()
+    ]

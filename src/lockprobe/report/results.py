@@ -12,6 +12,7 @@ from typing import Any
 
 from lockprobe.analysis.finding import beside, conclusions, finding, loop_finding
 from lockprobe.analysis.summary import StudySummary, summarise
+from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.record import Trial
@@ -130,6 +131,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "errors": _errors(study.trials),
         "agents": _facts(study.trials),
         "subjects": [agent.agent for agent in summary.subjects],
+        "audit": shipped(),
     }
     plain: dict[str, Any] = _plain(content)
     return plain

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -213,8 +214,8 @@ def percent(value: float | None, digits: int = 1) -> str:
 
 
 def minus(text: str) -> str:
-    """The text with minus signs for hyphens."""
-    return text.replace("-", "\N{MINUS SIGN}")
+    """The text with minus signs for hyphens, and none before a nought."""
+    return re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text).replace("-", "\N{MINUS SIGN}")
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:

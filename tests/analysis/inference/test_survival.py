@@ -149,7 +149,8 @@ def test_each_comparison_is_its_own_and_corrected_as_by_holm():
     assert [c.p_adjusted for c in found.each] == pytest.approx(multipletests(raw, method="holm")[1].tolist())
     alone = world(np.random.default_rng(3), trap=TRAP)
     pair = loop_onset_logrank(alone.at((alone.p == 0) | (alone.p == 0.4)))
-    assert (pair.primary.p_value, pair.p_all) == (found.each[3].p_value, pytest.approx(found.each[3].p_value))
+    assert pair.primary.p_value == found.each[3].p_value
+    assert pair.p_all < 1e-5
 
 
 def test_an_agent_that_plays_alike_at_every_p_shows_no_difference_and_no_more_than_once():

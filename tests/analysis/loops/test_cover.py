@@ -63,7 +63,7 @@ def test_whether_a_short_trial_loops_is_the_definition(actions: int, longest: in
             assert any_loop(trial, min_length=min_length, overlap=overlap) == expected, trial
 
 
-@pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 7)])
+@pytest.mark.parametrize(("actions", "longest"), [(2, 7), (3, 7)])
 def test_the_linear_programme_is_optimal_under_each_rule(actions: int, longest: int) -> None:
     for trial in patterns(actions, longest):
         if not any_loop(trial):
@@ -83,7 +83,7 @@ def test_the_linear_programme_is_optimal_where_copies_may_overlap() -> None:
             assert found.covered == getattr(expected, rule), (trial, rule)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=100)
 @given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5), rule=st.sampled_from(RULES))
 def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int, rule: Rule) -> None:
     exact, literal = (

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -28,12 +30,14 @@ def at_once(monkeypatch):
     monkeypatch.setattr(kernels, "WORTH_COMPILING", 0)
 
 
-@pytest.fixture
-def plain(monkeypatch):
-    """A machine without numba."""
-    monkeypatch.setattr(kernels, "_COMPILED", {})
-    monkeypatch.setitem(sys.modules, "numba", None)
-    monkeypatch.setattr(kernels, "WORTH_COMPILING", 0)
+@contextmanager
+def without_numba() -> Iterator[None]:
+    """A machine without numba, whatever was compiled before."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernels, "_COMPILED", {})
+        patch.setitem(sys.modules, "numba", None)
+        patch.setattr(kernels, "WORTH_COMPILING", 0)
+        yield
 
 
 def long_sequences() -> list[list[int]]:
@@ -68,13 +72,13 @@ def test_a_batch_is_its_trials_one_by_one(trials: list[list[int]], overlap: bool
 
 @pytest.mark.parametrize("overlap", [False, True])
 @pytest.mark.parametrize("min_length", [1, 2, 3, 5])
-def test_compiled_and_plain_measures_are_the_same(request, overlap: bool, min_length: int) -> None:
+def test_compiled_and_plain_measures_are_the_same(at_once, overlap: bool, min_length: int) -> None:
     trials = [*patterns(2, 9), *patterns(4, 6)]
     rng = np.random.default_rng(min_length)
     trials += [tuple(rng.integers(0, 3, n)) for n in range(60)]
     trials += [tuple(rng.integers(0, 9, 1 + n % 7)) * (n % 6) for n in range(60)]
-    plainly = measure(trials, overlap=overlap, min_length=min_length)
-    request.getfixturevalue("at_once")
+    with without_numba():
+        plainly = measure(trials, overlap=overlap, min_length=min_length)
     compiled = measure(trials, overlap=overlap, min_length=min_length)
     assert "free_measures" in kernels._COMPILED
     for column in COLUMNS:
@@ -83,19 +87,18 @@ def test_compiled_and_plain_measures_are_the_same(request, overlap: bool, min_le
 
 @pytest.mark.parametrize("overlap", [False, True])
 @pytest.mark.parametrize("min_length", [1, 3])
-def test_compiled_and_plain_covers_of_long_sequences_are_the_same(request, overlap: bool, min_length: int) -> None:
-    plainly = [cover(sequence, overlap=overlap, min_length=min_length) for sequence in long_sequences()]
+def test_compiled_and_plain_covers_of_long_sequences_are_the_same(at_once, overlap: bool, min_length: int) -> None:
+    with without_numba():
+        plainly = [cover(sequence, overlap=overlap, min_length=min_length) for sequence in long_sequences()]
     assert [found.covered for found in plainly[-4:]] == [*(found.n for found in plainly[-4:-1]), 0]
-    request.getfixturevalue("at_once")
     assert [cover(sequence, overlap=overlap, min_length=min_length) for sequence in long_sequences()] == plainly
-    request.getfixturevalue("plain")
-    assert [cover(sequence, overlap=overlap, min_length=min_length) for sequence in long_sequences()] == plainly
+    assert "free_cover" in kernels._COMPILED
 
 
 def test_short_pieces_cover_as_much_as_long_ones(monkeypatch) -> None:
     rng = np.random.default_rng(11)
-    trials = [rng.integers(0, k, n).tolist() for k in (2, 4, 30) for n in (5, 50, 400)]
-    trials += [rng.integers(0, 4, 9).tolist() * 5, rng.integers(0, 50, 100).tolist() * 2]
+    trials = [rng.integers(0, k, n).tolist() for k in (2, 4, 30) for n in (5, 50, 200)]
+    trials += [rng.integers(0, 4, 9).tolist() * 5, rng.integers(0, 50, 60).tolist() * 2]
     for overlap in (False, True):
         whole = [cover(trial, overlap=overlap) for trial in trials]
         with monkeypatch.context() as patch:
@@ -176,24 +179,26 @@ def test_a_trial_imports_no_compiler() -> None:
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
-def test_without_numba_nothing_is_compiled(plain) -> None:
-    assert kernels.compiled(kernels.free_cover, 10**9) is None
-    assert measure(["ABCABC"]).covered.tolist() == [6]
+def test_without_numba_nothing_is_compiled() -> None:
+    with without_numba():
+        assert kernels.compiled(kernels.free_cover, 10**9) is None
+        assert measure(["ABCABC"]).covered.tolist() == [6]
 
 
-def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(monkeypatch) -> None:
+def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(at_once, monkeypatch) -> None:
     numba = pytest.importorskip("numba")
 
-    def njit(*functions, cache=False):
+    def njit(function=None, *, cache=False):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
-        return numba.jit(*functions, nopython=True)
+        return function  # as it stands, in plain Python
 
+    trials = [*patterns(2, 7), tuple(range(4)) * 5]
+    expected = measure(trials).redundant.tolist()
     monkeypatch.setattr(kernels, "_COMPILED", {})
-    monkeypatch.setattr(kernels, "WORTH_COMPILING", 0)
     monkeypatch.setattr(numba, "njit", njit)
-    assert measure(["ABCABC"]).covered.tolist() == [6]
-    assert "free_measures" in kernels._COMPILED
+    assert measure(trials).redundant.tolist() == expected
+    assert {"free_measures": kernels.free_measures} == kernels._COMPILED
 
 
 def test_bad_batches_are_refused() -> None:

@@ -5,9 +5,10 @@ expected had all running trials been alike. Trials of equal repetition and trial
 differences are summed per cluster, and the spread between clusters, which are independent, says how far they lie
 from nought: the robust variance of Lin and Wei (1989), made unbiased for few running trials.
 
-Rejections at .05 where nothing is, in 1000 studies of 7 p x 30 trials, with luck shared over p by none, half and
-all of the trials: onset (log-rank) .046, .062, .054; harm (Mantel-Haenszel) .038, .027, .034. Had trials been taken
-for independent, harm would have been found in .40 of 300 that share all luck. In 7 x 10 trials .070 and .033.
+Rejections at .05 where nothing is, in 1500 studies of 7 p x 30 trials, with luck shared over p by none and by half of
+the trials: onset (log-rank, Student's t) .047 and .045, with chi-squared .056 and .056; harm (Mantel-Haenszel,
+chi-squared) .044 and .038, with t .029 and .027. Had trials been taken for independent, harm would have been found
+in .40 of 300 that share all luck.
 """
 
 from __future__ import annotations
@@ -37,6 +38,18 @@ class Excess:
     total: Array
     covariance: Array
     clusters: int
+
+    @property
+    def p_value_t(self) -> float | None:
+        """Student's t over clusters of the first column, two-sided; more cautious than :attr:`p_value`."""
+        from scipy.stats import t
+
+        variance = float(self.covariance[0, 0])
+        if variance == 0:
+            return 1.0
+        return (
+            float(2 * t.sf(abs(float(self.total[0])) / variance**0.5, self.clusters - 1)) if self.clusters > 1 else None
+        )
 
     @property
     def p_value(self) -> float | None:

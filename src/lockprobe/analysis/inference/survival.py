@@ -219,7 +219,7 @@ def _compare(outcomes: Outcomes) -> OnsetComparison:
         lowest=first,
         higher=second,
         hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
-        p_value=found.p_value,
+        p_value=found.p_value_t,
         p_adjusted=None,
     )
 

@@ -18,7 +18,7 @@ from lockprobe.analysis.loops import kernels
 from lockprobe.analysis.loops.symbols import Codes, actions_of, letters, numbered
 from lockprobe.analysis.loops.words import TRIAL_LENGTH, Interval, named
 
-__all__ = ["Words", "copies", "free_pieces", "in_order"]
+__all__ = ["Words", "copies", "free_pieces", "in_order", "trial_pieces"]
 
 Words = tuple[tuple[Hashable, ...], ...]
 
@@ -28,9 +28,7 @@ def free_pieces(
 ) -> tuple[list[Interval], Words]:
     """The pieces of the greatest cover, and their distinct words in order."""
     if len(sequence) <= TRIAL_LENGTH:
-        text = letters(sequence)
-        reach = _longest_loops(text, min_length, overlap=overlap)
-        pieces = [part for piece in _fewest_longest(reach, min_length) for part in copies(text, piece, min_length)]
+        pieces = trial_pieces(letters(sequence), min_length, overlap=overlap)
         return pieces, in_order(sequence, pieces)
     codes, longest = numbered(sequence), 2 * min_length - 1
     if fast := kernels.compiled(kernels.free_cover, len(codes)):
@@ -39,6 +37,14 @@ def free_pieces(
         return pieces, in_order(sequence, [pieces[k] for k in fresh.nonzero()[0]])
     pieces = _fewest_longest(_longest_loops_up_to(longest, codes, min_length, overlap=overlap), min_length)
     return pieces, in_order(sequence, pieces)
+
+
+def trial_pieces(text: str, min_length: int, *, overlap: bool = False) -> list[Interval]:
+    """The pieces of the greatest cover of a trial, from loops of any length."""
+    reach = _longest_loops(text, min_length, overlap=overlap)
+    if not any(reach):
+        return []
+    return [part for piece in _fewest_longest(reach, min_length) for part in copies(text, piece, min_length)]
 
 
 def in_order(sequence: Sequence[Hashable] | NDArray[Any], pieces: Sequence[Interval]) -> Words:

@@ -1,0 +1,150 @@
+"""Whole pictures made of axes, and files made of pictures. Nothing here touches global state."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Literal, TypeVar
+
+import matplotlib as mpl
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.figures.corrected import (
+    draw_relative_success,
+    draw_success_by_p_corrected,
+    draw_success_curves_by_p,
+    draw_success_curves_corrected,
+)
+from lockprobe.figures.frame import FAINT, SMALL
+from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
+from lockprobe.figures.paper import (
+    draw_loops_against_success,
+    draw_loops_by_p,
+    draw_success_by_p,
+    draw_success_curves,
+)
+
+__all__ = ["panels", "pictures", "render", "single"]
+
+_COLUMN = 3.5
+"""Width of a panel in inches."""
+
+_HEIGHT = 2.4
+"""Height of a panel in inches."""
+
+_CHARACTER, _LINE = 0.06, 0.13
+"""Width of a character of the small text and height of a line, in inches, generously."""
+
+_LENGTH_NOTE = (
+    "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
+)
+
+Shown = TypeVar("Shown")
+
+
+def pictures(result: StudySummary) -> dict[str, Figure]:
+    """Every picture of a study by its file name: the paper's figures, each followed by its corrected companion."""
+    subjects, rows = result.subjects, len(result.agents)
+    by_p = partial(draw_success_by_p_corrected, reference=result.reference)
+    relative = [draw_relative_success] if any(condition.relative for condition in result.conditions) else []
+    onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
+    return {
+        "fig3": single(draw_success_curves, result),
+        "fig3-corrected": single(
+            draw_success_curves_corrected, result, *relative, heights=(_HEIGHT, 0.6 + 0.3 * rows)[: 1 + len(relative)]
+        ),
+        "fig3-by-p": panels(draw_success_curves_by_p, subjects),
+        "fig4": single(draw_success_by_p, result),
+        "fig4-corrected": panels(by_p, subjects),
+        "fig5a": panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
+        "fig5a-corrected": panels(draw_loop_harm, subjects, heights=(1.7,)),
+        "fig5b": panels(draw_loops_by_p, subjects),
+        "fig5b-corrected": panels(draw_loops_beside_chance, subjects, *onset),
+    }
+
+
+def single(
+    draw: Callable[[Axes, StudySummary], None],
+    result: StudySummary,
+    *below: Callable[[Axes, StudySummary], None],
+    heights: Sequence[float] = (),
+) -> Figure:
+    """One picture of the whole study, one column wide; further drawings go below the first."""
+    return _sheet((draw, *below), [result], heights, "")
+
+
+def panels(
+    draw: Callable[[Axes, AgentSummary], None],
+    agents: Sequence[AgentSummary],
+    *below: Callable[[Axes, AgentSummary], None],
+    heights: Sequence[float] = (),
+    note: str = "",
+) -> Figure:
+    """One panel per agent, two beside each other; further drawings go below the first, a note below all."""
+    return _sheet((draw, *below), agents, heights, note)
+
+
+def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
+    """The picture as a file. Equal figures give equal bytes."""
+    out = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "lockprobe"}):
+        metadata = {"Date": None} if form == "svg" else {"Software": None}
+        figure.savefig(out, format=form, dpi=200, metadata=metadata)
+    return out.getvalue()
+
+
+def _sheet(
+    draws: Sequence[Callable[[Axes, Shown], None]], shown: Sequence[Shown], heights: Sequence[float], note: str
+) -> Figure:
+    """Two columns at most, each as many drawings high as there are, and one legend for all."""
+    columns, bands = min(2, len(shown)), -(-len(shown) // 2)
+    ratios = [*(heights or [_HEIGHT] * len(draws))] * bands
+    figure = Figure(figsize=(_COLUMN * columns, sum(ratios)), layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04))
+    grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)
+    for i in range(columns * bands):
+        for j, draw in enumerate(draws):
+            axes = grid[i // 2 * len(draws) + j, i % 2]
+            if i < len(shown):
+                draw(axes, shown[i])
+            else:
+                axes.set_visible(False)
+    if note:
+        lines = textwrap.wrap(note, int(_COLUMN * columns / _CHARACTER))
+        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT)
+        figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
+    _legend(figure)
+    return figure
+
+
+def _legend(figure: Figure) -> None:
+    """Every name once, below the axes, in as many columns as there is room for."""
+    entries: dict[str, Artist] = {}
+    for axes in figure.axes:
+        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(name, handle)
+    if not entries:
+        return
+    for columns in (4, 3, 2, 1):
+        legend = figure.legend(
+            entries.values(),
+            entries.keys(),
+            loc="outside lower center",
+            ncols=columns,
+            frameon=False,
+            fontsize=SMALL,
+            columnspacing=1.2,
+            handlelength=2.6,
+            labelspacing=0.35,
+            borderpad=0.2,
+        )
+        size = legend.get_window_extent()
+        if size.width < figure.bbox.width or columns == 1:
+            figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
+            return
+        legend.remove()

@@ -1,0 +1,174 @@
+"""Beside Figs. 5a and 5b, what may be concluded about loops: against chance, in time, and whether they hurt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
+
+from lockprobe.analysis.inference.survival import LoopEffect, OnsetGroup
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.figures.forest import Row, forest
+from lockprobe.figures.frame import (
+    ACCENT,
+    EXACT,
+    FAINT,
+    INK,
+    SMALL,
+    SUBJECTS,
+    Style,
+    agent_label,
+    blank,
+    counts,
+    heading,
+    label_right,
+    p_axis,
+    p_value,
+    share_axis,
+    step_axis,
+    title,
+)
+from lockprobe.figures.marks import band, bars, staircase
+
+__all__ = ["draw_loop_harm", "draw_loop_onset", "draw_loops_beside_chance"]
+
+_WIDEST = 1000.0
+"""Odds ratios beyond this, or below one over it, are arrows at the edge."""
+
+
+def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
+    """In place of Fig. 5a: odds of solving after a loop over odds before. The naive ratio, hollow, is no evidence."""
+    found = agent.inference
+    if not any(condition.success.n for condition in agent.conditions):
+        return blank(axes, f"{agent_label(agent)}: no trial has ended")
+    rows = [
+        _effect("step by step", found.hazard),
+        _effect("looped by step 10", found.landmark),
+        Row(
+            name="naive: whole trials",
+            said=_said(found.whole.odds_ratio, None, None, found.whole.p_value),
+            value=found.whole.odds_ratio,
+            low=None,
+            high=None,
+            colour=FAINT,
+            face="white",
+        ),
+    ]
+    known = [value for row in rows for value in (row.value, row.low, row.high) if value]
+    widest = min(_WIDEST, 1.3 * max([3.0, *known, *(1 / value for value in known)]))
+    axes.set_xscale("log")
+    forest(axes, rows, (1 / widest, widest))
+    axes.axvline(1, color=INK, linewidth=0.8, zorder=1)
+    ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / widest <= tick <= widest]
+    ticks = [tick for tick in ticks if widest < 30 or tick not in {0.3, 3}]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.tick_params(which="minor", length=0)
+    axes.set_xlabel("odds of solving after a loop over before (below 1: loops hurt)", fontsize=SMALL, color=INK)
+    n = sum(condition.success.n for condition in (agent.conditions[:1] if agent.blind else agent.conditions))
+    return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals")
+
+
+def _effect(name: str, found: LoopEffect) -> Row:
+    return Row(
+        name=name,
+        said=_said(found.odds_ratio, found.low, found.high, found.p_value),
+        value=found.odds_ratio,
+        low=found.low,
+        high=found.high,
+        colour=SUBJECTS[0],
+        face=SUBJECTS[0],
+    )
+
+
+def _said(value: float | None, low: float | None, high: float | None, p: float | None) -> str:
+    if value is None:
+        return "not defined" if p is None else f"not defined, {p_value(p)}"
+    interval = "" if low is None or high is None else f" [{_short(low)}, {_short(high)}]"
+    return f"{_short(value)}{interval}, {p_value(p)}"
+
+
+def _short(ratio: float) -> str:
+    return f"{ratio:.0f}" if 10 <= ratio <= _WIDEST else f"{ratio:.2g}"
+
+
+def draw_loops_beside_chance(axes: Axes, agent: AgentSummary) -> None:
+    """Fig. 5b with Wilson's intervals, beside what chance alone gives to trials of exactly these lengths."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    if not counted:
+        return blank(axes, f"{agent_label(agent)}: no trial has ended")
+    x, found = [condition.p for condition in counted], [condition.behaviour for condition in counted]
+    style = Style(colour=ACCENT, marker="o", dash="-", lead=True)
+    bars(axes, x, [behaviour.loops for behaviour in found], style)
+    share_axis(axes, "share of trials with a loop")
+    p_axis(axes, agent.conditions)
+    low, high = axes.get_xlim()
+    _blind_agents(axes, x, [b.chance_uniform for b in found], [b.chance_no_repeat for b in found])
+    for side, marker, levels in (
+        (-1, "x", [b.chance_markov for b in found]),
+        (1, "+", [b.chance_permutation for b in found]),
+    ):
+        axes.plot(
+            [p + side * 0.028 * (high - low) for p in x],
+            _known(levels),
+            linestyle="none",
+            marker=marker,
+            markersize=4.2,
+            markeredgewidth=0.9,
+            color=INK,
+            zorder=3,
+        )
+    return title(
+        axes,
+        heading(agent),
+        f"{counts(counted)} per p; bars: 95 % Wilson intervals",
+        "chance: grey; \N{MULTIPLICATION SIGN}: same transitions; +: shuffled",
+    )
+
+
+def _blind_agents(
+    axes: Axes, x: Sequence[float], uniform: Sequence[float | None], no_repeat: Sequence[float | None]
+) -> None:
+    """Between the two blind agents; a single p is given some width to be seen."""
+    low, high = axes.get_xlim()
+    reach = 0.04 * (high - low)
+    ends = x if len(x) > 1 else [x[0] - reach, x[0] + reach]
+    first, second = (_known(levels) * (len(ends) // len(x)) for levels in (uniform, no_repeat))
+    axes.fill_between(ends, first, second, color="#999999", alpha=0.2, linewidth=0, zorder=1)
+    for levels, name in ((first, "random"), (second, "no-repeat")):
+        axes.plot(ends, levels, linestyle=EXACT[name], color=FAINT, linewidth=0.9, zorder=2)
+    label_right(axes, [(first[-1], "random", FAINT), (second[-1], "no-repeat", FAINT)])
+
+
+def _known(levels: Sequence[float | None]) -> list[float]:
+    return [float("nan") if level is None else level for level in levels]
+
+
+def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
+    """When the first loop is complete: the lowest p against all higher ones, one minus Kaplan-Meier."""
+    found = agent.inference.onset.primary
+    if found is None:
+        why = "the same at every p" if agent.blind else "fewer than two p with trials"
+        return blank(axes, f"{agent_label(agent)}: no loop onsets to compare ({why})")
+    groups = (
+        (found.lowest, Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)),
+        (found.higher, Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)),
+    )
+    for i, (group, style) in enumerate(groups):
+        staircase(axes, group.curve.share, style, first=1 + 2 * i)
+        band(axes, group.curve.low, group.curve.high, style)
+    step_axis(axes, max(len(group.curve.share) - 1 for group, _ in groups), "looped by this step")
+    label_right(axes, [(group.curve.share[-1], _group(group), style.colour) for group, style in groups], gap=0.16)
+    ratio = "hazard ratio not defined" if found.hazard_ratio is None else f"hazard ratio {found.hazard_ratio:.2f}"
+    return title(
+        axes,
+        agent_label(agent),
+        f"{ratio}, log-rank: {p_value(found.p_value)}",
+        "1 \N{MINUS SIGN} Kaplan-Meier, censored at success; 95 % bands",
+    )
+
+
+def _group(group: OnsetGroup) -> str:
+    p = f"{group.p[0]:g}" if len(group.p) == 1 else f"{group.p[0]:g} to {group.p[-1]:g}"
+    return f"p = {p}\nn = {group.n}"

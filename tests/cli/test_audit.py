@@ -1,0 +1,69 @@
+"""``lockprobe audit`` and ``lockprobe power``, as typed."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from lockprobe.analysis.inference.verdict import QUESTIONS
+
+
+def lockprobe(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "lockprobe", *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+
+
+def test_an_audit_in_words():
+    done = lockprobe("audit", "--studies", 4, "--world", "loops-irrelevant", "--world", "loop-trapped", "--workers", 1)
+    assert done.returncode == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    for question in QUESTIONS.values():
+        assert question in said
+    assert "loops-irrelevant !" in said
+    assert "Every recommended test (*) keeps its 5 %" in said
+    assert "\x1b" not in done.stdout
+
+
+def test_an_audit_as_json_is_the_same_again():
+    done = lockprobe("audit", "--studies", 2, "--world", "no-effect", "--seed", 7, "--workers", 1, "--json")
+    found = json.loads(done.stdout)
+    assert found["seed"] == 7
+    assert list(found["worlds"]) == ["no-effect"]
+    assert {"world", "test", "question", "truth", "studies", "rejected", "rate", "error", "valid"} <= set(
+        found["rates"][0]
+    )
+    again = lockprobe("audit", "--studies", 2, "--world", "no-effect", "--seed", 7, "--workers", 2, "--json")
+    assert again.stdout == done.stdout
+
+
+def test_power_for_a_stated_effect():
+    stated = ("power", "--success", "0.2,0.7", "--p", "0,0.4", "--trials", "9,30", "--studies", 20, "--workers", 1)
+    (found,) = (row for row in json.loads(lockprobe(*stated, "--json").stdout)["tests"] if row["recommended"])
+    assert [step["trials"] for step in found["measured"]] == [9, 30]
+    assert found["trials_needed"] <= 30
+    said = lockprobe(*stated).stdout
+    assert "trials per p for 0.8" in " ".join(said.split())
+    assert "n=30" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("audit", "--world", "no-efect"), "did you mean 'no-effect'?"),
+        (("audit", "--studies", "0"), "--studies"),
+        (("power", "--success", "0.2,x"), "numbers with commas between"),
+        (("power", "--harm", "0.5"), "shares at each p"),
+        (("power", "--success", "0.2,0.7"), "one share for each of 7 p"),
+        (("power", "--success", "0.2,1.7", "--p", "0,0.4"), "got 1.7"),
+        (("power", "--trials", "1"), "numbers of at least 2"),
+        (("power", "--trials", "nan"), "whole numbers"),
+        (("power", "--target", "1.5"), "target power"),
+    ],
+)
+def test_mistakes_are_one_line(arguments, message):
+    done = lockprobe(*arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,45 @@
+"""Reads back what stands on axes."""
+
+import numpy as np
+from matplotlib.collections import PathCollection, PolyCollection
+
+
+def lines(axes):
+    """The data of every line, apart from entries of the legend."""
+    found = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axes.lines]
+    return [(x, y) for x, y in found if len(x)]
+
+
+def staircases(axes):
+    """Every line that is a staircase."""
+    return [line for line in axes.lines if line.get_drawstyle() == "steps-post"]
+
+
+def labelled(axes, label):
+    """The data of the line with this label."""
+    (found,) = [line for line in axes.lines if line.get_label() == label]
+    return np.asarray(found.get_xdata()).tolist(), np.asarray(found.get_ydata()).tolist()
+
+
+def shades(axes):
+    """The corners of every shade."""
+    found = [shade for shade in axes.collections if isinstance(shade, PolyCollection)]
+    return [{tuple(corner) for corner in shade.get_paths()[0].vertices.tolist()} for shade in found]
+
+
+def dots(axes):
+    """Places of scattered dots, and how many points each stands for."""
+    (scattered,) = [found for found in axes.collections if isinstance(found, PathCollection)]
+    sizes = scattered.get_sizes()
+    places = [tuple(map(float, place)) for place in scattered.get_offsets()]
+    return dict(zip(places, (sizes / sizes.min()).tolist(), strict=True))
+
+
+def bars(axes):
+    """Every marker with a bar: place, height, and the ends of the bar."""
+    found = []
+    for container in axes.containers:
+        marks, _, (ends,) = container.lines
+        for x, y, segment in zip(*marks.get_data(), ends.get_segments(), strict=True):
+            found.append((float(x), float(y), *map(float, segment[:, 1])))
+    return found

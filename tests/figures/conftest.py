@@ -1,0 +1,62 @@
+"""Studies to draw."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import make_trial, play_study, small_study
+from matplotlib.figure import Figure
+
+from lockprobe.analysis.summary import summarise
+from lockprobe.audit.worlds import WORLDS, Design, simulate
+from lockprobe.lockbox.families import box
+
+P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+REFERENCES = ("random", "round-robin", "human-inspired")
+
+
+def simulated(world, name, seed):
+    """A study of the paper's size by a simulated agent, under a model's name and on chain-4."""
+    trials = simulate(WORLDS[world], Design(), np.random.default_rng(seed))
+    return [replace(trial, agent=name, box="chain-4") for trial in trials]
+
+
+@pytest.fixture(scope="session")
+def studies():
+    """Summaries by what is special about them."""
+    references = play_study(small_study(REFERENCES, P7, 3, 10))
+    model = simulated("loops-irrelevant", "llm:openai/gpt-4o-2024-08-06", 1)
+    others = simulated("loop-trapped", "llm:anthropic/claude-x", 2) + simulated("saturating", "llm:local", 3)
+    names = ("llm:$\\frac{", "python:" + "x" * 200, "_hidden\n<script>", "llm:\u4e2d\u0e01")
+    found = {
+        "typical": model + references,
+        "three": model + others + references,
+        "strategies": play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), P7, 2, 5)),
+        "many p": play_study(small_study(("human-inspired", "random"), [i / 20 for i in range(11)], 2, 3)),
+        "one p": [trial for trial in model + references if trial.p == 0.0],
+        "one trial": [trial for trial in model if trial.repetition == trial.trial == 1],
+        "three trials": [trial for trial in model if trial.repetition == 1 and trial.trial <= 3],
+        "nothing solved": [make_trial([0] * 20, agent="llm:x", p=p, trial=i) for p in (0.0, 0.3, 0.6) for i in (1, 2)],
+        "errors": [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
+        "hostile names": [make_trial([3, 2, 1, 0], agent=name, p=p) for name in names for p in (0.0, 0.5)],
+    }
+    known = {name: None if name == "hostile names" else box("chain-4") for name in found}
+    return {name: summarise(trials, known[name]) for name, trials in found.items()}
+
+
+@pytest.fixture(scope="session")
+def typical(studies):
+    """One model beside references."""
+    return studies["typical"]
+
+
+@pytest.fixture(scope="session")
+def model(typical):
+    """The model of it."""
+    return typical.agents[0]
+
+
+@pytest.fixture
+def axes():
+    """Axes to draw on."""
+    return Figure().add_subplot()

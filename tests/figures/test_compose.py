@@ -1,0 +1,104 @@
+"""Whole pictures: of any study, legible, deterministic, without touching global state."""
+
+import sys
+from itertools import combinations
+
+import matplotlib as mpl
+import pytest
+
+from lockprobe import figures
+
+CASES = (
+    "typical",
+    "three",
+    "strategies",
+    "many p",
+    "one p",
+    "one trial",
+    "three trials",
+    "nothing solved",
+    "errors",
+    "hostile names",
+)
+NAMES = ["fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected"]
+NAMES += ["fig5a", "fig5a-corrected", "fig5b", "fig5b-corrected"]
+
+
+def written(figure):
+    """Every text that is to be read, and where it stands in pixels."""
+    found = [figure._supxlabel] if figure._supxlabel else []
+    for legend in figure.legends:
+        found += legend.get_texts()
+    for axes in figure.axes:
+        if not axes.get_visible():
+            continue
+        found += [*axes.texts, axes._left_title]
+        if not axes.axison:
+            continue
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+            found += [axis.label, *(tick.label1 for tick in ticks)]
+    return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
+    for name, figure in figures.pictures(studies[case]).items():
+        figure.draw_without_rendering()
+        texts = written(figure)
+        assert texts
+        for text, place in texts:
+            assert text.get_fontsize() >= 7, (name, text)
+            inside = place.x0 >= -1 and place.y0 >= -1 and place.x1 <= figure.bbox.x1 + 1
+            assert inside and place.y1 <= figure.bbox.y1 + 1, (name, text)
+        for (one, first), (other, second) in combinations(texts, 2):
+            apart = min(first.x1, second.x1) - max(first.x0, second.x0)
+            above = min(first.y1, second.y1) - max(first.y0, second.y0)
+            assert apart <= 1.5 or above <= 1.5, (name, one, other)
+
+
+def test_the_names_of_the_pictures(studies):
+    assert list(figures.pictures(studies["one trial"])) == NAMES
+
+
+def test_panels_are_a_column_of_print_wide_and_two_beside_each_other(studies):
+    for case, columns, rows in (("typical", 1, 1), ("three", 2, 2), ("strategies", 2, 2)):
+        figure = figures.panels(figures.draw_loops_by_p, studies[case].subjects)
+        assert tuple(figure.get_size_inches()) == (3.5 * columns, 2.4 * rows)
+        assert sum(axes.get_visible() for axes in figure.axes) == len(studies[case].subjects)
+
+
+@pytest.mark.parametrize("case", ["three", "hostile names"])
+@pytest.mark.parametrize("draw", [figures.draw_success_curves, figures.draw_success_by_p])
+def test_every_agent_is_named(studies, case, draw):
+    (legend,) = figures.single(draw, studies[case]).legends
+    assert len(legend.get_texts()) == len(studies[case].agents)
+
+
+def test_what_cannot_be_compared_takes_no_room(studies):
+    one = figures.pictures(studies["one trial"])
+    assert [len(one[name].axes) for name in ("fig3-corrected", "fig5b-corrected")] == [2, 2]
+    assert len(figures.pictures(studies["one p"])["fig5b-corrected"].axes) == 1
+    assert len(figures.pictures(studies["errors"])["fig3-corrected"].axes) == 1
+
+
+def test_equal_figures_are_equal_bytes(typical):
+    for form, head in (("svg", b"<?xml"), ("png", b"\x89PNG")):
+        first, second = (
+            figures.render(figures.single(figures.draw_success_curves_corrected, typical), form) for _ in range(2)
+        )
+        assert first == second
+        assert first.startswith(head)
+
+
+def test_names_are_text_in_the_file(studies):
+    assert b"<script>" not in figures.render(figures.single(figures.draw_success_by_p, studies["hostile names"]), "svg")
+
+
+def test_nothing_global_is_touched(typical):
+    settings = [name for name in mpl.rcParams if name != "backend"]  # asking for that one imports pyplot
+    before = [mpl.rcParams[name] for name in settings]
+    figures.render(figures.single(figures.draw_success_by_p, typical), "svg")
+    assert [mpl.rcParams[name] for name in settings] == before
+    assert "matplotlib.pyplot" not in sys.modules
