@@ -27,7 +27,7 @@ def studies():
     references = play_study(small_study(REFERENCES, P7, 3, 10))
     model = simulated("loops-irrelevant", "llm:openai/gpt-4o-2024-08-06", 1)
     others = simulated("loop-trapped", "llm:anthropic/claude-x", 2) + simulated("saturating", "llm:local", 3)
-    names = ("llm:$\\frac{", "python:" + "x" * 200, "_hidden\n<script>", "llm:\u4e2d\u0e01")
+    names = ("llm:$\\frac{", "python:" + "mx" * 100, "_hidden\n<script>", "llm:\u4e2d\u0e01")
     found = {
         "typical": model + references,
         "three": model + others + references,
@@ -40,7 +40,7 @@ def studies():
         "errors": [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
         "hostile names": [make_trial([3, 2, 1, 0], agent=name, p=p) for name in names for p in (0.0, 0.5)],
     }
-    known = {name: None if name == "hostile names" else box("chain-4") for name in found}
+    known = {name: None if name == "one trial" else box("chain-4") for name in found}
     return {name: summarise(trials, known[name]) for name, trials in found.items()}
 
 

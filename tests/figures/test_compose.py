@@ -50,8 +50,8 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
         assert texts
         for text, place in texts:
             assert text.get_fontsize() >= 7, (name, text)
-            inside = place.x0 >= -1 and place.y0 >= -1 and place.x1 <= figure.bbox.x1 + 1
-            assert inside and place.y1 <= figure.bbox.y1 + 1, (name, text)
+            beyond = [-place.x0, -place.y0, place.x1 - figure.bbox.x1, place.y1 - figure.bbox.y1]
+            assert max(beyond) <= 1, (name, text)
         for (one, first), (other, second) in combinations(texts, 2):
             apart = min(first.x1, second.x1) - max(first.x0, second.x0)
             above = min(first.y1, second.y1) - max(first.y0, second.y0)
@@ -77,10 +77,9 @@ def test_every_agent_is_named(studies, case, draw):
 
 
 def test_what_cannot_be_compared_takes_no_room(studies):
-    one = figures.pictures(studies["one trial"])
-    assert [len(one[name].axes) for name in ("fig3-corrected", "fig5b-corrected")] == [2, 2]
-    assert len(figures.pictures(studies["one p"])["fig5b-corrected"].axes) == 1
-    assert len(figures.pictures(studies["errors"])["fig3-corrected"].axes) == 1
+    for case, axes in (("three trials", [2, 2]), ("one trial", [1, 2]), ("one p", [2, 1]), ("errors", [1, 1])):
+        made = figures.pictures(studies[case])
+        assert [len(made[name].axes) for name in ("fig3-corrected", "fig5b-corrected")] == axes
 
 
 def test_equal_figures_are_equal_bytes(typical):

@@ -104,7 +104,7 @@ def draw_relative_success(axes: Axes, result: StudySummary) -> None:
     ends = [end for row in rows if row.low is not None and row.high is not None for end in (row.low, row.high)]
     if not ends:
         return blank(axes, "no area between chance and the shortest plan")
-    forest(axes, rows, (min([*ends, 0.0]) - 0.05, max([*ends, 1.0]) + 0.05))
+    forest(axes, rows, (min([*ends, 0.0]) - 0.05, max([*ends, 1.0]) + 0.05), left=-0.19)
     axes.axvline(0, color=FAINT, linewidth=0.9, linestyle=EXACT["random"], zorder=1)
     axes.axvline(1, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])

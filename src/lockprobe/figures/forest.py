@@ -37,8 +37,15 @@ class Row:
     face: str
 
 
-def forest(axes: Axes, rows: Sequence[Row], limits: tuple[float, float]) -> None:
-    """Draw the rows, the first on top. An estimate outside the limits is an arrow at the edge."""
+def forest(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], *, left: float = 0.0) -> None:
+    """Draw the rows, the first on top. An estimate outside the limits is an arrow at the edge.
+
+    Args:
+        axes: Where.
+        rows: What.
+        limits: Of the horizontal axis.
+        left: Where names begin, in widths of the axes; below 0 they begin left of them.
+    """
     for i, row in enumerate(rows):
         if row.low is not None and row.high is not None:
             axes.plot([row.low, row.high], [i, i], color=row.colour, linewidth=1.3, zorder=3, solid_capstyle="butt")
@@ -56,7 +63,7 @@ def forest(axes: Axes, rows: Sequence[Row], limits: tuple[float, float]) -> None
                 zorder=4,
                 clip_on=inside,
             )
-        places = ((0.0, row.name, "left", INK), (1.0, row.said, "right", FAINT if row.face == "white" else INK))
+        places = ((left, row.name, "left", INK), (1.0, row.said, "right", FAINT if row.face == "white" else INK))
         for x, text, side, colour in places:
             axes.text(
                 x,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from statistics import linear_regression
 
 from matplotlib.axes import Axes
 
@@ -91,10 +90,9 @@ def draw_loops_against_success(axes: Axes, agent: AgentSummary) -> None:
         clip_on=False,
     )
     found = agent.correlation
-    if found.r is not None:
-        slope, middle = linear_regression(*zip(*((point.loop_rate, point.success) for point in points), strict=True))
+    if found.slope is not None and found.intercept is not None:
         ends = [min(point.loop_rate for point in points), max(point.loop_rate for point in points)]
-        axes.plot(ends, [middle + slope * end for end in ends], color=INK, linewidth=1.2, zorder=2)
+        axes.plot(ends, [found.intercept + found.slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
     interval = "" if found.low is None else f" [{found.low:.2f}, {found.high:.2f}]"
     said = "r is not defined" if found.r is None else minus(f"r = {found.r:.2f}{interval}")
     title(axes, heading(agent), f"{said}; n = {found.n} repetitions")

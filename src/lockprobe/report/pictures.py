@@ -12,23 +12,25 @@ CAPTIONS = {
     "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent at its lowest p.",
     "fig3-corrected": "The same with what it takes to judge it: one minus Kaplan-Meier with its 95 % band, the "
     "exact curves of random agents on this box, the shortest plan, and below the area under each curve between random "
-    "and shortest plan.",
+    "and shortest plan. Agents to compare with are grey, with hollow markers and no band.",
     "fig3-by-p": "The same for every p. Bands are drawn for the lowest p and for the p whose final success lies "
     "farthest from it.",
     "fig4": "The paper's Fig. 4: success by flip probability. Dots are repetitions (larger where several coincide), "
     "markers their means, the line the second-order least-squares fit with its 95 % bootstrap band.",
     "fig4-corrected": "The same with what it takes to judge it: 95 % Wilson intervals, a binomial model of the order "
-    "that AICc prefers with its 95 % band, the exact success of random agents, and under the axis every p that may be the "
-    "best.",
+    "that AICc prefers with its 95 % band, the exact success of random agents, and triangles under every p that may "
+    "be the best. The diamond is the highest share less what it owes to having been chosen.",
     "fig5a": "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and p, "
     "with the least-squares line and r.",
     "fig5a-corrected": "Do loops hurt? Odds of solving the box after a loop over the odds before one, among trials "
-    "still running at the same step (top) or after step 10. Over whole trials (hollow) the ratio is far below one whether "
-    "or not loops matter, because a solved trial ends before it can loop.",
+    "still running at the same step (top) or after step 10. Over whole trials (hollow) the ratio is far below one "
+    "whether or not loops matter, because a solved trial ends before it can loop. An arrow at the edge is a ratio "
+    "beyond the axis.",
     "fig5b": "The paper's Fig. 5b: share of trials with an action loop by flip probability, with the second-order fit.",
-    "fig5b-corrected": "The same with what it takes to judge it: 95 % Wilson intervals beside what random actions, the "
-    "agent's own habits and its own actions in random order give in trials of exactly these lengths; and the share "
-    "that has looped by each step, one minus Kaplan-Meier, as if no trial had been cut short by success.",
+    "fig5b-corrected": "The same with what it takes to judge it: 95 % Wilson intervals beside what chance gives in "
+    "trials of exactly these lengths. Grey: between random actions (dotted) and those without repeats (dashed); "
+    "crosses: the agent's own transitions; plus signs: its own actions in random order. And the share that has looped "
+    "by each step, one minus Kaplan-Meier, as if no trial had been cut short by success.",
 }
 """What every figure shows, by file name."""
 

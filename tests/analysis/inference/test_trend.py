@@ -95,6 +95,8 @@ def test_r_of_a_straight_line():
     data = points(lambda x: x)
     found = correlation(data, 1 - drawn(data, 1), drawn(data, 2))
     assert (found.r, found.n) == (pytest.approx(-1.0), 21)
+    assert (found.slope, found.intercept) == (pytest.approx(-1.0), pytest.approx(1.0))
+    assert found.p_value < 1e-9
     assert -1 <= found.low <= found.high < -0.9
     assert found.caveat == LENGTH_CAVEAT
     assert correlation(data, NONE, NONE).low is None

@@ -34,6 +34,8 @@ class Correlation:
         p_value: Of Student's t for r, as if points were independent and trials equally long; None without r.
         low: 2.5th percentile over bootstrap resamples; None where nothing can be resampled.
         high: 97.5th percentile.
+        slope: Of the least-squares line of success on loop rate, which the paper draws; None without r.
+        intercept: Of the same.
         caveat: Why it must not be read as an effect.
     """
 
@@ -42,6 +44,8 @@ class Correlation:
     p_value: float | None = None
     low: float | None = None
     high: float | None = None
+    slope: float | None = None
+    intercept: float | None = None
     caveat: str = LENGTH_CAVEAT
 
 
@@ -55,7 +59,8 @@ def pearson(points: Sequence[Point]) -> Correlation:
 
     free = len(pairs) - 2
     p_value = float(2 * student.sf(abs(r) * math.sqrt(free / (1 - r * r)), free)) if abs(r) < 1 else 0.0
-    return Correlation(r=r, n=len(points), p_value=p_value)
+    slope, intercept = np.polyfit(pairs[:, 0], pairs[:, 1], 1).tolist()
+    return Correlation(r=r, n=len(points), p_value=p_value, slope=slope, intercept=intercept)
 
 
 def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correlation:
