@@ -32,7 +32,11 @@ def test_power_grows_with_trials():
 def test_only_questions_with_a_yes_are_answered():
     flat = power([stated_world((0.5, 0.5), p=P2)], p=P2, trials=(9,), studies=2)
     assert flat == []
-    assert {one.question for one in power([default_worlds()[0]], trials=(9,), studies=2)} == {"success", "shape"}
+    assert {one.question for one in power([default_worlds()[0]], trials=(9,), studies=2)} == {
+        "success",
+        "speed",
+        "shape",
+    }
 
 
 @pytest.mark.parametrize(
@@ -61,9 +65,9 @@ def test_impossible_effects_are_refused(settings, message):
 
 
 def test_truths_follow_from_the_effect():
-    assert stated_world((0.2, 0.6, 0.4), p=(0.0, 0.3, 0.6)).truths == {"success", "shape"}
+    assert stated_world((0.2, 0.6, 0.4), p=(0.0, 0.3, 0.6)).truths == {"success", "speed", "shape"}
     assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1)).truths == {"looping"}
-    assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1), harm=0.3).truths == {"success", "looping", "harm"}
+    assert stated_world((0.5, 0.5), p=P2, trap=(0.4, 0.1), harm=0.3).truths == {"success", "speed", "looping", "harm"}
 
 
 def test_impossible_designs_are_refused():

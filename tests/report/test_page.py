@@ -62,7 +62,7 @@ def page_of(directory, name="report"):
 def test_all_files_are_there_and_no_draft(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
     pictures = {f"figures/{name}.{form}" for form in ("png", "svg") for name in CAPTIONS}
-    made = ("table1", "table1-corrected", "speed", "loops", "detectors", "conditions", "claims")
+    made = ("table1", "table1-corrected", "speed", "paces", "loops", "detectors", "conditions", "claims")
     tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in made}
     assert pictures | tables | {"report.html", "claims.html", "audit.html", "results.json"} <= names
     assert not [name for name in names if "draft" in name]

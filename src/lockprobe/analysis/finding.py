@@ -77,6 +77,14 @@ def conclusions(agent: AgentSummary) -> list[str]:
 
 
 _SAID: dict[Question, tuple[str | dict[str, str], str]] = {
+    "speed": (
+        {
+            "more": "False reports make the agent solve the box sooner",
+            "less": "False reports make the agent solve the box later or not at all",
+            "": "",
+        },
+        "That false reports change how fast the box is solved is not detectable",
+    ),
     "shape": (
         "Success rises with false reports and falls again",
         "That success falls again at high p is not detectable",

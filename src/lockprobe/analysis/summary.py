@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import combinations, groupby
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.inference.verdict import ALPHA
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.analysis.outcomes import Outcomes, Point, ended, outcomes, points
+from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.proportions import Difference, Paired, Proportion, difference, paired, proportion
 from lockprobe.analysis.resample import resample
 from lockprobe.errors import BadValue
@@ -153,10 +154,12 @@ class StudySummary:
 
     Attributes:
         agents: In the order in which they first appear in the trials.
+        paces: Every two agents at their common lowest p: who is faster.
         reference: What blind agents and the shortest plan reach on the box; None where the box is not known.
     """
 
     agents: tuple[AgentSummary, ...]
+    paces: tuple[Pace, ...]
     reference: Reference | None
 
     @property
@@ -190,8 +193,17 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None) -> StudySumma
 
     reference = _reference(box, max((trial.budget for trial in trials), default=0)) if box else None
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
-    agents = groupby(ordered, key=lambda trial: group(trial)[0])
-    return StudySummary(agents=tuple(_agent(list(members), reference) for _, members in agents), reference=reference)
+    by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
+    return StudySummary(
+        agents=tuple(_agent(members, reference) for members in by_agent), paces=_paces(by_agent), reference=reference
+    )
+
+
+def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
+    """Every two agents that share their lowest p."""
+    lowest = [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
+    found = [pace(first, second) for first, second in combinations(lowest, 2) if first[0].p == second[0].p]
+    return tuple(compared for compared in found if compared)
 
 
 def _reference(box: Lockbox, budget: int) -> Reference:

@@ -86,7 +86,7 @@ def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> fro
     traps = len(set(trap)) > 1
     found: set[Question] = set()
     if len(set(success)) > 1 or (traps and harm < 1):
-        found.add("success")
+        found |= {"success", "speed"}
     top = success.index(max(success))
     if success[top] > success[0] and success[top] > success[-1]:
         found.add("shape")

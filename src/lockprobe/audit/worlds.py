@@ -48,7 +48,7 @@ class World:
         trap: Chance per step to fall into a cycle of three or four actions, [0, 1]; 0 acts at random throughout.
         harm: Factor on the chance to solve once a loop is complete; 1 if loops are irrelevant, below 1 if they hurt.
         shared: Share of trials that have the same luck at every p, [0, 1].
-        truths: Questions whose true answer is yes: ``success``, ``shape``, ``looping``, ``harm``.
+        truths: Questions whose true answer is yes: ``success``, ``speed``, ``shape``, ``looping``, ``harm``.
     """
 
     name: str
@@ -110,7 +110,7 @@ WORLDS: Mapping[str, World] = {
             trap=_FREE,
             harm=1.0,
             shared=0.0,
-            truths=frozenset({"success", "shape"}),
+            truths=frozenset({"success", "speed", "shape"}),
         ),
         World(
             name="loop-trapped",
@@ -119,7 +119,7 @@ WORLDS: Mapping[str, World] = {
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
             harm=0.1,
             shared=0.0,
-            truths=frozenset({"success", "looping", "harm"}),
+            truths=frozenset({"success", "speed", "looping", "harm"}),
         ),
         World(
             name="saturating",
@@ -128,7 +128,7 @@ WORLDS: Mapping[str, World] = {
             trap=_FREE,
             harm=1.0,
             shared=0.0,
-            truths=frozenset({"success"}),
+            truths=frozenset({"success", "speed"}),
         ),
         World(
             name="inverted-u",
@@ -137,7 +137,7 @@ WORLDS: Mapping[str, World] = {
             trap=_FREE,
             harm=1.0,
             shared=0.0,
-            truths=frozenset({"success", "shape"}),
+            truths=frozenset({"success", "speed", "shape"}),
         ),
     )
 }

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter
 
-from lockprobe.analysis.inference.survival import LoopEffect, OnsetGroup
+from lockprobe.analysis.inference.hazard import LoopEffect
+from lockprobe.analysis.inference.logrank import EventGroup
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.forest import Row, forest
 from lockprobe.figures.frame import (
@@ -169,6 +170,6 @@ def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
     )
 
 
-def _group(group: OnsetGroup) -> str:
+def _group(group: EventGroup) -> str:
     p = f"{group.p[0]:g}" if len(group.p) == 1 else f"{group.p[0]:g} to {group.p[-1]:g}"
     return f"p = {p}\nn = {group.n}"

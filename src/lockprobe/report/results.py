@@ -122,6 +122,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "beside": beside(summary),
         "box": asdict(summary.reference) if summary.reference else None,
         "conditions": [condition_row(c, blind=agent.blind) for agent in agents for c in agent.conditions],
+        "paces": [asdict(compared) for compared in summary.paces],
         "fits": [fit_row(agent) for agent in agents],
         "tests": [row for agent in agents if not agent.blind for row in test_rows(agent)],
         "contrasts": [contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],

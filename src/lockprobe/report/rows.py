@@ -99,6 +99,7 @@ def fit_row(agent: AgentSummary) -> Row:
         "lind_mehlum": asdict(found.bend),
         "peak": asdict(agent.peak),
         "difference_from_lowest": asdict(found.difference),
+        "steps_to_solve": asdict(found.speed),
         "loop_onset": asdict(found.onset),
         "after_a_loop": asdict(found.hazard),
         "after_a_loop_by_step_10": asdict(found.landmark),

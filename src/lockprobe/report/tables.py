@@ -17,6 +17,7 @@ __all__ = [
     "detector_table",
     "loop_table",
     "minus",
+    "pace_table",
     "percent",
     "speed_table",
     "table1",
@@ -115,6 +116,20 @@ def speed_table(conditions: Rows) -> Table:
             ]
         )
     return table
+
+
+def pace_table(paces: Rows) -> Table:
+    """Every two agents at the same p: who is faster."""
+    several = len({shown for row in paces for _, shown in (row["first"], row["second"])}) > 1
+    return [["agent", "against", "p", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
+        [
+            *(f"{agent}, {shown}" if several else agent for agent, shown in (row["second"], row["first"])),
+            f"{row['p']:g}",
+            NONE if row["hazard_ratio"] is None else f"{row['hazard_ratio']:.2f}",
+            *(NONE if row[name] is None else f"{row[name]:.2g}" for name in ("p_value", "independent", "gehan")),
+        ]
+        for row in paces
+    ]
 
 
 def loop_table(conditions: Rows) -> Table:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lockprobe.analysis.inference.battery import infer
+from lockprobe.analysis.inference.hazard import loop_hazard
 from lockprobe.analysis.inference.peak import any_difference
-from lockprobe.analysis.inference.survival import loop_hazard
 from lockprobe.analysis.inference.verdict import QUESTIONS, TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.audit.worlds import WORLDS, Design, simulate_outcomes

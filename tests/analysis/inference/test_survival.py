@@ -9,7 +9,8 @@ from statsmodels.stats.contingency_tables import StratifiedTable
 from statsmodels.stats.multitest import multipletests
 
 from lockprobe.analysis.inference.excess import clusters, excess, grid
-from lockprobe.analysis.inference.survival import loop_hazard, loop_landmark, loop_onset_logrank, naive_association
+from lockprobe.analysis.inference.hazard import loop_hazard, loop_landmark, naive_association
+from lockprobe.analysis.inference.logrank import loop_onset_logrank, solution_logrank
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.outcomes import Outcomes
 
@@ -140,6 +141,18 @@ def test_onset_is_censored_where_the_trial_ends():
     assert (found.lowest.by_step(), found.higher.by_step()) == (0.0, 1.0)
     assert (found.lowest.expected, found.higher.expected) == (0.0, 8.0)
     assert (found.p_value, found.hazard_ratio) == (1.0, None)  # nobody at p = 0 ran on to step 8
+
+
+def test_the_time_to_solve_is_tested_alike():
+    drawn = world(np.random.default_rng(5))
+    found = solution_logrank(drawn).primary
+    low = drawn.p == 0
+    assert (found.lowest.events, found.higher.events) == (drawn.solved[low].sum(), drawn.solved[~low].sum())
+    assert found.lowest.curve.share[-1] == pytest.approx(drawn.solved[low].mean())
+    statistic, _ = survdiff(drawn.length, drawn.solved.astype(int), (~low).astype(int))
+    beyond = found.higher.events - found.higher.expected
+    assert np.sign(beyond) == np.sign(found.hazard_ratio - 1)
+    assert found.p_value == pytest.approx(stats.chi2.sf(statistic, 1), abs=0.1)
 
 
 def test_each_comparison_is_its_own_and_corrected_as_by_holm():

@@ -7,20 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.analysis.inference.association import Correlation, pearson
-from lockprobe.analysis.inference.peak import AnyDifference, any_difference
-from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
-from lockprobe.analysis.inference.survival import (
+from lockprobe.analysis.inference.hazard import (
     LoopEffect,
-    LoopOnset,
     NaiveAssociation,
     loop_hazard,
     loop_landmark,
-    loop_onset_logrank,
     naive_association,
 )
+from lockprobe.analysis.inference.logrank import LogRanks, loop_onset_logrank, solution_logrank
+from lockprobe.analysis.inference.peak import AnyDifference, any_difference
+from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.analysis.inference.trend import trend_fit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, two_lines
-from lockprobe.analysis.inference.verdict import TestResult, harm_tests, looping_tests, shape_tests, success_tests
+from lockprobe.analysis.inference.verdict import (
+    TestResult,
+    harm_tests,
+    looping_tests,
+    shape_tests,
+    speed_tests,
+    success_tests,
+)
 from lockprobe.analysis.outcomes import Outcomes, points
 
 __all__ = ["Inference", "infer"]
@@ -35,6 +41,7 @@ class Inference:
         orders: Polynomials of the logit of success.
         lines: Does success rise and fall? By two lines.
         bend: The same by a quadratic.
+        speed: Does p change how soon the box is solved?
         onset: Does p change how soon the agent loops?
         hazard: Do loops hurt? By p and step.
         landmark: The same by p, among trials still running after step 10.
@@ -48,7 +55,8 @@ class Inference:
     orders: BinomialOrders
     lines: TwoLines
     bend: LindMehlum
-    onset: LoopOnset
+    speed: LogRanks
+    onset: LogRanks
     hazard: LoopEffect
     landmark: LoopEffect
     whole: NaiveAssociation
@@ -65,7 +73,8 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
         rng: The stream of the permutations.
     """
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
-    difference, onset = any_difference(outcomes, rng), loop_onset_logrank(outcomes)
+    difference = any_difference(outcomes, rng)
+    speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     lines, bend = two_lines(outcomes.p, outcomes.solved), lind_mehlum(outcomes.p, outcomes.solved)
     hazard, landmark, whole = loop_hazard(outcomes), loop_landmark(outcomes), naive_association(outcomes)
@@ -75,6 +84,7 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
         orders=orders,
         lines=lines,
         bend=bend,
+        speed=speed,
         onset=onset,
         hazard=hazard,
         landmark=landmark,
@@ -83,6 +93,7 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
         coarse=coarse,
         tests=(
             *success_tests(difference, conditions),
+            *speed_tests(speed),
             *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
             *looping_tests(onset, conditions),
             *harm_tests(hazard, landmark, whole, fine, coarse),

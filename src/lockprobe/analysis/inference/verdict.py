@@ -12,13 +12,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from lockprobe.analysis.inference.association import Correlation
+from lockprobe.analysis.inference.hazard import LoopEffect, NaiveAssociation
+from lockprobe.analysis.inference.logrank import LogRanks
 from lockprobe.analysis.inference.peak import AnyDifference
 from lockprobe.analysis.inference.shape import BinomialOrders
-from lockprobe.analysis.inference.survival import (
-    LoopEffect,
-    LoopOnset,
-    NaiveAssociation,
-)
 from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
 from lockprobe.analysis.outcomes import Point
@@ -32,19 +29,24 @@ __all__ = [
     "harm_tests",
     "looping_tests",
     "shape_tests",
+    "speed_tests",
     "success_tests",
 ]
 
 ALPHA = 0.05
 
-Question = Literal["success", "shape", "looping", "harm"]
+Question = Literal["success", "speed", "shape", "looping", "harm"]
 
 QUESTIONS: Mapping[Question, str] = {
     "success": "Do false reports change how often the box is solved?",
+    "speed": "Do false reports change how fast the box is solved?",
     "shape": "Does success rise and then fall again over p?",
     "looping": "Do false reports change how soon an agent loops?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
 }
+
+
+_ONE_P = "No test: it needs two values of p with trials."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +110,22 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
     ]
 
 
+def speed_tests(speed: LogRanks) -> list[TestResult]:
+    """Whether p changes how fast the box is solved."""
+    primary = speed.primary
+    return [
+        TestResult(
+            name="steps to solve, log-rank",
+            question="speed",
+            recommended=True,
+            p_value=primary.p_value if primary else None,
+            effect=primary.hazard_ratio if primary else None,
+            unit="hazard of solving, higher p over the lowest",
+            note="All higher p together: no choice of a peak." if primary else _ONE_P,
+        )
+    ]
+
+
 def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: TrendFit) -> list[TestResult]:
     """Whether success rises and falls."""
     orders = found.orders
@@ -122,7 +140,8 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             p_value=None if lines.p_value is None else lines.p_value if rises else 1.0,
             effect=lines.break_p,
             unit="p at which the lines meet",
-            note=lines.note or "Both lines have to be significant; it needs some 300 trials per p for a power of 0.8.",
+            note=lines.note
+            or "Both lines have to be significant; a shape like the paper's needs some 160 trials per p.",
         ),
         TestResult(
             name="Lind-Mehlum",
@@ -153,7 +172,7 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
     ]
 
 
-def looping_tests(onset: LoopOnset, conditions: list[Point]) -> list[TestResult]:
+def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
     """Whether p changes how soon the agent loops."""
     primary, chosen = onset.primary, _chosen(conditions, "loop_rate", highest=False)
     return [
@@ -164,7 +183,7 @@ def looping_tests(onset: LoopOnset, conditions: list[Point]) -> list[TestResult]
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
             unit="hazard of a first loop, higher p over the lowest",
-            note="" if primary else "No test: it needs two values of p with trials.",
+            note="All higher p together: no choice of a peak." if primary else _ONE_P,
         ),
         _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher", "difference in loop rate"),
     ]
@@ -243,5 +262,5 @@ def _naive(found: Difference | None, question: Question, name: str, unit: str) -
         low=found.low if found else None,
         high=found.high if found else None,
         unit=unit,
-        note="Not corrected for the choice." if found else "No test: it needs two values of p with trials.",
+        note="Not corrected for the choice." if found else _ONE_P,
     )

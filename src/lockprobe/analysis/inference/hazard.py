@@ -1,96 +1,26 @@
-"""Loops in time: whether noise puts them off, and whether they put success off.
+"""Do loops hurt? Success after a loop against success before any.
 
 A solved trial is a short one, and a short trial holds fewer loops by chance alone. So looping and solving may only
-be compared *at one step, among the trials still running at it*; that is what the log-rank and Mantel-Haenszel
-tests here do. The estimates are the textbook's; the variance allows for luck that trials share over all p
+be compared *at one step, among the trials still running at it*; that is what the Mantel-Haenszel tests here do. The
+estimates are the textbook's; the variance allows for luck that trials share over all p
 (:mod:`lockprobe.analysis.inference.excess`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.incidence import Incidence, Z, incidence
+from lockprobe.analysis.incidence import Z
 from lockprobe.analysis.inference.excess import Excess, clusters, excess, grid
 from lockprobe.analysis.outcomes import Outcomes
 
-__all__ = [
-    "LoopEffect",
-    "LoopOnset",
-    "NaiveAssociation",
-    "OnsetComparison",
-    "OnsetGroup",
-    "loop_hazard",
-    "loop_landmark",
-    "loop_onset_logrank",
-    "naive_association",
-]
+__all__ = ["LoopEffect", "NaiveAssociation", "loop_hazard", "loop_landmark", "naive_association"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OnsetGroup:
-    """When the trials of some p first loop.
-
-    Attributes:
-        p: The flip probabilities, ascending.
-        n: Trials.
-        events: Trials with a loop.
-        expected: Loops expected by the time each trial ended, had p no influence.
-        curve: Share with a loop by step, one minus Kaplan-Meier: as if no trial had been cut short by success.
-    """
-
-    p: tuple[float, ...]
-    n: int
-    events: int
-    expected: float
-    curve: Incidence
-
-    def by_step(self, step: int = 12) -> float:
-        """Share with a loop by this step, [0, 1]."""
-        return self.curve.share[min(step, len(self.curve.share) - 1)]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OnsetComparison:
-    """Loop onset at the lowest p against higher ones.
-
-    Attributes:
-        lowest: Trials at the lowest p.
-        higher: Trials they are compared with.
-        hazard_ratio: Observed over expected loops, higher over lowest: below 1 if more noise means later and fewer
-            loops; None where it is not defined.
-        p_value: Log-rank, two-sided; None with a single cluster of luck, 1 if all went alike.
-        p_adjusted: Corrected for the number of comparisons (Holm), where there are several.
-    """
-
-    lowest: OnsetGroup
-    higher: OnsetGroup
-    hazard_ratio: float | None
-    p_value: float | None
-    p_adjusted: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoopOnset:
-    """Does noise reduce looping? The paper shows whole trials (Fig. 5b), which are shorter where success is higher.
-
-    Attributes:
-        primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
-        each: Lowest p against every higher p.
-        p_all: Whether all p are alike, k-sample log-rank; None with a single p, or no more clusters
-            of luck than higher p. It needs many clusters: seven p and ten of them cannot show a difference.
-    """
-
-    primary: OnsetComparison | None
-    each: tuple[OnsetComparison, ...]
-    p_all: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,28 +65,6 @@ class NaiveAssociation:
     p_value: float
 
 
-def loop_onset_logrank(outcomes: Outcomes) -> LoopOnset:
-    """Log-rank test of the step at which the first loop is complete; a trial without one is censored at its end.
-
-    That trials end earlier where success is more frequent is allowed for. A permutation of p within clusters would
-    not allow for it: it takes the ends of trials to be alike.
-
-    Args:
-        outcomes: The trials of one agent over all p.
-    """
-    levels = np.unique(outcomes.p)
-    if len(levels) < 2:
-        return LoopOnset(primary=None, each=(), p_all=None)
-    x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
-    running, event = grid(_until(outcomes), outcomes.looped)
-    one = np.zeros(len(outcomes), dtype=np.int64)
-    return LoopOnset(
-        primary=_compare(outcomes),
-        each=_holm([_compare(outcomes.at((outcomes.p == levels[0]) | (outcomes.p == p))) for p in levels[1:]]),
-        p_all=excess(x, event, running, stratum=one, cluster=clusters(outcomes)).p_value,
-    )
-
-
 def loop_hazard(outcomes: Outcomes) -> LoopEffect:
     """The chance of being solved at a step, after a loop against before any, in strata of p and step.
 
@@ -199,50 +107,6 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
         odds_ratio=a * d / (b * c) if b * c else None,
         p_value=float(fisher_exact(np.array([[a, b], [c, d]])).pvalue),
     )
-
-
-def _until(outcomes: Outcomes) -> NDArray[np.int64]:
-    """The step of the first loop, or the last one played."""
-    return np.where(outcomes.looped, outcomes.onset, outcomes.length)
-
-
-def _compare(outcomes: Outcomes) -> OnsetComparison:
-    """The lowest p of these trials against all others."""
-    higher = outcomes.p > outcomes.p.min()
-    running, event = grid(_until(outcomes), outcomes.looped)
-    one = np.zeros(len(higher), dtype=np.int64)
-    found = excess(higher[None, :, None].astype(np.float64), event, running, stratum=one, cluster=clusters(outcomes))
-    beyond = float(found.total[0])
-    first, second = _group(outcomes.at(~higher), -beyond), _group(outcomes.at(higher), beyond)
-    defined = first.events and first.expected > 0 and second.expected > 0
-    return OnsetComparison(
-        lowest=first,
-        higher=second,
-        hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
-        p_value=found.p_value_t,
-        p_adjusted=None,
-    )
-
-
-def _group(outcomes: Outcomes, excess: float) -> OnsetGroup:
-    events = int(outcomes.looped.sum())
-    return OnsetGroup(
-        p=tuple(np.unique(outcomes.p).tolist()),
-        n=len(outcomes),
-        events=events,
-        expected=events - excess,
-        curve=incidence(_until(outcomes), outcomes.looped, int(outcomes.length.max())),
-    )
-
-
-def _holm(comparisons: Sequence[OnsetComparison]) -> tuple[OnsetComparison, ...]:
-    """The comparisons that could be tested with p-values corrected for how many they are."""
-    adjusted, largest = list(comparisons), 0.0
-    tested = [(comparison.p_value, i) for i, comparison in enumerate(comparisons) if comparison.p_value is not None]
-    for smaller, (value, i) in enumerate(sorted(tested)):
-        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
-        adjusted[i] = replace(comparisons[i], p_adjusted=largest)
-    return tuple(adjusted)
 
 
 def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running: Array) -> LoopEffect:

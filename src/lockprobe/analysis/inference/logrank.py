@@ -1,0 +1,158 @@
+"""Does noise change how soon something happens: a first loop, or the solution? Log-rank tests over p.
+
+A trial to which it never happened is censored where it ended, so that trials of unequal length may be compared. The
+estimates are the textbook's; the variance allows for luck that trials share over all p
+(:mod:`lockprobe.analysis.inference.excess`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.incidence import Incidence, incidence
+from lockprobe.analysis.inference.excess import clusters, excess, grid
+from lockprobe.analysis.outcomes import Outcomes
+
+__all__ = ["EventComparison", "EventGroup", "LogRanks", "loop_onset_logrank", "solution_logrank"]
+
+Steps = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventGroup:
+    """When it happens in the trials of some p.
+
+    Attributes:
+        p: The flip probabilities, ascending.
+        n: Trials.
+        events: Trials to which it happened.
+        expected: How many would have been expected by the time each trial ended, had p no influence.
+        curve: Share to which it has happened by step, one minus Kaplan-Meier: as if no trial had been cut short.
+    """
+
+    p: tuple[float, ...]
+    n: int
+    events: int
+    expected: float
+    curve: Incidence
+
+    def by_step(self, step: int = 12) -> float:
+        """Share to which it has happened by this step, [0, 1]."""
+        return self.curve.share[min(step, len(self.curve.share) - 1)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventComparison:
+    """The lowest p against higher ones.
+
+    Attributes:
+        lowest: Trials at the lowest p.
+        higher: Trials they are compared with.
+        hazard_ratio: Observed over expected events, higher over lowest: below 1 if more noise means later and
+            fewer of them; None where it is not defined.
+        p_value: Log-rank, two-sided; None with a single cluster of luck, 1 if all went alike.
+        p_adjusted: Corrected for the number of comparisons (Holm), where there are several.
+    """
+
+    lowest: EventGroup
+    higher: EventGroup
+    hazard_ratio: float | None
+    p_value: float | None
+    p_adjusted: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogRanks:
+    """Whether p changes how soon it happens.
+
+    Attributes:
+        primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
+        each: Lowest p against every higher p.
+        p_all: Whether all p are alike, k-sample log-rank; None with a single p, or no more clusters
+            of luck than higher p. It needs many clusters: seven p and ten of them cannot show a difference.
+    """
+
+    primary: EventComparison | None
+    each: tuple[EventComparison, ...]
+    p_all: float | None
+
+
+def loop_onset_logrank(outcomes: Outcomes) -> LogRanks:
+    """Of the step at which the first loop is complete; a trial without one is censored at its end.
+
+    That trials end earlier where success is more frequent is allowed for. A permutation of p within clusters would
+    not allow for it: it takes the ends of trials to be alike.
+
+    Args:
+        outcomes: The trials of one agent over all p.
+    """
+    return _over_p(outcomes, np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
+
+
+def solution_logrank(outcomes: Outcomes) -> LogRanks:
+    """Of the step that solves the box; a trial that is not solved is censored at its end.
+
+    Args:
+        outcomes: The trials of one agent over all p.
+    """
+    return _over_p(outcomes, outcomes.length, outcomes.solved)
+
+
+def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> LogRanks:
+    levels = np.unique(outcomes.p)
+    if len(levels) < 2:
+        return LogRanks(primary=None, each=(), p_all=None)
+    luck = clusters(outcomes)
+    x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
+    running, event = grid(last, happened)
+    one = np.zeros(len(outcomes), dtype=np.int64)
+    pairs = [(outcomes.p == levels[0]) | (outcomes.p == p) for p in levels[1:]]
+    return LogRanks(
+        primary=_compare(outcomes.p, last, happened, luck),
+        each=_holm([_compare(outcomes.p[pair], last[pair], happened[pair], luck[pair]) for pair in pairs]),
+        p_all=excess(x, event, running, stratum=one, cluster=luck).p_value,
+    )
+
+
+def _compare(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], luck: Steps) -> EventComparison:
+    """The lowest of these p against all others."""
+    higher = p > p.min()
+    running, event = grid(last, happened)
+    one = np.zeros(len(p), dtype=np.int64)
+    found = excess(higher[None, :, None].astype(np.float64), event, running, stratum=one, cluster=luck)
+    beyond = float(found.total[0])
+    first = _group(p[~higher], last[~higher], happened[~higher], -beyond)
+    second = _group(p[higher], last[higher], happened[higher], beyond)
+    defined = first.events and first.expected > 0 and second.expected > 0
+    return EventComparison(
+        lowest=first,
+        higher=second,
+        hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
+        p_value=found.p_value_t,
+        p_adjusted=None,
+    )
+
+
+def _group(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], beyond: float) -> EventGroup:
+    events = int(happened.sum())
+    return EventGroup(
+        p=tuple(np.unique(p).tolist()),
+        n=len(p),
+        events=events,
+        expected=events - beyond,
+        curve=incidence(last, happened, int(last.max())),
+    )
+
+
+def _holm(comparisons: Sequence[EventComparison]) -> tuple[EventComparison, ...]:
+    """The comparisons that could be tested with p-values corrected for how many they are."""
+    adjusted, largest = list(comparisons), 0.0
+    tested = [(comparison.p_value, i) for i, comparison in enumerate(comparisons) if comparison.p_value is not None]
+    for smaller, (value, i) in enumerate(sorted(tested)):
+        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
+        adjusted[i] = replace(comparisons[i], p_adjusted=largest)
+    return tuple(adjusted)

@@ -1,0 +1,67 @@
+"""Which of two agents solves the box sooner (paper, Fig. 3)?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.analysis.curves import logrank
+from lockprobe.analysis.inference.logrank import solution_logrank
+from lockprobe.analysis.outcomes import Outcomes, outcomes
+from lockprobe.record import Trial
+
+__all__ = ["Pace", "pace"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pace:
+    """Two agents, or one agent shown the box in two ways, at one p.
+
+    Attributes:
+        first: Agent spec and modality.
+        second: Agent spec and modality.
+        p: Flip probability, [0, 1].
+        hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
+        p_value: Log-rank, two-sided, with trials that share their luck kept together.
+        independent: Log-rank as if all trials were independent; None where nothing can be told apart.
+        gehan: The same with Gehan-Wilcoxon weights, stronger where curves differ early and meet late.
+    """
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+    p: float
+    hazard_ratio: float | None
+    p_value: float | None
+    independent: float | None
+    gehan: float | None
+
+
+def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
+    """Compare two conditions of the same p; None if one of them has no trial that ended.
+
+    Args:
+        first: Trials of one agent at one p.
+        second: Trials of another. Trials of equal repetition and trial share their luck between agents too.
+    """
+    one, two = outcomes(first), outcomes(second)
+    if not len(one) or not len(two):
+        return None
+    found = solution_logrank(_joined(one, two)).primary
+    plain, early = logrank([first, second]), logrank([first, second], weights="gehan")
+    return Pace(
+        first=(first[0].agent, first[0].modality),
+        second=(second[0].agent, second[0].modality),
+        p=first[0].p,
+        hazard_ratio=found.hazard_ratio if found else None,
+        p_value=found.p_value if found else None,
+        independent=plain.p_value if plain else None,
+        gehan=early.p_value if early else None,
+    )
+
+
+def _joined(one: Outcomes, two: Outcomes) -> Outcomes:
+    """Both as columns in which p is 0 for the first and 1 for the second."""
+    both = [replace(one, p=np.zeros(len(one))), replace(two, p=np.ones(len(two)))]
+    return Outcomes(**{name: np.concatenate([getattr(part, name) for part in both]) for name in Outcomes.__slots__})
