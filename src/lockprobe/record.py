@@ -249,6 +249,11 @@ class Trial:
         return tuple(step.joint for step in self.steps)
 
     @property
+    def condition(self) -> str:
+        """The readable name of its condition, for example ``flips/random/p=0.4``."""
+        return self.key.rsplit("/rep=", 1)[0]
+
+    @property
     def owed_again(self) -> bool:
         """Whether something outside the agent broke it, so that it has to be played again."""
         return self.error is not None and self.error.boundary != "reply"

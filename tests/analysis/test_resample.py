@@ -7,7 +7,7 @@ import pytest
 from builders import make_trial
 
 from lockprobe.analysis.inference.trend import trend_fit
-from lockprobe.analysis.outcomes import Point
+from lockprobe.analysis.outcomes import Point, outcomes
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.summary import summarise
 
@@ -35,7 +35,7 @@ def test_resamples_centre_on_the_points_with_the_spread_of_a_share():
     solved = np.random.default_rng(1).random((3, 2, 40)) < 0.3
     trials = trials_of(solved)
     points = points_of(trials)
-    drawn = resample(trials, points, np.random.default_rng(2)).success
+    drawn = resample(outcomes(trials), np.random.default_rng(2)).success
     assert drawn.mean(axis=0) == pytest.approx([point.success for point in points], abs=0.01)
     expected = [np.sqrt(point.success * (1 - point.success) / 40) for point in points]
     assert drawn.std(axis=0) == pytest.approx(expected, rel=0.1)
@@ -44,13 +44,13 @@ def test_resamples_centre_on_the_points_with_the_spread_of_a_share():
 def test_the_same_trial_at_another_p_is_drawn_with_it():
     solved = np.repeat(np.random.default_rng(1).random((1, 1, 30)) < 0.5, 2, axis=0)
     trials = trials_of(solved)
-    drawn = resample(trials, points_of(trials), np.random.default_rng(2)).success
+    drawn = resample(outcomes(trials), np.random.default_rng(2)).success
     assert np.array_equal(drawn[:, 0], drawn[:, 1])
 
 
 def test_a_repetition_of_one_trial_cannot_be_resampled():
     trials = trials_of(np.ones((3, 2, 1), dtype=bool))
-    assert resample(trials, points_of(trials), np.random.default_rng(2)).success.shape == (0, 6)
+    assert resample(outcomes(trials), np.random.default_rng(2)).success.shape == (0, 6)
 
 
 def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says():
@@ -64,7 +64,7 @@ def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says():
             for i in range(7)
             for r in range(3)
         ]
-        quadratic = trend_fit(points, "success", resample(trials_of(solved), points, rng).success).quadratic
+        quadratic = trend_fit(points, "success", resample(outcomes(trials_of(solved)), rng).success).quadratic
         middle = len(quadratic.p) // 2
         held.append(quadratic.low[middle] <= 0.5 <= quadratic.high[middle])
     assert np.mean(held) > 0.88

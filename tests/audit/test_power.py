@@ -11,7 +11,7 @@ P2 = (0.0, 0.4)
 
 
 def ladder(*rejected, studies=100, trials=(15, 30, 60)):
-    made = {"world": "w", "question": "success", "test": "t", "recommended": True, "truth": True}
+    made = {"early": 0, "world": "w", "question": "success", "test": "t", "recommended": True, "truth": True}
     return [Rate(**made, trials=n, studies=studies, rejected=k) for n, k in zip(trials, rejected, strict=True)]
 
 

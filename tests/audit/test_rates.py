@@ -6,7 +6,8 @@ import pytest
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.audit.rates import Rate, measure, within_error
-from lockprobe.audit.worlds import WORLDS, Design, simulate, world
+from lockprobe.audit.simulate import simulate
+from lockprobe.audit.worlds import WORLDS, Design, world
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
@@ -62,10 +63,12 @@ def test_truth_decides_what_is_a_false_positive(rates):
 
 def test_monte_carlo_error_is_never_nothing():
     made = {"world": "w", "trials": 30, "question": "harm", "test": "t", "recommended": True, "truth": False}
-    none = Rate(**made, studies=100, rejected=0)
+    none = Rate(**made, studies=100, rejected=0, early=0)
     assert (none.rate, none.valid) == (0.0, True)
     assert none.error > 0
-    assert Rate(**made, studies=100, rejected=5).error == pytest.approx(np.sqrt(0.0588 * 0.9412 / 100), rel=0.01)
+    assert Rate(**made, studies=100, rejected=5, early=1).error == pytest.approx(
+        np.sqrt(0.0588 * 0.9412 / 100), rel=0.01
+    )
 
 
 @pytest.mark.parametrize(

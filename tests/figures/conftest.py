@@ -8,7 +8,8 @@ from builders import make_trial, play_study, small_study
 from matplotlib.figure import Figure
 
 from lockprobe.analysis.summary import summarise
-from lockprobe.audit.worlds import WORLDS, Design, simulate
+from lockprobe.audit.simulate import simulate
+from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.lockbox.families import box
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)

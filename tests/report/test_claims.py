@@ -6,7 +6,8 @@ import pytest
 from builders import play_study, small_study
 
 from lockprobe.analysis.summary import summarise
-from lockprobe.audit.worlds import WORLDS, Design, simulate
+from lockprobe.audit.simulate import simulate
+from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.paper import CLAIMS, CORRELATION, fisher_z
 from lockprobe.seeds import generator
@@ -24,7 +25,7 @@ def test_the_papers_figures_follow_from_its_counts():
     assert said["peak"].startswith("20/30, 0.667 [0.488, 0.808]")
     assert said["ratio"].startswith("2.86 [1.50, 5.90]")
     assert "Fisher p = 0.0016, corrected for the choice among six 0.0096" in said["effect"]
-    assert "Fisher p = 0.054" in said["loops-drop"]
+    assert said["loops-drop"] == "if in points 24/30 to 16/30, Fisher p = 0.054; if relative 23/30 to 17/30, p = 0.17"
     modalities = [claim.recomputed for claim in CLAIMS if claim.measure == "modalities"]
     assert modalities[0] == "8/10, 0.800 [0.490, 0.943]; against 10/10 Fisher p = 0.47"
 
@@ -47,15 +48,15 @@ def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
     studies = [rows_of("loops-irrelevant", seed) for seed in range(8)]
     for measure in ("baseline", "peak", "ratio", "loops", "loops-drop", "correlation"):
         assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 6, measure
-    assert sum(rows["effect"].verdict == "supported" for rows in studies) >= 6
+    assert sum(rows["effect"].verdict == "borne out" for rows in studies) >= 6
     for measure in ("onset", "harm"):
-        assert sum(rows[measure].verdict == "supported" for rows in studies) <= 2, measure
+        assert sum(rows[measure].verdict == "borne out" for rows in studies) <= 2, measure
 
 
 def test_a_trapped_agent_supports_them():
     rows = rows_of("loop-trapped")
-    assert rows["onset"].verdict == "supported"
-    assert rows["harm"].verdict == "supported"
+    assert rows["onset"].verdict == "borne out"
+    assert rows["harm"].verdict == "borne out"
     assert rows["onset"].p_value < 0.05
     assert rows["baseline"].verdict == "not compatible"
 

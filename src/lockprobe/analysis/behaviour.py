@@ -14,9 +14,9 @@ from statistics import fmean
 from typing import get_args
 
 from lockprobe.analysis.chance import Chance
-from lockprobe.analysis.loops import cover
+from lockprobe.analysis.loops import Symbol, any_loop, cover, symbols
 from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
-from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.outcomes import ended, numbered, onset
 from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.record import Trial
 
@@ -31,6 +31,8 @@ class Behaviour:
         loops: Share of trials that hold an action loop.
         chance: The share expected in trials of exactly these lengths under each null, with its standard error;
             empty without trials.
+        by_symbol: Share of trials that hold a loop of actions, of actions with their true outcomes, and of pairs of
+            true configuration and action; empty without trials.
         coverage: Mean over trials of the share of steps covered by loops, [0, 1].
         redundant_share: Mean over trials of the share of steps whose pair of true configuration and joint had
             been tried before in that trial, [0, 1].
@@ -41,6 +43,7 @@ class Behaviour:
 
     loops: Proportion
     chance: Mapping[TrialNull, Chance]
+    by_symbol: Mapping[Symbol, float]
     coverage: float | None
     redundant_share: float | None
     entropy: float | None
@@ -77,6 +80,11 @@ def behaviour(trials: Sequence[Trial]) -> Behaviour:
     return Behaviour(
         loops=proportion(sum(map(has_loop, counted)), len(counted)),
         chance={null: _chance(counted, null) for null in get_args(TrialNull)} if counted else {},
+        by_symbol=(
+            {symbol: fmean(any_loop(symbols(trial, symbol)) for trial in counted) for symbol in get_args(Symbol)}
+            if counted
+            else {}
+        ),
         coverage=fmean(map(loop_coverage, counted)) if counted else None,
         redundant_share=fmean(map(redundant_share, counted)) if counted else None,
         entropy=fmean(entropies) if entropies else None,
@@ -86,12 +94,12 @@ def behaviour(trials: Sequence[Trial]) -> Behaviour:
 
 def has_loop(trial: Trial) -> bool:
     """Whether some run of three or more actions appears at least twice without overlap (Sec. 3.3)."""
-    return _cover(_numbers(trial))[0]
+    return onset(trial) > 0
 
 
 def loop_coverage(trial: Trial) -> float:
     """Share of the trial's steps in the best cover by loops, [0, 1]."""
-    return _cover(_numbers(trial))[1]
+    return _share(numbered(trial))
 
 
 def redundant_share(trial: Trial) -> float:
@@ -113,18 +121,9 @@ def policy_entropy(trial: Trial) -> list[float]:
     ]
 
 
-def _numbers(trial: Trial) -> tuple[int, ...]:
-    """The actions numbered in order of first use, which no loop depends on, so that equal shapes meet in the cache."""
-    first: dict[str, int] = {}
-    return tuple(first.setdefault(step.joint, len(first)) for step in trial.steps)
-
-
 @lru_cache(maxsize=1 << 17)
-def _cover(actions: tuple[int, ...]) -> tuple[bool, float]:
-    if not actions:
-        return False, 0.0
-    found = cover(actions)
-    return found.any_loop, found.share
+def _share(actions: tuple[int, ...]) -> float:
+    return cover(actions).share
 
 
 def _chance(trials: Sequence[Trial], null: TrialNull) -> Chance:

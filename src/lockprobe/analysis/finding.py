@@ -19,9 +19,13 @@ def finding(agent: AgentSummary) -> str:
     if agent.blind:
         return f"{agent.agent} acted the same whatever it was told: it solved {_of(share)} under every condition."
     if contrast is None:
-        return (
-            f"{agent.agent} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. "
+        why = (
             "With a single condition there is no difference to look for."
+            if len(counted) == 1
+            else "No trial has been played under two conditions yet."
+        )
+        return (
+            f"{agent.agent} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. {why}"
         )
     first, second, found = contrast.baseline, contrast.other, contrast.difference
     subject = f"No effect of false reports on the success of {agent.agent} is detectable: it solved"
@@ -70,19 +74,18 @@ def conclusions(agent: AgentSummary) -> list[str]:
             continue
         interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
         effect = "" if test.effect is None or question == "shape" else f"{test.unit} {test.effect:.2g}{interval}; "
-        direction = "" if test.effect is None else "more" if test.effect > 1 else "less"
-        sentence = (yes[direction] if isinstance(yes, dict) else yes) if test.rejects else no
+        found = yes if isinstance(yes, str) else yes[test.direction > 0]
+        sentence = found if test.rejects else no
         said.append(f"{sentence} ({effect}{test.name}, {_p(test.p_value)}).")
     return said
 
 
-_SAID: dict[Question, tuple[str | dict[str, str], str]] = {
+_SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
     "speed": (
-        {
-            "more": "False reports make the agent solve the box sooner",
-            "less": "False reports make the agent solve the box later or not at all",
-            "": "",
-        },
+        (
+            "False reports make the agent solve the box later or not at all",
+            "False reports make the agent solve the box sooner",
+        ),
         "That false reports change how fast the box is solved is not detectable",
     ),
     "shape": (
@@ -90,23 +93,21 @@ _SAID: dict[Question, tuple[str | dict[str, str], str]] = {
         "That success falls again at high p is not detectable",
     ),
     "looping": (
-        {
-            "more": "False reports make the agent loop sooner",
-            "less": "False reports make the agent loop later or not at all",
-            "": "",
-        },
+        (
+            "False reports make the agent loop later or not at all",
+            "False reports make the agent loop sooner",
+        ),
         "That false reports change how soon the agent loops is not detectable",
     ),
     "harm": (
-        {
-            "more": "After a loop the agent is more likely to solve the box",
-            "less": "After a loop the agent is less likely to solve the box",
-            "": "",
-        },
+        (
+            "After a loop the agent is less likely to solve the box",
+            "After a loop the agent is more likely to solve the box",
+        ),
         "That the agent solves the box less often after a loop is not detectable",
     ),
 }
-"""What a yes and a no are in words."""
+"""What a yes (less, more) and a no are in words."""
 
 
 def beside(summary: StudySummary) -> str:

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.proportions import LEVEL
+from lockprobe.analysis.proportions import Z
 
 __all__ = ["Area", "Incidence", "incidence"]
-
-Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
-"""Quantile of the normal distribution that belongs to every interval."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """Mean share solved over steps 1 to the budget: 1 if all are solved by the first step, 0 if none is at all.
+    """Mean share to which it has happened over steps 1 to the horizon: 1 if to all by the first step, 0 if to none.
 
     Attributes:
         value: [0, 1].

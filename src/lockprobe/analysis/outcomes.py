@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.record import Trial
 
-__all__ = ["Outcomes", "Point", "ended", "onset", "outcomes", "points"]
+__all__ = ["Outcomes", "Point", "ended", "numbered", "onset", "outcomes", "points"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +42,12 @@ class Outcomes:
     def looped(self) -> NDArray[np.bool_]:
         """Whether the trial holds an action loop."""
         return self.onset > 0
+
+    @property
+    def luck(self) -> NDArray[np.int64]:
+        """The cluster of each trial from 0: equal repetition and trial share their luck over all p, shape (trials,)."""
+        keys = np.column_stack([self.repetition, self.trial])
+        return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
@@ -81,8 +87,13 @@ def ended(trials: Iterable[Trial]) -> list[Trial]:
 
 def onset(trial: Trial) -> int:
     """The step at which the trial's first action loop was complete, from 1; 0 if it holds none."""
+    return _onset(numbered(trial))
+
+
+def numbered(trial: Trial) -> tuple[int, ...]:
+    """The actions numbered in order of first use, which no loop depends on, so that equal shapes meet in a cache."""
     first: dict[str, int] = {}
-    return _onset(tuple(first.setdefault(joint, len(first)) for joint in trial.actions))
+    return tuple(first.setdefault(joint, len(first)) for joint in trial.actions)
 
 
 @lru_cache(maxsize=1 << 17)

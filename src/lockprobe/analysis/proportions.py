@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
@@ -23,8 +24,14 @@ __all__ = [
     "ratio",
 ]
 
+ALPHA = 0.05
+"""Level of every test."""
+
 LEVEL = 0.95
 """Confidence level of every interval."""
+
+Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
+"""Its normal quantile."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,6 +109,7 @@ class Paired:
         only_first: Pairs solved the first time alone.
         only_second: Pairs solved the second time alone.
         n: Pairs.
+        value: Share solved the second time less the first, [-1, 1]; not a number without pairs.
         low: Lower end of the interval of the difference, second less first (Agresti & Min 2005), [-1, 1].
         high: Upper end.
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
@@ -110,6 +118,7 @@ class Paired:
     only_first: int
     only_second: int
     n: int
+    value: float
     low: float
     high: float
     p_value: float
@@ -243,6 +252,7 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
         only_first=one,
         only_second=two,
         n=len(first),
+        value=(two - one) / len(first) if len(first) else math.nan,
         low=max(-1.0, middle - half),
         high=min(1.0, middle + half),
         p_value=float(binomtest(one, one + two).pvalue) if one + two else 1.0,

@@ -1,4 +1,4 @@
-"""The bootstrap of a study: what its points would be had other trials been drawn.
+"""The bootstrap of a study: what its shares would be had other trials been drawn.
 
 A trial shares its luck (labels, flips, draws) with the same trial of the same repetition at every other p. Those
 trials are therefore drawn together, as one cluster, within their repetition.
@@ -6,17 +6,14 @@ trials are therefore drawn together, as one cluster, within their repetition.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.behaviour import has_loop
-from lockprobe.analysis.outcomes import Point
-from lockprobe.record import Trial
+from lockprobe.analysis.outcomes import Outcomes
 
-__all__ = ["RESAMPLES", "Resamples", "resample"]
+__all__ = ["RESAMPLES", "Resamples", "drawn_shares", "resample", "times_drawn"]
 
 RESAMPLES = 2000
 
@@ -25,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resamples:
-    """Resampled points, aligned with the points they were made for.
+    """Resampled points, aligned with :func:`lockprobe.analysis.outcomes.points`.
 
     Attributes:
         success: Shares solved, shape (resamples, points); no rows if a repetition has a single trial.
@@ -36,31 +33,53 @@ class Resamples:
     loop_rate: Array
 
 
-def resample(trials: Sequence[Trial], points: Sequence[Point], rng: np.random.Generator) -> Resamples:
+def times_drawn(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Array | None:
+    """How often each cluster of luck is drawn, shape (resamples, clusters); None if a repetition has a single one.
+
+    Args:
+        counted: The trials of one agent.
+        rng: The stream of the bootstrap.
+        resamples: How many to draw.
+    """
+    luck = counted.luck
+    times = np.zeros((resamples, int(luck.max(initial=-1)) + 1))
+    for number in np.unique(counted.repetition):
+        members = np.unique(luck[counted.repetition == number])
+        if len(members) < 2:
+            return None
+        times[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=resamples)
+    return times
+
+
+def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp], happened: NDArray[np.bool_]) -> Array:
+    """Shares in every resample, shape (resamples, columns); the observed share where nothing of a column was drawn.
+
+    Args:
+        times: How often each cluster was drawn, shape (resamples, clusters).
+        luck: The cluster of each trial, shape (trials,).
+        column: The column that each trial belongs to, from 0, of the same shape.
+        happened: What is shared, of the same shape.
+    """
+    present, counts = np.zeros((2, times.shape[1], int(column.max(initial=-1)) + 1))
+    np.add.at(present, (luck, column), 1.0)
+    np.add.at(counts, (luck, column), happened)
+    many = times @ present
+    return np.where(many > 0, times @ counts / np.maximum(many, 1), counts.sum(axis=0) / present.sum(axis=0))
+
+
+def resample(counted: Outcomes, rng: np.random.Generator) -> Resamples:
     """Draw clusters of trials with replacement, within every repetition.
 
     Args:
-        trials: The trials of one agent that ended as solved or out of budget.
-        points: The points they make, each with at least one trial.
+        counted: The trials of one agent.
         rng: The stream of the bootstrap.
     """
-    shape = (RESAMPLES, len(points))
-    success, loop_rate = np.empty(shape), np.empty(shape)
-    for repetition in sorted({point.repetition for point in points}):
-        members = [trial for trial in trials if trial.repetition == repetition]
-        clusters = {number: i for i, number in enumerate(sorted({trial.trial for trial in members}))}
-        if len(clusters) < 2:
-            return Resamples(success=np.empty((0, len(points))), loop_rate=np.empty((0, len(points))))
-        times = rng.multinomial(len(clusters), np.full(len(clusters), 1 / len(clusters)), size=RESAMPLES)
-        for column, point in enumerate(points):
-            if point.repetition != repetition:
-                continue
-            present, solved, looping = np.zeros((3, len(clusters)))
-            for trial in members:
-                if trial.p == point.p:
-                    place = clusters[trial.trial]
-                    present[place], solved[place], looping[place] = 1.0, trial.solved, has_loop(trial)
-            n = times @ present
-            success[:, column] = np.where(n > 0, times @ solved / np.maximum(n, 1), point.success)
-            loop_rate[:, column] = np.where(n > 0, times @ looping / np.maximum(n, 1), point.loop_rate)
-    return Resamples(success=success, loop_rate=loop_rate)
+    keys = np.column_stack([counted.p, counted.repetition])
+    kinds, point = np.unique(keys, axis=0, return_inverse=True)
+    times = times_drawn(counted, rng)
+    if times is None:
+        return Resamples(success=np.empty((0, len(kinds))), loop_rate=np.empty((0, len(kinds))))
+    return Resamples(
+        success=drawn_shares(times, counted.luck, point.reshape(-1), counted.solved),
+        loop_rate=drawn_shares(times, counted.luck, point.reshape(-1), counted.looped),
+    )

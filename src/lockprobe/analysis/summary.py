@@ -15,15 +15,14 @@ from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
 from lockprobe.analysis.inference.peak import AnyDifference, Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
-from lockprobe.analysis.inference.verdict import ALPHA
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.analysis.outcomes import Outcomes, Point, ended, outcomes, points
 from lockprobe.analysis.pace import Pace, pace
-from lockprobe.analysis.proportions import Difference, Paired, Proportion, difference, paired, proportion
+from lockprobe.analysis.proportions import ALPHA, Difference, Paired, Proportion, difference, paired, proportion
+from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.solve import optimum, random_curve, random_no_repeat_curve
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
@@ -31,28 +30,12 @@ __all__ = [
     "AgentSummary",
     "ConditionSummary",
     "Contrast",
-    "Reference",
     "StudySummary",
     "summarise",
 ]
 
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired")
 """Agents that stand in a study to be compared with, by the head of their spec."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reference:
-    """What the box gives to one who knows nothing, and to one who knows all. Exact.
-
-    Attributes:
-        random: Share solved by step 0, 1, ... up to the budget by a uniformly random agent.
-        no_repeat: The same by one that never attempts a joint twice in a row.
-        optimum: The fewest steps that solve the box; None if nothing does.
-    """
-
-    random: tuple[float, ...]
-    no_repeat: tuple[float, ...]
-    optimum: int | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,7 +174,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None) -> StudySumma
     def group(trial: Trial) -> tuple[int, float]:
         return place[trial.agent, trial.modality], trial.p
 
-    reference = _reference(box, max((trial.budget for trial in trials), default=0)) if box else None
+    reference = reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
     by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
     return StudySummary(
@@ -206,18 +189,12 @@ def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
     return tuple(compared for compared in found if compared)
 
 
-def _reference(box: Lockbox, budget: int) -> Reference:
-    return Reference(
-        random=random_curve(box, budget), no_repeat=random_no_repeat_curve(box, budget), optimum=optimum(box)
-    )
-
-
 def _condition(trials: Sequence[Trial], reference: Reference | None) -> ConditionSummary:
     first = trials[0]
     curve = success_curve(trials)
     budget = len(curve.share)
     return ConditionSummary(
-        key=first.key.rsplit("/rep=", 1)[0],
+        key=first.condition,
         agent=first.agent,
         modality=first.modality,
         p=first.p,
@@ -241,7 +218,7 @@ def _agent(trials: Sequence[Trial], reference: Reference | None) -> AgentSummary
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
     counted = outcomes([trial for trial in trials if trial.p in shown])
-    draws = resample(ended(trial for trial in trials if trial.p in shown), shares, _stream(first, "bootstrap"))
+    draws = resample(counted, _stream(first, "bootstrap"))
     inference = infer(counted, _stream(first, "permutation"))
     return AgentSummary(
         agent=first.agent,

@@ -44,7 +44,10 @@ class Needed:
 
 
 def default_worlds() -> tuple[World, ...]:
-    """The paper's rise and fall of success (Fig. 4), and an agent that loops trap (the paper's Sec. 3.3)."""
+    """A rise and fall of success like the paper's (Fig. 4), and an agent that loops trap (Sec. 3.3).
+
+    The text of the paper gives 0.23 at p = 0 and 2.85 times that at 0.4; the other values are supposed.
+    """
     return WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
 
 
@@ -77,6 +80,7 @@ def stated_world(
         trap=chances,
         harm=harm,
         shared=0.0,
+        lost=0.0,
         truths=_truths(success, chances, harm),
     )
 

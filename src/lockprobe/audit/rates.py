@@ -7,15 +7,18 @@ test may reject in 5 % of the studies; where it is *yes*, the share that it reje
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 
 from lockprobe.analysis.inference.battery import infer
-from lockprobe.analysis.inference.verdict import ALPHA, Question
+from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.outcomes import outcomes
-from lockprobe.audit.worlds import Design, World, simulate, simulate_outcomes
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.audit.simulate import simulate, simulate_outcomes
+from lockprobe.audit.worlds import Design, World
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
@@ -41,6 +44,7 @@ class Rate:
         truth: The true answer; False makes the rate one of false positives, True makes it power.
         studies: Studies played.
         rejected: Those in which it rejected at 0.05; one that cannot be computed does not reject.
+        early: How many of these are among the first 20, which are quickly measured again.
     """
 
     world: str
@@ -51,6 +55,7 @@ class Rate:
     truth: bool
     studies: int
     rejected: int
+    early: int
 
     @property
     def rate(self) -> float:
@@ -89,6 +94,9 @@ class _Job:
 
 
 Verdict = tuple[str, Question, bool, bool]
+Row = tuple[str, int, str, Question, bool]
+
+EARLY = 20
 
 
 def measure(
@@ -123,12 +131,13 @@ def measure(
         for d in designs
         for first in range(0, studies, BATCH)
     ]
-    counts: dict[tuple[str, int, Verdict], int] = {}
+    counts, early = Counter[Row](), Counter[Row]()
     done = 0
     for job, verdicts in zip(jobs, _played(jobs, processes), strict=True):
-        for name, question, recommended, rejects in verdicts:
-            key = job.truth.name, job.design.clusters, (name, question, recommended, True)
-            counts[key] = counts.get(key, 0) + rejects
+        for test, question, recommended, rejects in verdicts:
+            row = job.truth.name, job.design.clusters, test, question, recommended
+            counts[row] += rejects
+            early[row] += rejects and job.first < EARLY
         done += job.end - job.first
         progress(done, studies * len(worlds) * len(designs))
     truths = {made.name: made.truths for made in worlds}
@@ -142,8 +151,9 @@ def measure(
             truth=question in truths[name],
             studies=studies,
             rejected=rejected,
+            early=early[name, trials, test, question, recommended],
         )
-        for (name, trials, (test, question, recommended, _)), rejected in counts.items()
+        for (name, trials, test, question, recommended), rejected in counts.items()
     ]
 
 

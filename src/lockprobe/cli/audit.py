@@ -69,8 +69,8 @@ def power(
 ) -> None:
     """How many trials per p a test needs to find a stated effect, by simulation.
 
-    Without an effect two are taken: the paper's rise and fall of success (0.23, 0.67, 0.5), and an agent that
-    loops trap when it is told the truth.
+    Without an effect two are taken: a rise and fall of success like the paper's (0.23 at p = 0, 0.67 at 0.4, then
+    0.5), and an agent that loops trap when it is told the truth.
     """
     grid = P if p is None else parse_p(p)
     if success is None:

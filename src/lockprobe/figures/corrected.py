@@ -5,7 +5,8 @@ from __future__ import annotations
 import matplotlib as mpl
 from matplotlib.axes import Axes
 
-from lockprobe.analysis.summary import AgentSummary, Reference, StudySummary
+from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.forest import Row, forest
 from lockprobe.figures.frame import (
     EXACT,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Literal
 
-from lockprobe.analysis.inference.verdict import ALPHA, Question, TestResult
-from lockprobe.analysis.proportions import Proportion, difference, ratio
+from lockprobe.analysis.inference.verdict import Question, TestResult
+from lockprobe.analysis.proportions import ALPHA, Proportion, difference, ratio
 from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary
 from lockprobe.report.paper import (
     CLAIMS,
@@ -21,14 +21,15 @@ from lockprobe.report.paper import (
     SOLVED_AT_0,
     SOLVED_AT_40,
     PaperClaim,
+    share,
 )
 from lockprobe.report.tables import minus
 
 __all__ = ["ClaimRow", "Verdict", "claim_rows"]
 
-Verdict = Literal["compatible", "not compatible", "not supported", "supported", "not measured"]
+Verdict = Literal["compatible", "not compatible", "not borne out", "borne out", "not measured"]
 """*Compatible*: the test named cannot tell the paper's figure and ours apart, which may only mean few trials.
-*Supported* and *not supported*: a test of the claim itself in this study, for claims that are no figure."""
+*Borne out* or not: a valid test in this study of what the claim suggests, for claims that are no figure."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +39,7 @@ class ClaimRow:
     Attributes:
         agent: Agent spec; empty if no agent of the study speaks to the claim.
         here: What was measured, in words.
-        verdict: Whether the two are compatible, or whether this study supports the claim.
+        verdict: Whether the two are compatible, or whether this study bears the claim out.
         test: What the verdict rests on.
         p_value: Of that test, where it has one.
     """
@@ -99,11 +100,7 @@ def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
 def _same_share(here: Proportion, paper: Proportion) -> Found:
     found = difference(paper, here)
     p_value = found.p_value if found else None
-    return _share(here), _verdict(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
-
-
-def _share(share: Proportion) -> str:
-    return f"{share.count}/{share.n}, {share.value:.3f} [{share.low:.3f}, {share.high:.3f}]"
+    return share(here), _verdict(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
 
 
 def _reference_steps(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
@@ -132,7 +129,7 @@ def _misinterpretation(agent: AgentSummary, counted: list[ConditionSummary]) -> 
 
 def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     candidates = {f"{candidate.p:g}": candidate.in_set for candidate in agent.peak.candidates}
-    if agent.blind or len(candidates) < 2 or "0.4" not in candidates or agent.peak.best is None:
+    if agent.blind or len(candidates) < 2 or candidates.get("0.4") is None or agent.peak.best is None:
         return _NOT_MEASURED
     among = ", ".join(p for p, inside in candidates.items() if inside)
     verdict: Verdict = "compatible" if candidates["0.4"] else "not compatible"
@@ -145,14 +142,23 @@ def _at_40(counted: list[ConditionSummary]) -> ConditionSummary | None:
 
 def _ratio(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     other = _at_40(counted)
-    here = ratio(counted[0].success, other.success, method="log") if other and not agent.blind else None
-    paper = ratio(SOLVED_AT_0, SOLVED_AT_40, method="log")
-    if here is None or paper is None or not here.value or not paper.value or not here.low or not paper.low:
+    if other is None or agent.blind:
         return _NOT_MEASURED
-    errors = [math.log(found.high / found.low) / (2 * 1.959964) for found in (here, paper) if found.high and found.low]
-    p_value = _apart(math.log(here.value), math.log(paper.value), errors)
-    said = f"success at 0.4 over that at 0: {here.value:.2f} [{here.low:.2f}, {here.high:.2f}]"
-    return said, _verdict(p_value), "z of the logarithms of the ratios", p_value
+    first, second = counted[0].success, other.success
+    found = ratio(first, second)
+    (here, error), (paper, their_error) = _log_ratio(first, second), _log_ratio(SOLVED_AT_0, SOLVED_AT_40)
+    p_value = _apart(here, paper, [error, their_error])
+    said = f"{second.count}/{second.n} at 0.4 over {first.count}/{first.n} at 0"
+    if found:
+        said += f": {found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
+    return said, _verdict(p_value), "z of the logarithms of the ratios, half a trial added to each count", p_value
+
+
+def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
+    """The logarithm of a ratio of shares, second over first, and its standard error (Walter 1975)."""
+    shares = [((share.count + 0.5), (share.n + 0.5)) for share in (second, first)]
+    (a, n), (b, m) = shares
+    return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
 
 
 def _loops_drop(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
@@ -195,21 +201,21 @@ def _verdict(p_value: float | None) -> Verdict:
 
 
 def _tested(question: Question, expected: Callable[[TestResult], bool]) -> Callable[..., Found]:
-    """The recommended test of a question: supported if it rejects in the direction of the claim."""
+    """The recommended test of a question: borne out if it rejects in the direction of the claim."""
 
     def measure(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
         (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
         if test.p_value is None or agent.blind:
             return _NOT_MEASURED
         said = "" if test.effect is None else minus(f"{test.effect:.2f} ({test.unit})")
-        verdict: Verdict = "supported" if test.rejects and expected(test) else "not supported"
+        verdict: Verdict = "borne out" if test.rejects and expected(test) else "not borne out"
         return said, verdict, test.name, test.p_value
 
     return measure
 
 
-def _below_one(test: TestResult) -> bool:
-    return test.effect is not None and test.effect < 1
+def _less(test: TestResult) -> bool:
+    return test.direction < 0
 
 
 _MEASURES: dict[str, Callable[[AgentSummary, list[ConditionSummary]], Found]] = {
@@ -222,8 +228,8 @@ _MEASURES: dict[str, Callable[[AgentSummary, list[ConditionSummary]], Found]] = 
     "shape": _tested("shape", lambda test: True),
     "loops": _loops,
     "loops-drop": _loops_drop,
-    "onset": _tested("looping", _below_one),
+    "onset": _tested("looping", _less),
     "correlation": _correlation,
-    "harm": _tested("harm", _below_one),
+    "harm": _tested("harm", _less),
     "misinterpretation": _misinterpretation,
 }

@@ -24,6 +24,7 @@ from lockprobe.report.tables import (
     condition_table,
     detector_table,
     loop_table,
+    minus,
     pace_table,
     speed_table,
     table1,
@@ -97,6 +98,7 @@ def _page(name: str, content: Content, drawn: Pictures) -> str:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
+    environment.filters["minus"] = minus
     subjects = [row for row in content["conditions"] if row["agent"] in content["subjects"]]
     return environment.get_template(f"{name}.html.jinja").render(
         content=content,

@@ -22,15 +22,16 @@ CAPTIONS = {
     "be the best. The diamond is the highest share less what it owes to having been chosen.",
     "fig5a": "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and p, "
     "with the least-squares line and r.",
-    "fig5a-corrected": "Do loops hurt? Odds of solving the box after a loop over the odds before one, among trials "
-    "still running at the same step (top) or after step 10. Over whole trials (hollow) the ratio is far below one "
-    "whether or not loops matter, because a solved trial ends before it can loop. An arrow at the edge is a ratio "
-    "beyond the axis.",
+    "fig5a-corrected": "Is success rarer after a loop? Odds of solving the box after a loop over the odds before one, "
+    "among trials still running at the same step (top) or after step 10. Over whole trials (hollow) the ratio can be "
+    "far below one even if loops do nothing, because a solved trial ends before it can loop. An agent that is lost "
+    "both loops and fails: a ratio below one is no proof of harm. An arrow at the edge is a ratio beyond the axis.",
     "fig5b": "The paper's Fig. 5b: share of trials with an action loop by flip probability, with the second-order fit.",
     "fig5b-corrected": "The same with what it takes to judge it: 95 % Wilson intervals beside what chance gives in "
     "trials of exactly these lengths. Grey: between random actions (dotted) and those without repeats (dashed); "
     "crosses: the agent's own transitions; plus signs: its own actions in random order. And the share that has looped "
-    "by each step, one minus Kaplan-Meier, as if no trial had been cut short by success.",
+    "by each step, one minus Kaplan-Meier, as if no trial had been cut short by success (taking "
+    "trials about to be solved to loop like the others).",
 }
 """What every figure shows, by file name."""
 

@@ -109,6 +109,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "schema_version": RESULTS_VERSION,
         "lockprobe": version("lockprobe"),
         "study": dict(study.settings),
+        "joints": len(study.settings.get("box", {}).get("joints", [])),
         "progress": {"planned": study.planned, "finished": study.finished, "partial": study.partial},
         "left_out": {
             "errors": sum(trial.ending == "error" for trial in study.trials),
@@ -141,7 +142,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
 def _members(study: LoadedStudy) -> list[Any]:
     """Every condition of the agents that the study is about, with its trials."""
     return [
-        (condition, [t for t in study.trials if t.key.rsplit("/rep=", 1)[0] == condition.key])
+        (condition, [t for t in study.trials if t.condition == condition.key])
         for agent in study.summary.subjects
         for condition in agent.conditions
         if condition.success.n

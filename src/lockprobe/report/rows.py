@@ -40,6 +40,7 @@ def condition_row(condition: ConditionSummary, *, blind: bool = False) -> Row:
         "loop_rate_chance_markov": condition.behaviour.chance_markov,
         "loop_rate_chance_permutation": condition.behaviour.chance_permutation,
         "loop_rate_chance_error": {null: level.error for null, level in condition.behaviour.chance.items()},
+        "loop_rate_by_symbol": dict(condition.behaviour.by_symbol),
         "coverage": condition.behaviour.coverage,
         "redundant_share": condition.behaviour.redundant_share,
         "policy_entropy": condition.behaviour.entropy,
@@ -54,6 +55,7 @@ def condition_row(condition: ConditionSummary, *, blind: bool = False) -> Row:
         "area": asdict(curve.area) if curve.area else None,
         "relative": asdict(condition.relative) if condition.relative else None,
         "errors": dict(condition.errors),
+        "broken": sum(condition.errors.values()),
         "curve": {"steps": curve.steps, "share": curve.share, "low": curve.low, "high": curve.high},
         "repetitions": [asdict(point) for point in condition.points],
     }
@@ -85,7 +87,7 @@ def _said(condition: ConditionSummary) -> Row:
 
 def fit_row(agent: AgentSummary) -> Row:
     """What runs over p for one agent: the paper's fits, the binomial ones, the peak, the onset of loops."""
-    found = agent.inference
+    found, first = agent.inference, agent.inference.onset.primary
     return {
         "agent": agent.agent,
         "modality": agent.modality,
@@ -101,6 +103,9 @@ def fit_row(agent: AgentSummary) -> Row:
         "difference_from_lowest": asdict(found.difference),
         "steps_to_solve": asdict(found.speed),
         "loop_onset": asdict(found.onset),
+        "looped_by_step_12": {"lowest": first.lowest.by_step(12), "higher": first.higher.by_step(12)}
+        if first
+        else None,
         "after_a_loop": asdict(found.hazard),
         "after_a_loop_by_step_10": asdict(found.landmark),
         "looped_against_solved": asdict(found.whole),
@@ -136,6 +141,7 @@ def contrast_row(agent: AgentSummary, contrast: Contrast) -> Row:
         "other_p": contrast.other.p,
         "choices": contrast.choices,
         "difference": contrast.difference.value,
+        "difference_of_pairs": contrast.paired.value,
         "difference_low": contrast.paired.low,
         "difference_high": contrast.paired.high,
         "pairs": contrast.paired.n,

@@ -136,12 +136,14 @@ def loop_table(conditions: Rows) -> Table:
     """Loop rates beside their chance levels under four nulls."""
     nulls = ("", "_no_repeat", "_markov", "_permutation")
     table = [["agent", "p", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]]
+    table[0] += ["with outcomes", "with states"]
     return table + [
         [
             row["agent"],
             p,
             _share(row, "loop_rate"),
             *(percent(row[f"loop_rate_chance{null}"], 0) for null in nulls),
+            *(percent(row["loop_rate_by_symbol"].get(name), 0) for name in ("action-outcome", "state-action")),
         ]
         for row, p in _distinct(conditions)
     ]
@@ -171,7 +173,7 @@ def condition_table(conditions: Rows) -> Table:
             f"{percent(row['loop_rate_chance'], 0)} to {percent(row['loop_rate_chance_no_repeat'], 0)}",
             percent(row["coverage"], 0),
             percent(row["redundant_share"], 0),
-            str(sum(row["errors"].values())),
+            str(row["broken"]),
         ]
         for row in conditions
     ]

@@ -11,7 +11,8 @@ from lockprobe.analysis.inference.hazard import loop_hazard
 from lockprobe.analysis.inference.peak import any_difference
 from lockprobe.analysis.inference.verdict import QUESTIONS, TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
-from lockprobe.audit.worlds import WORLDS, Design, simulate_outcomes
+from lockprobe.audit.simulate import simulate_outcomes
+from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.seeds import generator
 
 PAPER = Design()

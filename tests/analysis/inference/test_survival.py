@@ -8,7 +8,7 @@ from statsmodels.duration.survfunc import survdiff
 from statsmodels.stats.contingency_tables import StratifiedTable
 from statsmodels.stats.multitest import multipletests
 
-from lockprobe.analysis.inference.excess import clusters, excess, grid
+from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.inference.hazard import loop_hazard, loop_landmark, naive_association
 from lockprobe.analysis.inference.logrank import loop_onset_logrank, solution_logrank
 from lockprobe.analysis.loops import onset_batch
@@ -90,7 +90,7 @@ def test_the_excess_is_the_log_ranks():
             event,
             running,
             stratum=np.zeros(len(found), dtype=int),
-            cluster=clusters(found),
+            cluster=found.luck,
         ).total
         expected = 0.0
         for t in range(1, BUDGET + 1):
@@ -107,7 +107,7 @@ def test_its_variance_is_that_of_independent_trials_where_trials_are_independent
         until = np.where(found.looped, found.onset, found.length)
         running, event = grid(until, found.looped)
         x = (found.p > 0)[None, :, None].astype(float)
-        here = excess(x, event, running, stratum=np.zeros(len(found), dtype=int), cluster=clusters(found))
+        here = excess(x, event, running, stratum=np.zeros(len(found), dtype=int), cluster=found.luck)
         statistic, _ = survdiff(until, found.looped.astype(int), found.p > 0)
         independent = here.total[0] ** 2 / statistic
         ratios.append(here.covariance[0, 0] / independent)
@@ -116,7 +116,7 @@ def test_its_variance_is_that_of_independent_trials_where_trials_are_independent
 
 def test_clusters_are_repetition_and_trial():
     found = columns([(0.0, 1, 5, 1, 0), (0.4, 1, 5, 1, 0), (0.4, 2, 5, 1, 0)])
-    number = clusters(found)
+    number = found.luck
     assert number[0] == number[1] != number[2]
 
 
@@ -180,13 +180,45 @@ def test_with_little_to_go_on_nothing_is_claimed():
     assert (one_p.primary, one_p.each, one_p.p_all) == (None, (), None)
     one_trial = loop_onset_logrank(columns([(0.0, 1, 20, 0, 9), (0.2, 1, 20, 0, 12)]))
     assert one_trial.primary.p_value is None
-    nothing = loop_onset_logrank(columns([(p, i, 20, 0, 0) for p in (0, 0.4) for i in (1, 2, 3)]))
-    assert (nothing.primary.p_value, nothing.p_all) == (1.0, 1.0)
+    nothing = loop_onset_logrank(columns([(p, i, 20, 0, 0) for p in (0, 0.4) for i in range(8)]))
+    assert (nothing.primary.p_value, nothing.p_all, nothing.primary.direction) == (1.0, 1.0, 0)
     three = world(np.random.default_rng(1)).at(np.tile(np.arange(30) < 3, 7))
     assert loop_onset_logrank(three).p_all is None
     empty = columns([(0.0, 1, 20, 0, 9)]).at(np.array([False]))
     assert loop_onset_logrank(empty).primary is None
     assert loop_hazard(empty).p_value is None
+
+
+@pytest.mark.parametrize("clusters", range(2, 20))
+def test_a_test_that_could_never_reject_is_none(clusters):
+    """However clear: all loop at once under noise, none ever without. The statistic never exceeds the clusters."""
+    clear = columns(
+        [row for i in range(clusters) for row in ((0.0, i, 20, 0, 0), *((p, i, 6, 0, 6) for p in P[1:].tolist()))]
+    )
+    found = loop_onset_logrank(clear)
+    assert (found.primary.p_value is None) == (clusters <= 6)
+    assert found.primary.p_value is None or found.primary.p_value < 0.05
+    assert found.primary.direction == 1
+    assert (found.p_all is None) == (clusters < 4)  # here only one direction varies between clusters
+
+
+def test_a_direction_is_known_even_where_the_ratio_is_not():
+    none_at_the_lowest = [(0.0, i, 20, 0, 0) for i in range(15)] + [(0.4, i, 20, 0, 8) for i in range(15)]
+    found = loop_onset_logrank(columns(none_at_the_lowest)).primary
+    assert (found.hazard_ratio, found.direction) == (None, 1)
+    assert found.p_value < 0.05
+    turned = loop_onset_logrank(columns([(0.4 - p, *rest) for p, *rest in none_at_the_lowest])).primary
+    assert (turned.hazard_ratio, turned.direction) == (0.0, -1)
+    assert turned.p_value == pytest.approx(found.p_value)
+
+
+def test_trials_played_twice_under_the_same_luck_are_no_more_evidence():
+    once = world(np.random.default_rng(8), trap=TRAP)
+    twice = Outcomes(**{name: np.repeat(getattr(once, name), 2) for name in Outcomes.__slots__})
+    one, two = loop_onset_logrank(once).primary, loop_onset_logrank(twice).primary
+    assert two.hazard_ratio == pytest.approx(one.hazard_ratio)
+    assert two.p_value == pytest.approx(one.p_value, rel=0.25)
+    assert loop_hazard(twice).p_value == pytest.approx(loop_hazard(once).p_value, abs=0.05)
 
 
 # ---- do loops put success off?
@@ -289,7 +321,7 @@ def test_luck_that_is_shared_misleads_a_test_that_takes_trials_for_independent()
         x = (here.looped[:, None] & (here.onset[:, None] < np.arange(1, running.shape[1] + 1))).astype(float)[None]
         stratum = np.unique(here.p, return_inverse=True)[1]
         apart = excess(x, event, running, stratum=stratum, cluster=np.arange(len(here)))
-        together = excess(x, event, running, stratum=stratum, cluster=clusters(here))
+        together = excess(x, event, running, stratum=stratum, cluster=here.luck)
         assert apart.total == pytest.approx(together.total)
         found += apart.p_value < 0.05
     assert found > 15

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.proportions import ALPHA
 
-__all__ = ["Excess", "clusters", "excess", "grid"]
+__all__ = ["Excess", "excess", "grid"]
 
 Array = NDArray[np.float64]
 
@@ -41,26 +41,37 @@ class Excess:
 
     @property
     def p_value_t(self) -> float | None:
-        """Student's t over clusters of the first column, two-sided; more cautious than :attr:`p_value`."""
+        """Student's t over clusters of the first column, two-sided; more cautious than :attr:`p_value`.
+
+        None with six clusters or fewer: the statistic never exceeds their number, and so could never be significant.
+        """
         from scipy.stats import t
 
         variance = float(self.covariance[0, 0])
+        if self.clusters < 2 or 2 * t.sf(self.clusters**0.5, self.clusters - 1) >= ALPHA:
+            return None
         if variance == 0:
             return 1.0
-        return (
-            float(2 * t.sf(abs(float(self.total[0])) / variance**0.5, self.clusters - 1)) if self.clusters > 1 else None
-        )
+        return float(2 * t.sf(abs(float(self.total[0])) / variance**0.5, self.clusters - 1))
+
+    @property
+    def direction(self) -> int:
+        """1 if there are more events with the first feature than expected, -1 if there are fewer, else 0."""
+        return int(np.sign(self.total[0]))
 
     @property
     def p_value(self) -> float | None:
-        """Chi-squared score test, two-sided; None if the clusters are too few, 1 if all went alike."""
+        """Chi-squared score test, two-sided; 1 if all went alike.
+
+        None if the clusters are too few ever to be significant: the statistic never exceeds their number.
+        """
         from scipy.stats import chi2
 
         columns = int(np.linalg.matrix_rank(self.covariance, hermitian=True))
+        if chi2.sf(self.clusters, max(1, columns)) >= ALPHA:
+            return None
         if columns == 0:
             return 1.0
-        if columns >= self.clusters:
-            return None
         return float(chi2.sf(self.total @ np.linalg.pinv(self.covariance, hermitian=True) @ self.total, columns))
 
 
@@ -76,17 +87,11 @@ def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, A
     return (last[:, None] >= step).astype(np.float64), event.astype(np.float64)
 
 
-def clusters(outcomes: Outcomes) -> NDArray[np.int64]:
-    """One number from 0 per repetition and trial, the same over all p."""
-    luck = np.stack([outcomes.repetition, outcomes.trial], axis=1)
-    return np.unique(luck, axis=0, return_inverse=True)[1].reshape(-1)
-
-
 def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
     """Events with a feature beyond those expected, given who was running at each step of each stratum.
 
     Args:
-        x: The feature, shape (columns, trials, steps); one step stands for all.
+        x: The feature, shape (columns, trials, steps), or (columns, trials, 1) if it is the same at every step.
         event: 0 or 1, shape (trials, steps).
         running: 0 or 1, shape (trials, steps).
         stratum: From 0, shape (trials,).

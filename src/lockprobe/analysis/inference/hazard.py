@@ -1,4 +1,4 @@
-"""Do loops hurt? Success after a loop against success before any.
+"""Is success rarer after a loop than before any?
 
 A solved trial is a short one, and a short trial holds fewer loops by chance alone. So looping and solving may only
 be compared *at one step, among the trials still running at it*; that is what the Mantel-Haenszel tests here do. The
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.incidence import Z
-from lockprobe.analysis.inference.excess import Excess, clusters, excess, grid
+from lockprobe.analysis.inference.excess import Excess, excess, grid
 from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.proportions import Z
 
 __all__ = ["LoopEffect", "NaiveAssociation", "loop_hazard", "loop_landmark", "naive_association"]
 
@@ -31,6 +31,7 @@ class LoopEffect:
         odds_ratio: Mantel-Haenszel, common to all strata; below 1 if loops hurt; None where it is not defined.
         low: Lower end of the 95 % interval; None where the ratio is 0 or not defined.
         high: Upper end.
+        direction: 1 if more are solved after a loop than expected, -1 if fewer, else 0.
         p_value: Two-sided; None where nothing is informative.
         strata: Informative strata: with and without a loop side by side, some but not all solved.
         looped: Steps (of :func:`loop_landmark`: trials) that come after a loop.
@@ -43,6 +44,7 @@ class LoopEffect:
     odds_ratio: float | None
     low: float | None
     high: float | None
+    direction: int
     p_value: float | None
     strata: int
     looped: int
@@ -116,13 +118,14 @@ def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running
     stratum = np.unique(outcomes.p, return_inverse=True)[1]
     tables = ((outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64) @ cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
-    found = excess(looped[None].astype(np.float64), event, running, stratum=stratum, cluster=clusters(outcomes))
+    found = excess(looped[None].astype(np.float64), event, running, stratum=stratum, cluster=outcomes.luck)
     ratio, low, high = _mantel_haenszel(tables[..., informative], found)
     (solved_after, failed_after), (solved_before, failed_before) = tables.sum(axis=2).astype(int).tolist()
     return LoopEffect(
         odds_ratio=ratio,
         low=low,
         high=high,
+        direction=found.direction,
         p_value=found.p_value if informative.any() else None,
         strata=int(informative.sum()),
         looped=solved_after + failed_after,

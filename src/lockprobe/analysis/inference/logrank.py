@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.incidence import Incidence, incidence
-from lockprobe.analysis.inference.excess import clusters, excess, grid
+from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.outcomes import Outcomes
 
 __all__ = ["EventComparison", "EventGroup", "LogRanks", "loop_onset_logrank", "solution_logrank"]
@@ -54,13 +54,16 @@ class EventComparison:
         higher: Trials they are compared with.
         hazard_ratio: Observed over expected events, higher over lowest: below 1 if more noise means later and
             fewer of them; None where it is not defined.
-        p_value: Log-rank, two-sided; None with a single cluster of luck, 1 if all went alike.
+        direction: 1 if it happens sooner or more often at the higher p, -1 if later or more rarely, else 0.
+        p_value: Log-rank, two-sided; None with six clusters of luck or fewer, which could never be significant;
+            1 if all went alike.
         p_adjusted: Corrected for the number of comparisons (Holm), where there are several.
     """
 
     lowest: EventGroup
     higher: EventGroup
     hazard_ratio: float | None
+    direction: int
     p_value: float | None
     p_adjusted: float | None
 
@@ -72,8 +75,8 @@ class LogRanks:
     Attributes:
         primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
         each: Lowest p against every higher p.
-        p_all: Whether all p are alike, k-sample log-rank; None with a single p, or no more clusters
-            of luck than higher p. It needs many clusters: seven p and ten of them cannot show a difference.
+        p_all: Whether all p are alike, k-sample log-rank; None with a single p, or too few clusters of luck ever to
+            be significant (for seven p: twelve or fewer).
     """
 
     primary: EventComparison | None
@@ -106,7 +109,7 @@ def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> Log
     levels = np.unique(outcomes.p)
     if len(levels) < 2:
         return LogRanks(primary=None, each=(), p_all=None)
-    luck = clusters(outcomes)
+    luck = outcomes.luck
     x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
     running, event = grid(last, happened)
     one = np.zeros(len(outcomes), dtype=np.int64)
@@ -132,6 +135,7 @@ def _compare(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], l
         lowest=first,
         higher=second,
         hazard_ratio=(second.events / second.expected) / (first.events / first.expected) if defined else None,
+        direction=found.direction,
         p_value=found.p_value_t,
         p_adjusted=None,
     )

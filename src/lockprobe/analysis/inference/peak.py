@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.resample import RESAMPLES, drawn_shares, times_drawn
 
 __all__ = ["AnyDifference", "Candidate", "DifferenceAt", "Peak", "any_difference", "peak"]
 
-RESAMPLES = 2000
 PERMUTATIONS = 2000
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     """
     values, place = np.unique(outcomes.p, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
-    clusters = _clusters(outcomes)
+    clusters = outcomes.luck
     order = np.lexsort((place, clusters))
     groups: dict[tuple[int, ...], list[NDArray[np.bool_]]] = {}
     for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):
@@ -170,22 +170,11 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
         return _peak(values, np.empty(0), np.empty(0), np.empty((0, 0)), "No peak: there are no trials.")
     n = np.bincount(place).astype(np.float64)
     success = np.bincount(place, weights=outcomes.solved) / n
-    clusters = _clusters(outcomes)
-    present, solved = np.zeros((2, clusters.max() + 1, len(values)))
-    np.add.at(present, (clusters, place), 1.0)
-    np.add.at(solved, (clusters, place), outcomes.solved)
-    times = _times_drawn(outcomes.repetition, clusters, resamples, rng)
+    times = times_drawn(outcomes, rng, resamples)
     if times is None:
         note = "No resamples: trials are drawn within their repetition, and one has a single trial."
         return _peak(values, n, success, np.empty((0, len(values))), note)
-    many = times @ present
-    return _peak(values, n, success, np.where(many > 0, times @ solved / np.maximum(many, 1), success), "")
-
-
-def _clusters(outcomes: Outcomes) -> NDArray[np.intp]:
-    """The number of each trial's cluster, from 0."""
-    keys = np.column_stack([outcomes.repetition, outcomes.trial])
-    return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+    return _peak(values, n, success, drawn_shares(times, outcomes.luck, place, outcomes.solved), "")
 
 
 def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
@@ -198,19 +187,6 @@ def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Gene
 
 def _share(drawn: Array, observed: float) -> float:
     return float((1 + np.count_nonzero(drawn >= observed - _TIE)) / (1 + len(drawn)))
-
-
-def _times_drawn(
-    repetition: NDArray[np.int64], clusters: NDArray[np.intp], resamples: int, rng: np.random.Generator
-) -> Array | None:
-    """How often each cluster is drawn, shape (resamples, clusters); None if a repetition has a single one."""
-    times = np.zeros((resamples, clusters.max() + 1))
-    for number in np.unique(repetition):
-        members = np.unique(clusters[repetition == number])
-        if len(members) < 2:
-            return None
-        times[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=resamples)
-    return times
 
 
 def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str) -> Peak:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_fit
+from lockprobe.analysis.proportions import Z
 
 __all__ = ["BinomialCurve", "BinomialOrder", "BinomialOrders", "binomial_orders"]
 
 _HIGHEST = 3
 _GRID = 61
-_Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,7 +138,7 @@ def _curve(counted: Counts, fit: LogitFit) -> BinomialCurve:
     grid = np.linspace(counted.p[0], counted.p[-1], _GRID)
     basis = np.vander(grid, len(fit.coefficients), increasing=True)
     middle = basis @ fit.coefficients
-    spread = _Z95 * np.sqrt(np.einsum("ij,jk,ik->i", basis, fit.covariance, basis))
+    spread = Z * np.sqrt(np.einsum("ij,jk,ik->i", basis, fit.covariance, basis))
     return BinomialCurve(
         p=tuple(grid.tolist()),
         value=tuple(expit(middle).tolist()),

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_fit
+from lockprobe.analysis.proportions import Z
 
 __all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "lind_mehlum", "two_lines"]
 
@@ -33,7 +34,6 @@ UShape = Literal["U", "inverted U"]
 Array = NDArray[np.float64]
 
 _LEVEL = 0.05
-_Z95 = 1.959963984540054
 _TOO_FEW = "No test: it needs three values of p with trials."
 
 
@@ -231,7 +231,7 @@ def _robin_hood(counted: Counts) -> int:
 def _fieller(fit: LogitFit) -> tuple[float | None, float | None]:
     """Where a slope of zero is not refuted at 5 %, if that is an interval: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
     _, b1, b2 = fit.coefficients.tolist()
-    v = _Z95**2 * fit.covariance
+    v = Z**2 * fit.covariance
     square, linear, constant = 4 * (b2**2 - v[2, 2]), 4 * (b1 * b2 - v[1, 2]), b1**2 - v[1, 1]
     inside = linear**2 - 4 * square * constant
     if square <= 0 or inside < 0:

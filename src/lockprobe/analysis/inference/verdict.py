@@ -19,10 +19,9 @@ from lockprobe.analysis.inference.shape import BinomialOrders
 from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
 from lockprobe.analysis.outcomes import Point
-from lockprobe.analysis.proportions import Difference, difference, proportion
+from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
 __all__ = [
-    "ALPHA",
     "QUESTIONS",
     "Question",
     "TestResult",
@@ -32,8 +31,6 @@ __all__ = [
     "speed_tests",
     "success_tests",
 ]
-
-ALPHA = 0.05
 
 Question = Literal["success", "speed", "shape", "looping", "harm"]
 
@@ -62,6 +59,7 @@ class TestResult:
         low: Lower end of its 95 % interval, where there is one.
         high: Upper end.
         unit: What the effect is.
+        direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
         holds: For a rule without a p-value, whether it says yes; None otherwise.
         note: What there is to know about it.
     """
@@ -76,6 +74,7 @@ class TestResult:
     low: float | None = None
     high: float | None = None
     unit: str = ""
+    direction: int = 0
     holds: bool | None = None
     note: str = ""
 
@@ -121,6 +120,7 @@ def speed_tests(speed: LogRanks) -> list[TestResult]:
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
             unit="hazard of solving, higher p over the lowest",
+            direction=primary.direction if primary else 0,
             note="All higher p together: no choice of a peak." if primary else _ONE_P,
         )
     ]
@@ -183,6 +183,7 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
             unit="hazard of a first loop, higher p over the lowest",
+            direction=primary.direction if primary else 0,
             note="All higher p together: no choice of a peak." if primary else _ONE_P,
         ),
         _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher", "difference in loop rate"),
@@ -194,7 +195,7 @@ def harm_tests(
 ) -> list[TestResult]:
     """Whether loops hurt."""
     odds = "odds of solving, after a loop over before"
-    length = "Trial length alone makes it significant."
+    length = "Trial length alone can make it significant."
     return [
         TestResult(
             name="success after a loop, Mantel-Haenszel by p and step",
@@ -205,6 +206,7 @@ def harm_tests(
             low=hazard.low,
             high=hazard.high,
             unit=odds,
+            direction=hazard.direction,
             note=hazard.note,
         ),
         TestResult(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from lockprobe.analysis.outcomes import outcomes
-from lockprobe.audit.worlds import BUDGET, WORLDS, Design, simulate, simulate_outcomes, world
+from lockprobe.audit.simulate import BUDGET, simulate, simulate_outcomes
+from lockprobe.audit.worlds import WORLDS, Design, world
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.seeds import generator
@@ -16,17 +17,18 @@ LARGE = Design(repetitions=1, trials=3000)
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_records_are_possible_and_say_what_the_columns_say(name):
-    trials = simulate(world(name), Design(), generator(1, name))
+    made = world(name)
+    trials = simulate(made, Design(), generator(1, name))
     assert len(trials) == len({trial.key for trial in trials}) == 210
     for trial in trials:
         assert trial_from_json(trial_to_json(trial)) == trial
-        assert all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False)) or WORLDS[name].trap[0]
+        assert all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False)) or made.trap[0] or made.lost
     read, drawn = outcomes(trials), simulate_outcomes(world(name), Design(), generator(1, name))
     for field in fields(read):
         assert np.array_equal(getattr(read, field.name), getattr(drawn, field.name))
 
 
-@pytest.mark.parametrize("name", [name for name, made in WORLDS.items() if made.harm == 1])
+@pytest.mark.parametrize("name", [name for name, made in WORLDS.items() if made.harm == 1 and not made.lost])
 def test_where_loops_are_irrelevant_success_is_as_stated(name):
     drawn = simulate_outcomes(WORLDS[name], LARGE, generator(2, name))
     for p, stated in zip(LARGE.p, WORLDS[name].success, strict=True):
@@ -46,6 +48,13 @@ def test_loops_keep_the_trapped_agent_from_solving_and_noise_frees_it():
     assert looped[0] > 0.6
     assert looped[-1] < 0.5
     assert np.allclose([free.solved[free.p == p].mean() for p in LARGE.p], made.success, atol=0.03)
+
+
+def test_an_agent_that_is_lost_both_loops_and_fails_whatever_p_is():
+    drawn = simulate_outcomes(WORLDS["lost-half"], LARGE, generator(5))
+    for p in LARGE.p:
+        assert abs(drawn.solved[drawn.p == p].mean() - (0.9 + 0.2) / 2) < 0.04
+    assert drawn.looped[~drawn.solved].mean() > drawn.looped[drawn.solved].mean() + 0.3
 
 
 def test_shared_luck_makes_a_share_of_trials_alike_at_every_p():

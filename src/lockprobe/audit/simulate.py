@@ -1,0 +1,160 @@
+"""Trials of a simulated agent, as records or as columns.
+
+It acts without immediate repeats; the box opens by a clock of its own, from the fourth step on with an equal chance at
+every step, so that solved trials are shorter whether or not loops matter. The joint that opens it counts as the target.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.loops import onset_batch
+from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.audit.worlds import Design, World
+from lockprobe.errors import BadValue
+from lockprobe.record import Decision, Step, Trial
+
+__all__ = ["BUDGET", "simulate", "simulate_outcomes"]
+
+BUDGET = 20
+JOINTS = ("A", "B", "C", "D")
+FIRST = 4
+"""The earliest step at which the box opens: the optimum of chain-4."""
+
+ESCAPE = 0.1
+"""Chance per step to leave a cycle."""
+
+PERIODS = (3, 4)
+
+LOST_TRAP, LOST_SUCCESS = 0.4, 0.2
+"""What is true of an agent that is lost, at every p."""
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+def simulate(truth: World, design: Design, rng: np.random.Generator) -> list[Trial]:
+    """One study of a simulated agent.
+
+    Args:
+        truth: The world.
+        design: Which p, and how many trials.
+        rng: The stream of this study.
+
+    Returns:
+        Trials by p, repetition and trial.
+    """
+    actions, ends = _play(truth, design, rng)
+    return [
+        _trial(truth.name, design, place, actions[place, : end or BUDGET].tolist(), solved=end > 0)
+        for place, end in enumerate(ends.tolist())
+    ]
+
+
+def simulate_outcomes(truth: World, design: Design, rng: np.random.Generator) -> Outcomes:
+    """The same study as columns: ``outcomes(simulate(...))``, without the records between."""
+    actions, ends = _play(truth, design, rng)
+    length, onset = np.where(ends > 0, ends, BUDGET), onset_batch(actions)
+    cluster = np.tile(np.arange(design.clusters), len(design.p))
+    return Outcomes(
+        p=np.repeat(np.array(design.p, dtype=np.float64), design.clusters),
+        repetition=cluster // design.trials + 1,
+        trial=cluster % design.trials + 1,
+        length=length,
+        solved=ends > 0,
+        onset=np.where(onset <= length, onset, 0),
+    )
+
+
+def _play(truth: World, design: Design, rng: np.random.Generator) -> tuple[Integers, Integers]:
+    """Actions as if no trial ended early, shape (trials, BUDGET), and the step that solves each, 0 if none does."""
+    if len(truth.success) != len(design.p) or len(truth.trap) != len(design.p):
+        raise BadValue(f"world {truth.name}", f"{len(truth.success)} shares", f"one for each of {len(design.p)} p")
+    conditions = np.repeat(np.arange(len(design.p)), design.clusters)
+    luck = _luck(truth.shared, len(design.p), design.clusters, rng)
+    lost = rng.random(len(conditions)) < truth.lost
+    actions = _actions(np.where(lost, LOST_TRAP, np.array(truth.trap)[conditions]), luck)
+    success = np.where(lost, LOST_SUCCESS, np.array(truth.success)[conditions])
+    return actions, _solved_at(success, truth.harm, onset_batch(actions), luck[:, :, 2])
+
+
+def _luck(shared: float, conditions: int, clusters: int, rng: np.random.Generator) -> Floats:
+    """Uniform numbers of shape (conditions x clusters, BUDGET, 3): for choosing, for cycling, for solving."""
+    own = rng.random((conditions, clusters, BUDGET, 3))
+    common = rng.random((clusters, BUDGET, 3))
+    alike = rng.random(clusters) < shared
+    return np.where(alike[:, None, None], common, own).reshape(-1, BUDGET, 3)
+
+
+def _actions(trap: Floats, luck: Floats) -> Integers:
+    """What the agent attempts, whether or not the box has opened, shape (trials, BUDGET)."""
+    n = len(trap)
+    actions = np.empty((n, BUDGET), dtype=np.int64)
+    actions[:, 0] = luck[:, 0, 0] * len(JOINTS)
+    period = np.zeros(n, dtype=np.int64)
+    everyone = np.arange(n)
+    for t in range(1, BUDGET):
+        other = (luck[:, t, 0] * (len(JOINTS) - 1)).astype(np.int64)
+        fresh = other + (other >= actions[:, t - 1])
+        # One number decides both ways: whether a cycle begins (and its period), or whether it ends.
+        chance = luck[:, t, 1]
+        begun = np.where(chance < trap / 2, PERIODS[0], PERIODS[1])
+        period = np.where(period > 0, np.where(chance < ESCAPE, 0, period), np.where(chance < trap, begun, 0))
+        period = np.where(period > t, 0, period)
+        actions[:, t] = np.where(period > 0, actions[everyone, np.maximum(t - period, 0)], fresh)
+    return actions
+
+
+def _solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> Integers:
+    """The step at which each trial is solved, 0 if it is not. A loop that is complete at t tells from t + 1 on."""
+    steps = np.arange(1, BUDGET + 1)
+    hazard = (1 - (1 - success) ** (1 / (BUDGET - FIRST + 1)))[:, None] * (steps >= FIRST)
+    looped = (onset[:, None] > 0) & (onset[:, None] < steps)
+    opened = luck < np.where(looped, harm, 1.0) * hazard
+    return np.where(opened.any(axis=1), opened.argmax(axis=1) + 1, 0)
+
+
+_DECISIONS = tuple(Decision(joint=joint) for joint in JOINTS)
+
+
+def _trial(name: str, design: Design, place: int, actions: list[int], *, solved: bool) -> Trial:
+    """One record. The box opens at the joint attempted last, which therefore is the target."""
+    condition, cluster = divmod(place, design.clusters)
+    repetition, trial = (number + 1 for number in divmod(cluster, design.trials))
+    last = len(actions) - 1
+    p = design.p[condition]
+    return Trial(
+        key=f"audit/{name}/p={p:g}/rep={repetition}/trial={trial}",
+        study="audit",
+        agent=f"simulated:{name}",
+        facts={},
+        box="clock",
+        modality="symbolic",
+        p=p,
+        flip="transient",
+        channels=(),
+        repetition=repetition,
+        trial=trial,
+        seed=0,
+        budget=BUDGET,
+        joints=JOINTS,
+        labels=JOINTS,
+        listing=JOINTS,
+        target=JOINTS[actions[-1]],
+        opening="",
+        steps=tuple(
+            Step(
+                step=i + 1,
+                state="0000",
+                joint=JOINTS[action],
+                moved=solved and i == last,
+                told_moved=solved and i == last,
+                told_state=None,
+                told="",
+                decision=_DECISIONS[action],
+            )
+            for i, action in enumerate(actions)
+        ),
+        ending="solved" if solved else "budget",
+    )
