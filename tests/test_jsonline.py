@@ -51,5 +51,40 @@ def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
 def test_a_trial_without_steps_is_no_trial():
     line = trial_to_json(run_trial())
     start, end = line.index(b'"steps":[') + 9, line.rindex(b'],"ending"')
-    with pytest.raises(BadValue, match="steps: got 0"):
+    with pytest.raises(BadValue, match="expected a last step that moved the target"):
         trial_from_json(line[:start] + line[end:])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b'"ending":"solved"', b'"ending":"budget"', "solved, or no step that moved the target"),
+        (b'"ending":"solved"', b'"ending":"error"', "error: got None, expected one exactly if the ending is error"),
+        (b'"labels":["', b'"labels":["Z","', "labels: got"),
+        (b'"solved"', b'"solved","solvd":true', "solvd"),
+        (b'"budget":20', b'"budget":"20"', "budget"),
+        (b'"budget":20', b'"budget":1000000', "at most the budget of 10000"),
+        (b'"moved":true', b'"moved":"yes"', "moved"),
+        (b'"told_state":"0001"', b'"told_state":"zzz"', "told state: got 'zzz'"),
+    ],
+)
+def test_contradictions_are_refused(old, new, message):
+    line = trial_to_json(run_trial(agent="human-inspired", seed=1))
+    assert old in line
+    with pytest.raises(BadValue, match=message):
+        trial_from_json(line.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("chances", ["[-1,2,0,0]", "[1.0]", "[0.5,0.5,1e308,0]", "[0.25,0.25,0.25,NaN]"])
+def test_probabilities_are_probabilities(chances):
+    line = trial_to_json(run_trial(agent="human-inspired", seed=1))
+    damaged = line.replace(b'"decision":{', b'"decision":{"probabilities":%s,' % chances.encode(), 1)
+    with pytest.raises(BadValue, match="probabilities: got"):
+        trial_from_json(damaged)
+
+
+def test_a_trial_that_ran_out_of_steps_used_them_all():
+    line = trial_to_json(run_trial(agent="random", seed=1))
+    assert b'"ending":"budget"' in line
+    with pytest.raises(BadValue, match="expected 21, since the steps ran out"):
+        trial_from_json(line.replace(b'"budget":20', b'"budget":21'))

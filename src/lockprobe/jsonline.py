@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.errors import BadValue
@@ -12,6 +10,9 @@ from lockprobe.record import SCHEMA_VERSION, Step, Trial
 __all__ = ["trial_from_json", "trial_to_json"]
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
+
+LONGEST = 10_000
+"""Steps that a trial may have."""
 
 
 def trial_to_json(trial: Trial) -> bytes:
@@ -27,7 +28,7 @@ def trial_from_json(line: bytes | str) -> Trial:
         BadValue: If the line is no trial, of a schema version that this release does not know, or impossible.
     """
     try:
-        trial = _adapter.validate_json(line)
+        trial = _adapter.validate_json(line, strict=True, extra="forbid")
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
@@ -44,24 +45,41 @@ def _check(trial: Trial) -> None:
         raise BadValue("trial record, p", trial.p, "a number from 0 to 1")
     if trial.target not in trial.joints:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
-    if len(trial.steps) > trial.budget:
-        raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {trial.budget}")
-    if trial.ending != "error" and not trial.steps:
-        raise BadValue("trial record, steps", 0, f"at least one in a trial that ended as {trial.ending}")
+    if not (len(trial.joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
+        raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
+    if not len(trial.steps) <= trial.budget <= LONGEST:
+        raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
     for number, step in enumerate(trial.steps, 1):
         _check_step(trial, step, number)
-    reached = bool(trial.steps) and trial.steps[-1].moved and trial.steps[-1].joint == trial.target
-    if trial.solved and not reached:
-        raise BadValue("trial record, ending", "solved", "a last step that moved the target")
+    _check_ending(trial)
+
+
+def _check_ending(trial: Trial) -> None:
+    """The trial ends when the target moves or the steps run out, and by an error only if there is one."""
+    reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
+    if (trial.error is None) == (trial.ending == "error"):
+        raise BadValue("trial record, error", trial.error, f"one exactly if the ending is error; it is {trial.ending}")
+    if reached != ([len(trial.steps)] if trial.solved else []):
+        expected = "a last step that moved the target" if trial.solved else "no step that moved the target"
+        raise BadValue("trial record, ending", trial.ending, f"solved, or {expected}" if reached else expected)
+    if trial.ending == "budget" and len(trial.steps) != trial.budget:
+        raise BadValue("trial record, steps", len(trial.steps), f"{trial.budget}, since the steps ran out")
 
 
 def _check_step(trial: Trial, step: Step, number: int) -> None:
-    where = f"trial record, step {number}"
+    """Refuses a step that does not fit its place, the joints, or its decision the labels."""
+    where, joints, decision = f"trial record, step {number}", len(trial.joints), step.decision
     if step.step != number:
         raise BadValue(f"{where}, number", step.step, str(number))
     if step.joint not in trial.joints:
         raise BadValue(f"{where}, joint", step.joint, f"one of {', '.join(trial.joints)}")
-    if len(step.state) != len(trial.joints) or not set(step.state) <= {"0", "1"}:
-        raise BadValue(f"{where}, state", step.state, f"{len(trial.joints)} positions, each 0 or 1")
-    if not all(math.isfinite(chance) for chance in step.decision.probabilities or ()):
-        raise BadValue(f"{where}, probabilities", step.decision.probabilities, "numbers from 0 to 1")
+    if decision.joint not in trial.labels:
+        raise BadValue(f"{where}, decision", decision.joint, f"one of {', '.join(trial.labels)}")
+    for name, bits in (("state", step.state), ("told state", step.told_state)):
+        if bits is not None and not (len(bits) == joints and set(bits) <= {"0", "1"}):
+            raise BadValue(f"{where}, {name}", bits, f"{joints} positions, each 0 or 1")
+    chances = decision.probabilities
+    if chances is not None and not (len(chances) == joints and all(0 <= chance <= 1 for chance in chances)):
+        raise BadValue(f"{where}, probabilities", chances, f"{joints} numbers from 0 to 1")
+    if decision.claim_probability is not None and not 0 <= decision.claim_probability <= 1:
+        raise BadValue(f"{where}, claim probability", decision.claim_probability, "a number from 0 to 1")

@@ -127,7 +127,7 @@ def test_links_within_the_page_lead_somewhere(reported):
 def test_what_models_say_is_escaped(tmp_path):
     said = {"agent": "llm:evil/" + "<b>x</b>", "hypothesis": ATTACK, "facts": {"model": ATTACK}}
     trials = [make_trial(SOLUTION, p=p, trial=i, **said) for p in (0.0, 0.3) for i in (1, 2)]
-    trials += [make_trial([0, 1, 2] * 4, p=0.0, trial=3, claims=[None, "moved"], **said)]
+    trials += [make_trial([0, 1, 2] * 4, budget=12, p=0.0, trial=3, claims=[None, "moved"], **said)]
     study = small_study([said["agent"]], (0.0, 0.3), 1, 3)
     directory = write_study(tmp_path / "study", study, trials)
     page = Page(write_report(directory).read_text("utf-8"))

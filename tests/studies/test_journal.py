@@ -205,8 +205,24 @@ def test_what_a_journal_leaves_out_is_counted(tmp_path):
     study = small_study(["random"])
     broken, played = make_trial([0], broken="model"), make_trial([0, 1], budget=2)
     directory = write_study(tmp_path / "study", study, [broken, played, make_trial([0, 1], budget=2, trial=2)])
-    assert left_out(directory) == LeftOut(unfinished_lines=0, replaced=1)
+    assert left_out(directory) == LeftOut(unfinished_lines=0, replaced=1, repeated=0)
     with (directory / "trials.jsonl").open("ab") as file:
         file.write(b'{"key":"flips/ran')
-    assert left_out(directory) == LeftOut(unfinished_lines=1, replaced=1)
+    assert left_out(directory) == LeftOut(unfinished_lines=1, replaced=1, repeated=0)
     assert len(load(directory)) == 2
+
+
+def test_a_second_record_of_a_finished_trial_is_counted_apart(tmp_path):
+    study = small_study(["random"])
+    first, second = make_trial([0, 1], budget=2), make_trial([0, 2], budget=2)
+    directory = write_study(tmp_path / "study", study, [first, second])
+    assert left_out(directory) == LeftOut(unfinished_lines=0, replaced=0, repeated=1)
+    assert load(directory) == [second]
+
+
+def test_a_damaged_line_is_named_by_its_number_in_the_file(tmp_path):
+    directory = write_study(tmp_path / "study", small_study(["random"]), [make_trial([0, 1], budget=2)])
+    with (directory / "trials.jsonl").open("ab") as file:
+        file.write(b"\n\nrubbish\n")
+    with pytest.raises(BadFile, match="line 4: trial record"):
+        load(directory)

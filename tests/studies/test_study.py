@@ -65,7 +65,10 @@ def test_identities_are_pinned():
     [
         ({"trials": 0}, "trials: got 0, expected a whole number from 1 to 1000000"),
         ({"p": [0.2, 0.2]}, r"p: got \[0.2, 0.2\], expected at least one, and every one once"),
-        ({"p": [0.1234567, 0.12345674]}, r"p: got .*, expected values that differ within six digits"),
+        (
+            {"p": [0.1234567, 0.12345674]},
+            r"p: got .*, expected values that differ by 0.000001 or more, within six digits",
+        ),
         ({"p": [1.5]}, "flip probability p: got 1.5, expected a number from 0 to 1"),
         ({"agent": []}, r"agents: got \[\], expected at least one"),
         ({"max_steps": 0}, "max_steps: got 0, expected a whole number from 1"),

@@ -125,6 +125,9 @@ def measure(
     """
     if studies < 1:
         raise BadValue("studies", studies, "at least 1")
+    kinds = [(made.name, design.clusters) for made in worlds for design in designs]
+    if len(set(kinds)) < len(kinds):
+        raise BadValue("worlds and designs", sorted(kinds), "every one once")
     jobs = [
         _Job(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
         for w in worlds

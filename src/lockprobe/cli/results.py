@@ -14,9 +14,12 @@ from lockprobe.errors import BadFile, UnknownName
 from lockprobe.export import write_csv, write_jsonl
 from lockprobe.record import Trial
 from lockprobe.report import write_report
-from lockprobe.studies.journal import load, planned_trials, read_settings, read_timings
+from lockprobe.studies.journal import load, read_timings
+from lockprobe.studies.settings import read_study
 
 __all__ = ["export", "replay", "report", "status"]
+
+STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", "results.json")
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
@@ -24,18 +27,19 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 
 def status(directory: Directory, json: AsJson = False) -> None:
     """What is done, owed and failed (by boundary), and what it took."""
-    settings = read_settings(directory)
-    trials = load(directory)
-    size = planned_trials(settings) or 0
+    study = read_study(directory)
+    everything = load(directory)
+    trials = [trial for trial in everything if study.asks_for(trial)]
     again = [trial for trial in trials if trial.owed_again]
     timings = read_timings(directory)
     seconds, steps = sum(t.seconds for t in timings), sum(t.steps for t in timings)
     usage = [step.decision.usage for trial in trials for step in trial.steps if step.decision.usage]
     facts: dict[str, object] = {
-        "study": settings.get("study"),
-        "trials": size,
+        "study": study.name,
+        "trials": study.size,
         "done": len(trials) - len(again),
-        "owed": size - len(trials) + len(again),
+        "owed": study.size - len(trials) + len(again),
+        "not_asked_for": len(everything) - len(trials),
         "solved": sum(trial.solved for trial in trials),
         "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
         "steps": steps,
@@ -54,7 +58,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
 
 def report(directory: Directory, json: AsJson = False) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records."""
-    path = write_report(directory)
+    path = write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr))
     print(json_.dumps({"report": str(path)}) if json else f"Report: {path}")
 
 
@@ -71,6 +75,8 @@ def export(
     if out is None:
         write(trials, sys.stdout)
     else:
+        if out.resolve().parent == directory.resolve() and out.name in STUDY_FILES:
+            raise BadFile(out, "a file of the study itself; choose another")
         try:
             with out.open("w", encoding="utf-8", newline="") as file:
                 write(trials, file)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -71,4 +72,4 @@ def run(
         except KeyboardInterrupt:
             observer.interrupted(directory)
             raise
-    observer.reported(write_report(directory))
+    observer.reported(write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr)))

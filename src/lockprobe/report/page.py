@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -36,13 +37,14 @@ __all__ = ["write_report"]
 Content = dict[str, Any]
 
 
-def write_report(directory: Path | str) -> Path:
+def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
     Every file is replaced in one step, ``report.html`` last.
 
     Args:
         directory: The directory of a study.
+        tell: Told what it is at, since it takes some seconds.
 
     Returns:
         Where ``report.html`` is.
@@ -51,9 +53,11 @@ def write_report(directory: Path | str) -> Path:
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
+    tell("reading the records and testing")
     study = read(directory)
     content = numbers(study)
     _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    tell("drawing the figures")
     drawn = pictures(study.summary)
     for name, forms in drawn.items():
         for form, picture in forms.items():

@@ -14,12 +14,12 @@ from lockprobe.analysis.finding import beside, conclusions, finding, loop_findin
 from lockprobe.analysis.summary import StudySummary, summarise
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.record import Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
 from lockprobe.report.rows import claim_row, condition_row, contrast_row, detector_rows, fit_row, test_rows
-from lockprobe.studies.journal import LeftOut, left_out, load, planned_trials, read_settings
+from lockprobe.studies.journal import LeftOut, left_out, load, read_settings
+from lockprobe.studies.settings import read_study
 
 __all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
 
@@ -35,7 +35,7 @@ class LoadedStudy:
         settings: As in ``study.json``.
         trials: By agent in the order of the settings, then by condition.
         summary: Their numbers.
-        planned: Trials that the settings ask for; None if they do not say.
+        planned: Trials that the settings ask for.
         journal: What the journal leaves out.
         foreign: Trials on record that the settings do not ask for; they are in no other number.
     """
@@ -43,7 +43,7 @@ class LoadedStudy:
     settings: Mapping[str, Any]
     trials: tuple[Trial, ...]
     summary: StudySummary
-    planned: int | None
+    planned: int
     journal: LeftOut
     foreign: int
 
@@ -55,7 +55,7 @@ class LoadedStudy:
     @property
     def partial(self) -> bool:
         """Whether trials are still owed."""
-        return self.planned is not None and self.finished < self.planned
+        return self.finished < self.planned
 
 
 def read(directory: Path | str) -> LoadedStudy:
@@ -64,32 +64,22 @@ def read(directory: Path | str) -> LoadedStudy:
     Raises:
         BadFile: If it is not that of a study, or holds trials of another box.
     """
-    settings: dict[str, Any] = read_settings(directory)
-    order = {name: i for i, name in enumerate(settings.get("agents") or ())}
+    study = read_study(directory)
     everything = load(directory)
-    asked = [trial for trial in everything if _asked_for(trial, settings)]
+    asked = [trial for trial in everything if study.asks_for(trial)]
+    order = {name: i for i, name in enumerate(study.agents)}
     trials = sorted(asked, key=lambda t: (order[t.agent], t.modality, t.p, t.repetition, t.trial))
-    box = box_from_data(settings["box"], Path(directory) / "study.json") if "box" in settings else None
     try:
-        summary = summarise(trials, box)
+        summary = summarise(trials, study.box)
     except BadValue as error:
         raise BadFile(Path(directory) / "trials.jsonl", str(error)) from error
     return LoadedStudy(
-        settings=settings,
+        settings=read_settings(directory),
         trials=tuple(trials),
         summary=summary,
-        planned=planned_trials(settings),
+        planned=study.size,
         journal=left_out(directory),
         foreign=len(everything) - len(asked),
-    )
-
-
-def _asked_for(trial: Trial, settings: Mapping[str, Any]) -> bool:
-    return (
-        trial.agent in settings["agents"]
-        and any(math.isclose(trial.p, p) for p in settings["p"])
-        and 1 <= trial.repetition <= settings["repetitions"]
-        and 1 <= trial.trial <= settings["trials"]
     )
 
 
@@ -114,6 +104,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "left_out": {
             "errors": sum(trial.ending == "error" for trial in study.trials),
             "replaced_after_an_error": study.journal.replaced,
+            "repeated": study.journal.repeated,
             "unfinished_lines": study.journal.unfinished_lines,
             "not_asked_for": study.foreign,
         },

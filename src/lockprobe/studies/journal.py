@@ -50,10 +50,12 @@ class LeftOut:
     Attributes:
         unfinished_lines: Lines that a crash tore, 0 or 1; their trial is owed again.
         replaced: Records of trials that were played again after an error.
+        repeated: Records of trials that had been finished already; the last one counts.
     """
 
     unfinished_lines: int
     replaced: int
+    repeated: int
 
 
 def load(directory: Path | str) -> list[Trial]:
@@ -77,28 +79,32 @@ def _read(directory: Path | str) -> tuple[dict[str, Trial], LeftOut]:
     if not path.is_file():
         raise BadFile(directory, "no trials.jsonl here; is it the directory of a study?")
     trials: dict[str, Trial] = {}
-    replaced = 0
-    for number, line in enumerate(_whole_lines(path), 1):
+    replaced = repeated = 0
+    for number, line in _whole_lines(path):
         try:
             trial = trial_from_json(line)
         except BadValue as error:
             raise BadFile(path, f"line {number}: {error}") from error
-        replaced += trials.pop(trial.key, None) is not None
+        before = trials.pop(trial.key, None)
+        replaced += before is not None and before.owed_again
+        repeated += before is not None and not before.owed_again
         trials[trial.key] = trial
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 1))
         torn = int(file.read(1) not in (b"", b"\n"))
-    return trials, LeftOut(unfinished_lines=torn, replaced=replaced)
+    return trials, LeftOut(unfinished_lines=torn, replaced=replaced, repeated=repeated)
 
 
 def read_settings(directory: Path | str) -> dict[str, object]:
     """The settings of the study in a directory."""
     path = Path(directory) / "study.json"
+    if path.exists() and not path.is_file():
+        raise BadFile(path, "not a file")
     try:
         settings = json.loads(path.read_text("utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         raise BadFile(directory, "no study.json here; is it the directory of a study?") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadFile(path, f"not JSON ({error})") from error
     if not isinstance(settings, dict) or planned_trials(settings) is None:
         raise BadFile(path, "not the settings of a study")
@@ -120,7 +126,7 @@ def read_timings(directory: Path | str) -> list[Timing]:
     if not path.is_file():
         return []
     found = {}
-    for line in _whole_lines(path):
+    for _, line in _whole_lines(path):
         with suppress(ValueError, TypeError, KeyError):
             reading = json.loads(line)
             key, seconds, steps = str(reading["key"]), float(reading["seconds"]), int(reading["steps"])
@@ -128,9 +134,10 @@ def read_timings(directory: Path | str) -> list[Timing]:
     return list(found.values())
 
 
-def _whole_lines(path: Path) -> Iterator[bytes]:
+def _whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
+    """Whole lines that are not blank, with their numbers."""
     with path.open("rb") as lines:
-        yield from (line for line in lines if line.endswith(b"\n") and line.strip())
+        yield from ((n, line) for n, line in enumerate(lines, 1) if line.endswith(b"\n") and line.strip())
 
 
 class Journal:

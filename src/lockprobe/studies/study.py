@@ -6,11 +6,13 @@ import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import get_args
 
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.record import Trial
 from lockprobe.trial import Plan
 
 __all__ = ["IDENTITY_VERSION", "Study"]
@@ -19,6 +21,7 @@ IDENTITY_VERSION = 1
 """Raised whenever the same settings would play other trials than before."""
 
 PLANTS = ("symbolic",)
+CLOSEST_P = 1e-6
 LIMITS = {"trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 
 
@@ -65,8 +68,9 @@ class Study:
         for what, values in (("p", self.p), ("agents", self.agents)):
             if not values or len(set(values)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
-        if len({f"{value:g}" for value in self.p}) < len(self.p):
-            raise BadValue("p", list(self.p), "values that differ within six digits")
+        close = any(second - first < CLOSEST_P for first, second in pairwise(sorted(self.p)))
+        if close or len({f"{value:g}" for value in self.p}) < len(self.p):
+            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
         for setting, largest in LIMITS.items():
             if not 1 <= (value := getattr(self, setting)) <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
@@ -116,6 +120,18 @@ class Study:
             seed=self.seed,
             budget=self.max_steps,
             shuffle=self.shuffle,
+        )
+
+    def asks_for(self, trial: Trial) -> bool:
+        """Whether a trial on record is one of this study: its key, its place and its settings agree."""
+        return (
+            trial.agent in self.agents
+            and trial.p in self.p
+            and 1 <= trial.repetition <= self.repetitions
+            and 1 <= trial.trial <= self.trials
+            and trial.key == self.plan(trial.agent, trial.p, trial.repetition, trial.trial).key
+            and (trial.study, trial.flip, trial.seed, trial.budget) == (self.name, self.flip, self.seed, self.max_steps)
+            and trial.joints == self.box.names
         )
 
     @property

@@ -1,7 +1,7 @@
 """All tests of one agent: every question once answered by a test that is recommended, and nothing made up."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from lockprobe.analysis.inference.verdict import QUESTIONS, TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.audit.simulate import simulate_outcomes
 from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
 PAPER = Design()
@@ -95,3 +96,18 @@ def test_a_rule_without_a_p_value_holds_or_not():
     assert not TestResult(**made, p_value=None).rejects
     assert TestResult(**made, p_value=0.049).rejects
     assert not TestResult(**made, p_value=0.05).rejects
+
+
+def test_p_that_is_no_probability_is_refused():
+    columns = drawn("no-effect")
+    for wrong in (float("nan"), float("inf"), -0.1):
+        with pytest.raises(BadValue, match="from 0 to 1"):
+            infer(replace(columns, p=np.where(columns.p == 0, wrong, columns.p)), generator(1))
+
+
+@pytest.mark.parametrize("p", [(0.0, 1e-6, 1.0), (0.0, 1e-6, 2e-6, 1.0), (0.0, 0.5, 0.500001)])
+def test_values_of_p_that_lie_close_together_are_tested_all_the_same(p):
+    columns = simulate_outcomes(
+        replace(WORLDS["no-effect"], success=(0.5,) * len(p), trap=(0.0,) * len(p)), Design(p=p), generator(3)
+    )
+    assert all(test.p_value is None or 0 <= test.p_value <= 1 for test in infer(columns, generator(1)).tests)

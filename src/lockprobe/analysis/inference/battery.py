@@ -28,6 +28,7 @@ from lockprobe.analysis.inference.verdict import (
     success_tests,
 )
 from lockprobe.analysis.outcomes import Outcomes, points
+from lockprobe.errors import BadValue
 
 __all__ = ["Inference", "infer"]
 
@@ -71,7 +72,12 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
     Args:
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
+
+    Raises:
+        BadValue: If a p is no probability.
     """
+    if not ((outcomes.p >= 0) & (outcomes.p <= 1)).all():
+        raise BadValue("p of the trials", outcomes.p[~((outcomes.p >= 0) & (outcomes.p <= 1))][0], "from 0 to 1")
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng)
     speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)

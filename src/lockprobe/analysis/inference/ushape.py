@@ -207,7 +207,7 @@ def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
     yes, no = counted.solved + 0.5, counted.n - counted.solved + 0.5
     weight = 1 / (1 / yes + 1 / no)
     design = np.vander(counted.p, order + 1, increasing=True)
-    covariance = np.linalg.inv(design.T @ (weight[:, None] * design))
+    covariance = np.linalg.pinv(design.T @ (weight[:, None] * design))
     coefficients = covariance @ (design.T @ (weight * np.log(yes / no)))
     return coefficients, design @ coefficients, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
 

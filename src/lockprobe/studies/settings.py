@@ -1,0 +1,66 @@
+"""The settings of a study on disk as the study that they describe. What does not describe one is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.lockbox.boxfile import box_from_data
+from lockprobe.studies.journal import read_settings
+from lockprobe.studies.study import IDENTITY_VERSION, Study
+
+__all__ = ["read_study"]
+
+Text = Annotated[str, Field(min_length=1, max_length=1000)]
+Count = Annotated[int, Field(ge=0, le=2**63)]
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    identity: int
+    study: Text
+    agents: list[Text]
+    box: dict[str, Any]
+    p: list[Annotated[float, Field(ge=0, le=1)]]
+    flip: Text
+    repetitions: Count
+    trials: Count
+    max_steps: Count
+    seed: Count
+    shuffle: bool
+    plant: Text
+
+
+def read_study(directory: Path | str) -> Study:
+    """The study whose settings lie in a directory.
+
+    Raises:
+        BadFile: If they describe none, or one of another release.
+    """
+    path = Path(directory) / "study.json"
+    try:
+        found = _Settings.model_validate(read_settings(directory))
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    if found.identity != IDENTITY_VERSION:
+        raise BadFile(path, f"settings of version {found.identity}; this release knows version {IDENTITY_VERSION}")
+    try:
+        return Study(
+            name=found.study,
+            agents=tuple(found.agents),
+            box=box_from_data(found.box, path),
+            p=tuple(found.p),
+            flip=found.flip,  # type: ignore[arg-type] # checked by the study itself
+            repetitions=found.repetitions,
+            trials=found.trials,
+            max_steps=found.max_steps,
+            seed=found.seed,
+            shuffle=found.shuffle,
+            plant=found.plant,
+        )
+    except BadValue as error:
+        raise BadFile(path, str(error)) from None

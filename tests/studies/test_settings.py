@@ -1,0 +1,73 @@
+"""Settings on disk are a study again, or are refused in one line."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from builders import play_study, small_study, write_study
+
+from lockprobe.errors import BadFile
+from lockprobe.studies.settings import read_study
+
+
+@pytest.fixture
+def directory(tmp_path):
+    return write_study(tmp_path / "study", small_study(["random", "human-inspired"]))
+
+
+def test_a_study_is_read_back(directory):
+    assert read_study(directory) == small_study(["random", "human-inspired"])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("p", ["0"], "p.0"),
+        ("p", [0, None], "p.1"),
+        ("p", [0, 5], "p.1"),
+        ("p", [], "at least one"),
+        ("p", [0.0, 1e-300], "differ by 0.000001"),
+        ("agents", [["random"]], "agents.0"),
+        ("agents", ["random", "random"], "every one once"),
+        ("trials", -3, "trials"),
+        ("trials", 0, "trials"),
+        ("trials", True, "trials"),
+        ("trials", 10**30, "trials"),
+        ("box", None, "box"),
+        ("box", {}, "name"),
+        ("identity", 99, "settings of version 99"),
+        ("flip", "often", "flip"),
+        ("colour", "red", "colour"),
+    ],
+)
+def test_settings_that_are_none_are_refused(directory, name, value, message):
+    path = directory / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
+    with pytest.raises(BadFile, match=message):
+        read_study(directory)
+
+
+@pytest.mark.parametrize("content", ["[" * 100_000, "{", "[]", "null", ""])
+def test_damaged_settings_are_refused(directory, content):
+    (directory / "study.json").write_text(content)
+    with pytest.raises(BadFile, match="study.json"):
+        read_study(directory)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 9},
+        {"flip": "sticky"},
+        {"budget": 19},
+        {"study": "other"},
+        {"p": 0.6},
+        {"trial": 3},
+        {"agent": "random"},
+    ],
+)
+def test_a_trial_of_other_settings_is_not_one_of_the_study(change):
+    study = small_study(["human-inspired"])
+    trial = play_study(study)[0]
+    assert study.asks_for(trial)
+    assert not study.asks_for(replace(trial, **change))
