@@ -186,3 +186,9 @@ def test_bad_settings_are_refused() -> None:
         chance_level(5, null="markov")  # type: ignore[arg-type]
     with pytest.raises(BadValue, match="shortest loop"):
         chance_level(5, min_length=0)
+
+
+def test_words_beyond_the_floats_are_no_obstacle() -> None:
+    assert chance.decisive_length(64, 1000) == chance.decisive_length(64, 900) + 200 > 10**100
+    level = chance_level(2100, 64, min_length=1000)
+    assert (level.probability, level.method) == (0.0, "simulation")

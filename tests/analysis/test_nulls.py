@@ -162,3 +162,13 @@ def test_bad_settings_are_refused() -> None:
         expected_loop_rate(["ABC"], "uniform", actions=2)
     with pytest.raises(BadValue, match="at least 1"):
         expected_loop_rate(["ABCABC"], "markov", actions=4, min_length=0)
+
+
+@pytest.mark.parametrize("null", ["markov", "permutation"])
+def test_more_actions_than_can_be_fitted_are_refused(null: TrialNull, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(BadValue, match=f"distinct actions for the null {null}: got 100000, expected at most 2000"):
+        expected_loop_rate([range(100_000)], null, actions=4)
+    monkeypatch.setattr(nulls, "MOST_ACTIONS", 4)
+    assert expected_loop_rate(["ABCDABCD"], null, actions=4).probability > 0
+    with pytest.raises(BadValue, match="got 5, expected at most 4"):
+        expected_loop_rate(["ABCD", "EA"], null, actions=4)

@@ -54,6 +54,8 @@ def test_the_crossing_is_interpolated(rejected, trials, below):
         ({"success": (0.5,)}, "one share for each of 7 p"),
         ({"success": (0.5, 1.0), "p": P2}, "success: got 1.0"),
         ({"success": (0.5, 0.6), "p": (0.4, 0.0)}, "ascending"),
+        ({"success": (0.5, 0.6), "p": (0.5, 0.500000001)}, "0.5,0.500000001, expected values that differ by 0.000001"),
+        ({"success": (0.5, 0.6, 0.5), "p": (0.0, 1e-300, 0.5)}, "differ by 0.000001"),
         ({"success": (0.5, 0.6), "p": P2, "trap": (0.1,)}, "one chance for each of 2 p"),
         ({"success": (0.5, 0.6), "p": P2, "harm": 2.0}, "harm: got 2.0"),
         ({"success": (0.5, float("nan")), "p": P2}, "success: got nan"),
@@ -72,6 +74,16 @@ def test_truths_follow_from_the_effect():
 
 def test_impossible_designs_are_refused():
     effect = stated_world((0.2, 0.6), p=P2)
-    for settings, message in (({"target": 1.0}, "target power"), ({"trials": ()}, "trials per p")):
+    for settings, message in (
+        ({"target": 1.0}, "target power"),
+        ({"trials": ()}, "trials per p"),
+        ({"trials": (15, 10_001)}, "at most 10000"),
+        ({"p": (0.4, 0.4 + 1e-9)}, "differ by 0.000001"),
+    ):
         with pytest.raises(BadValue, match=message):
-            power([effect], p=P2, studies=1, **settings)
+            power([effect], **({"p": P2, "studies": 1} | settings))
+
+
+def test_p_a_millionth_apart_are_a_design():
+    for low in (0.0, 0.1, 0.3, 0.7):
+        assert stated_world((0.5, 0.6), p=(low, low + 1e-6)).success == (0.5, 0.6)

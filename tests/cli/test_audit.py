@@ -26,7 +26,7 @@ def test_an_audit_in_words():
     assert "\x1b" not in done.stdout
 
 
-def test_an_audit_as_json_is_the_same_again():
+def test_an_audit_as_json_is_the_same_again_and_a_world_named_twice_is_one():
     done = lockprobe("audit", "--studies", 2, "--world", "no-effect", "--seed", 7, "--workers", 1, "--json")
     found = json.loads(done.stdout)
     assert found["seed"] == 7
@@ -34,7 +34,7 @@ def test_an_audit_as_json_is_the_same_again():
     assert {"world", "test", "question", "truth", "studies", "rejected", "rate", "error", "valid"} <= set(
         found["rates"][0]
     )
-    again = lockprobe("audit", "--studies", 2, "--world", "no-effect", "--seed", 7, "--workers", 2, "--json")
+    again = lockprobe("audit", "--studies", 2, *("--world", "no-effect") * 2, "--seed", 7, "--workers", 2, "--json")
     assert again.stdout == done.stdout
 
 
@@ -59,6 +59,12 @@ def test_power_for_a_stated_effect():
         (("power", "--success", "0.2,1.7", "--p", "0,0.4"), "got 1.7"),
         (("power", "--trials", "1"), "numbers of at least 2"),
         (("power", "--trials", "nan"), "whole numbers"),
+        (("power", "--trials", "1e10"), "at most 10000"),
+        (("power", "--trials", "1e300"), "at most 10000"),
+        (("power", "--trials", ""), "trials: got ''"),
+        (("power", "--success", ""), "success: got ''"),
+        (("power", "--success", "0.2,0.7", "--p", "0,0.4", "--trap", ""), "trap: got ''"),
+        (("power", "--success", "0.2,0.7", "--p", "0.5,0.500000001"), "differ by 0.000001"),
         (("power", "--target", "1.5"), "target power"),
     ],
 )

@@ -59,6 +59,15 @@ def test_what_cannot_be_read_is_refused(tmp_path):
     (tmp_path / "other").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(BadFile, match="UTF-8"):
         ask("--sequences", tmp_path / "other")
-    with pytest.raises(BadValue, match="at least the 8"):
-        ask("--sequences", "-", stdin="ABCDEFGH")
+    with pytest.raises(BadFile, match="-: all lines: 8 distinct actions, but --actions is 4"):
+        ask("--sequences", "-", stdin="ABCD\nEFGH")
+    with pytest.raises(BadFile, match="70 distinct actions, at most 64 are possible"):
+        ask("--sequences", "-", stdin=" ".join(map(str, range(70))))
     assert ask("--null", "other").exit_code == 2
+
+
+def test_sequences_have_their_own_lengths():
+    for length in (0, 20):
+        with pytest.raises(BadValue, match=f"--length: got {length}, expected none beside --sequences"):
+            ask("--sequences", "-", "--length", length, stdin=TRIALS)
+    assert ask("--length", 0).output.startswith("0.0000 (exact; uniform, 0 steps")

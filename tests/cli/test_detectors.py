@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from lockprobe.analysis.detectors import DETECTORS, as_table, comparison
 from lockprobe.cli.detectors import detectors
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile
 
 NAMES = [detector.name for detector in DETECTORS]
 
@@ -51,8 +51,10 @@ def test_which_detectors_flag_a_sequence(tmp_path):
 
 
 def test_what_cannot_be_judged_is_refused(tmp_path):
-    with pytest.raises(BadValue, match="at least the 5"):
-        ask("-", stdin="ABCDE")
+    with pytest.raises(BadFile, match="-: line 3: 5 distinct actions, but --actions is 4"):
+        ask("-", stdin="ABCD\n\nABCDE")
+    with pytest.raises(BadFile, match="-: line 1: 70 distinct actions, at most 64 are possible"):
+        ask("-", stdin=" ".join(map(str, range(70))))
     assert ask("-", "--actions", 5, stdin="ABCDE").stdout == "5 actions: none\n"
     with pytest.raises(BadFile, match="cannot be read"):
         ask(tmp_path / "none.txt")

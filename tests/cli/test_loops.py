@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from lockprobe.analysis.loops import cover, longest_loop, onset
 from lockprobe.cli.loops import loops
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, BadValue
 
 
 def ask(*words, stdin=""):
@@ -97,3 +97,25 @@ def test_ten_thousand_lines_go_through_at_once():
     assert len(rows) == 10_000
     assert sum(row["any_loop"] for row in rows) == sum(row["onset"] > 0 for row in rows)
     assert 0.78 < sum(row["any_loop"] for row in rows) / 10_000 < 0.82  # chance: 0.8008
+
+
+def test_only_line_ends_end_a_line():
+    text = "A B C\u2028A B C\nA B\x85A B\r\nA\x0bA\x0cA\x1cA\rAB"
+    assert [json.loads(line)["n"] for line in ask("--json", stdin=text).stdout.splitlines()] == [6, 4, 4, 2]
+
+
+def test_a_file_without_a_name_is_refused():
+    with pytest.raises(BadValue, match="file: got '', expected the name of a file"):
+        ask("")
+
+
+def test_actions_do_not_steer_the_terminal():
+    line = "\x1b[31m \u202eX é " * 2
+    said = ask(stdin=line).stdout
+    assert said.endswith(": ?[31m ?X é at 0+3, 3+3\n")
+    assert json.loads(ask("--json", stdin=line).stdout)["words"] == [["\x1b[31m", "\u202eX", "é"]]
+
+
+def test_a_shortest_loop_beyond_every_number_is_never_reached():
+    huge = ask("--min-length", 10**20, stdin="ABC" * 70_000)
+    assert huge.stdout == "210000 actions: no loop\n"

@@ -34,6 +34,7 @@ def studies():
         "three": model + others + references,
         "strategies": play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), P7, 2, 5)),
         "many p": play_study(small_study(("human-inspired", "random"), [i / 20 for i in range(11)], 2, 3)),
+        "thirty p": play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
         "one p": [trial for trial in model + references if trial.p == 0.0],
         "one trial": [trial for trial in model if trial.repetition == trial.trial == 1],
         "three trials": [trial for trial in model if trial.repetition == 1 and trial.trial <= 3],

@@ -13,6 +13,7 @@ CASES = (
     "three",
     "strategies",
     "many p",
+    "thirty p",
     "one p",
     "one trial",
     "three trials",

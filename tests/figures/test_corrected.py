@@ -1,5 +1,6 @@
 """What stands beside Figs. 3 and 4 are the numbers of the summary."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -95,6 +96,25 @@ def test_a_curve_for_every_p(axes, model):
     assert all(b - a > 0.079 for a, b in pairwise(sorted(names.values())))
     banded = [model.contrast.baseline.curve, model.contrast.other.curve]
     assert all(band >= set(enumerate(curve.high)) for band, curve in zip(shades(axes), banded, strict=True))
+
+
+def test_of_many_p_only_those_that_matter_are_named(axes, studies):
+    agent = studies["thirty p"].agents[0]
+    figures.draw_success_curves_by_p(axes, agent)
+    assert len(staircases(axes)) == 30
+    known = {f"p = {p:g}" for p in (0, agent.contrast.other.p, 1)}
+    assert {text.get_text() for text in axes.texts} == known
+    assert len(known) == len(axes.texts) == 3
+
+
+@pytest.mark.parametrize("count", [13, 200])
+def test_any_number_of_p_can_be_drawn(model, count):
+    conditions = tuple(replace(model.conditions[0], p=i / count) for i in range(count))
+    many = replace(model, conditions=conditions, contrast=None)
+    for draw in (figures.draw_success_curves_by_p, figures.draw_success_by_p_corrected):
+        figure = figures.panels(draw, [many])
+        figure.draw_without_rendering()
+        assert figure.axes[0].get_position().width > 0.5
 
 
 def test_a_blind_agent_has_one_curve(axes, studies):

@@ -81,6 +81,16 @@ def test_curves_are_what_blind_agents_reach():
             assert share == pytest.approx(exact[steps], abs=4.5 * np.sqrt(exact[steps] * (1 - exact[steps]) / 3000))
 
 
+@pytest.mark.parametrize("curve", [random_curve, random_no_repeat_curve])
+def test_blind_agents_open_a_large_box_in_the_end(curve):
+    found = curve(box("chain-8"), 10_000)
+    assert len(found) == 10_001
+    assert list(found) == sorted(found)
+    assert found[7] == 0 < found[8]
+    assert found[-1] == pytest.approx(1, abs=1e-9)
+    assert curve(box("chain-8"), 0) == (0.0,)
+
+
 def test_published_figures_of_chain_4():
     assert random_success(box("chain-4")) == pytest.approx(0.392655, abs=1e-6)
     assert random_no_repeat_success(box("chain-4")) == pytest.approx(0.6893, abs=1e-4)

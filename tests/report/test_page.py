@@ -138,6 +138,18 @@ def test_what_models_say_is_escaped(tmp_path):
     assert "&lt;script&gt;" in page_of(directory)
 
 
+def test_no_name_hides_or_reorders_what_stands_beside_it(tmp_path):
+    name = "llm:evil/\u202ea\u2066b\nc\x1bd"
+    trials = [make_trial(SOLUTION, p=p, hypothesis=name, agent=name, facts={"model": name}) for p in (0.0, 0.3)]
+    directory = write_study(tmp_path / "study", small_study([name], (0.0, 0.3), 1, 1), trials)
+    write_report(directory)
+    for page in ("report", "claims"):
+        text = page_of(directory, page)
+        assert "<code>llm:evil/?a?b c?d</code>" in text
+        assert all(line.isprintable() for line in text.split("\n"))
+    assert json.loads((directory / "results.json").read_text("utf-8"))["conditions"][0]["agent"] == name
+
+
 def test_the_page_says_what_was_found_and_under_what(reported):
     text = page_of(reported)
     for finding in results(reported)["findings"]:
@@ -170,6 +182,17 @@ def test_only_errors_can_be_reported(tmp_path):
     write_report(directory)
     (condition,) = json.loads((directory / "results.json").read_text())["conditions"]
     assert (condition["trials"], condition["success"], condition["errors"]) == (0, None, {"model": 1})
+
+
+def test_figures_that_are_no_longer_drawn_go(tmp_path):
+    broken = make_trial([], agent="random", p=0.3, broken="model")
+    directory = write_study(tmp_path / "study", small_study(["random"]), [broken])
+    figures = directory / "figures"
+    figures.mkdir()
+    for name in ("own.png", "fig4.txt", *(f"{name}.{form}" for name in CAPTIONS for form in ("png", "svg"))):
+        (figures / name).write_bytes(b"")
+    write_report(directory)
+    assert {path.name for path in figures.iterdir()} == {"own.png", "fig4.txt"}
 
 
 def test_a_directory_without_a_study_is_refused(tmp_path):

@@ -184,7 +184,7 @@ def decisive_length(actions: int, min_length: int) -> int:
     Of n steps about n^2 / 2 pairs of words meet, each with a probability of 1 / actions^min_length at least, so
     the probability of no loop falls as exp(-n^2 / 2 actions^min_length).
     """
-    return 2 * min_length + int(6.5 * sqrt(actions**min_length))
+    return 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
 
 
 def first_loops(

@@ -35,6 +35,9 @@ TrialNull = Literal["uniform", "no-repeat", "markov", "permutation"]
 CHAINS = 4_000
 """Trials simulated from a fitted chain."""
 
+MOST_ACTIONS = 2_000
+"""Distinct actions in the trials for ``markov``, whose chain is their number squared, and for ``permutation``."""
+
 SHUFFLES = 400
 """Shuffles of a trial."""
 
@@ -65,7 +68,8 @@ def expected_loop_rate(
     Args:
         sequences: The actions of each trial (at least one trial).
         null: What is left to chance.
-        actions: Actions to choose from; ``markov`` and ``permutation`` use only those that the trials hold.
+        actions: Actions to choose from; ``markov`` and ``permutation`` use only those that the trials hold,
+            at most ``MOST_ACTIONS``.
         overlap: Whether the two copies of a loop may share actions.
         min_length: Fewest actions in a loop.
         seed: Of the simulations for ``markov`` and ``permutation``; the other nulls have their own.
@@ -80,9 +84,11 @@ def expected_loop_rate(
         raise BadValue("null", null, ", ".join(get_args(TrialNull)))
     if not sequences:
         raise BadValue("trials", 0, "at least 1")
-    if null in {"uniform", "no-repeat"} and actions < (
-        seen := len({action for sequence in sequences for action in sequence})
-    ):
+    seen = len({action for sequence in sequences for action in sequence})
+    fitted = null in {"markov", "permutation"}
+    if fitted and seen > MOST_ACTIONS:
+        raise BadValue(f"distinct actions for the null {null}", seen, f"at most {MOST_ACTIONS}")
+    if not fitted and actions < seen:
         raise BadValue("actions", actions, f"at least the {seen} that the trials hold")
     apart = least_distance(min_length, overlap=overlap)
     if max(map(len, sequences)) < apart + min_length:

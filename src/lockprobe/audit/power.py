@@ -12,10 +12,13 @@ from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.worlds import WORLDS, Design, P, World
 from lockprobe.errors import BadValue
 
-__all__ = ["TRIALS", "Needed", "default_worlds", "needed", "power", "stated_world"]
+__all__ = ["MOST_TRIALS", "TRIALS", "Needed", "default_worlds", "needed", "power", "stated_world"]
 
 TRIALS = (15, 30, 60, 120, 240)
 """Trials per p at which power is measured."""
+
+MOST_TRIALS = 10_000
+"""Trials per p up to which a study is simulated."""
 
 REPETITIONS = 3
 
@@ -58,7 +61,7 @@ def stated_world(
 
     Args:
         success: Probability to solve the box at each p as long as loops do no harm, [0, 1).
-        p: Flip probabilities, ascending.
+        p: Flip probabilities, ascending, 0.000001 or more apart.
         trap: Chance per step to fall into a cycle at each p, [0, 1]; none by default.
         harm: Factor on the chance to solve once a loop is complete, [0, 1].
     """
@@ -66,8 +69,7 @@ def stated_world(
         raise BadValue("success", ",".join(f"{value:g}" for value in success), f"one share for each of {len(p)} p")
     if trap and len(trap) != len(p):
         raise BadValue("trap", ",".join(f"{value:g}" for value in trap), f"one chance for each of {len(p)} p")
-    if list(p) != sorted(set(p)) or len(p) < 2 or not all(0 <= value <= 1 for value in p):
-        raise BadValue("p", ",".join(f"{value:g}" for value in p), "two values or more from 0 to 1, ascending")
+    _check_p(p)
     for name, values, limit in (("success", success, "below 1"), ("trap", trap, "to 1"), ("harm", (harm,), "to 1")):
         for value in values:
             if not 0 <= value <= 1 or (name == "success" and value == 1):
@@ -83,6 +85,14 @@ def stated_world(
         lost=0.0,
         truths=_truths(success, chances, harm),
     )
+
+
+def _check_p(p: Sequence[float]) -> None:
+    """Refuses flip probabilities that make no design; of nearly equal ones no trend can be fitted."""
+    if list(p) != sorted(set(p)) or len(p) < 2 or not all(0 <= value <= 1 for value in p):
+        raise BadValue("p", ",".join(f"{value:g}" for value in p), "two values or more from 0 to 1, ascending")
+    if any(round(high - low, 9) < 1e-6 for low, high in pairwise(p)):
+        raise BadValue("p", ",".join(map(str, p)), "values that differ by 0.000001 or more")
 
 
 def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> frozenset[Question]:
@@ -117,7 +127,8 @@ def power(
     Args:
         worlds: Effects; each gives success at every ``p``.
         p: Flip probabilities.
-        trials: Trials per p to measure at; rounded up to whole repetitions, of which there are three.
+        trials: Trials per p to measure at, 2 to ``MOST_TRIALS``; rounded up to whole repetitions, of which
+            there are three.
         target: Power to be reached, (0, 1).
         studies: Studies per world and number of trials.
         seed: Seed of everything.
@@ -126,8 +137,9 @@ def power(
     """
     if not 0 < target < 1:
         raise BadValue("target power", target, "a number between 0 and 1")
-    if not trials or min(trials) < 2:
-        raise BadValue("trials per p", list(trials), "numbers of at least 2")
+    if not trials or min(trials) < 2 or max(trials) > MOST_TRIALS:
+        raise BadValue("trials per p", list(trials), f"numbers of at least 2 and at most {MOST_TRIALS}")
+    _check_p(p)
     designs = [
         Design(p=tuple(p), repetitions=REPETITIONS, trials=each)
         for each in sorted({math.ceil(count / REPETITIONS) for count in trials})

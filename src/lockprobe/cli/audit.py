@@ -41,7 +41,7 @@ def audit(
     Simulated agents with known truth play the paper's flip study many times; the studies go through the same tests
     as a user's. The default takes some minutes on two cores.
     """
-    worlds = [world(name) for name in names or WORLDS]
+    worlds = [world(name) for name in dict.fromkeys(names or WORLDS)]
     rates = measure(worlds, studies=studies, seed=seed, processes=_processes(workers), progress=_progress("studies"))
     if json:
         print(json_.dumps(as_data(rates, seed=seed), indent=1))
@@ -115,7 +115,7 @@ def _progress(noun: str) -> Progress:
 
 def _numbers(name: str, text: str | None) -> list[float]:
     try:
-        return [float(part) for part in text.split(",")] if text else []
+        return [float(part) for part in text.split(",")] if text is not None else []
     except ValueError:
         raise BadValue(name, text, "numbers with commas between") from None
 

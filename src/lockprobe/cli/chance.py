@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import json as json_
+from itertools import chain
 from typing import Annotated
 
 import typer
 
 from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
-from lockprobe.cli.sequences import read_sequences
+from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
 from lockprobe.errors import BadFile, BadValue
 
 __all__ = ["chance"]
 
 
 def chance(
-    length: Annotated[int, typer.Option(min=0, max=10_000, help="Length of the trial in steps.")] = 20,
-    actions: Annotated[int, typer.Option(min=1, max=64, help="Number of joints.")] = 4,
+    length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
+    actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help="Number of joints.")] = 4,
     null: Annotated[
         TrialNull, typer.Option(help="What is left to chance; markov and permutation need --sequences.")
     ] = "uniform",
@@ -34,11 +35,16 @@ def chance(
     """The probability that an agent left to chance holds an action loop in a trial of this length."""
     match null, sequences:
         case _, str(file):
+            if length is not None:
+                raise BadValue("--length", length, "none beside --sequences, whose trials have their own lengths")
             if not (trials := read_sequences(file)):
                 raise BadFile(file, "no action sequence in it")
+            if null in {"uniform", "no-repeat"}:
+                check_actions(file, "all lines", len(set(chain.from_iterable(trials))), actions)
             level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
             setting = f"{null}, the lengths of {len(trials)} trials"
         case "uniform" | "no-repeat", None:
+            length = 20 if length is None else length
             level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
             setting = f"{null}, {length} steps, {actions} joints"
         case _:

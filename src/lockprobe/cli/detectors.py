@@ -11,8 +11,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.analysis.detectors import DETECTORS, as_table, comparison, flags, microseconds, score
-from lockprobe.cli.sequences import read_sequences
-from lockprobe.errors import BadValue
+from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
 
 __all__ = ["detectors"]
 
@@ -26,13 +25,14 @@ def detectors(
     ] = None,
     trials: Annotated[int, typer.Option(min=20, max=100_000, help="Trials of each kind in the table.")] = 1000,
     seed: Annotated[int, typer.Option(help="Of the trials in the table.")] = 0,
-    actions: Annotated[int, typer.Option(min=2, max=64, help="Number of joints, for FILE.")] = 4,
+    actions: Annotated[int, typer.Option(min=2, max=MOST_ACTIONS, help="Number of joints, for FILE.")] = 4,
     clock: Annotated[bool, typer.Option("--clock", help="Also the time that a trial takes.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object a detector, or a sequence.")] = False,
 ) -> None:
     """Loop detectors of agent frameworks beside the paper's: on planted loops, or on your sequences."""
     if file is not None:
-        for sequence in read_sequences(file):
+        for number, sequence in numbered_sequences(file):
+            check_actions(file, f"line {number}", len(set(sequence)), actions)
             print(_verdict(sequence, actions, json=json))
         return
     if trials > BRIEF:
@@ -48,8 +48,6 @@ def detectors(
 
 def _verdict(sequence: Sequence[str], actions: int, *, json: bool) -> str:
     """Which detectors flag a sequence; those that need outcomes are not asked."""
-    if actions < (seen := len(set(sequence))):
-        raise BadValue("actions", actions, f"at least the {seen} in the sequence")
     asked = [detector for detector in DETECTORS if not detector.needs_outcome]
     flagged = [detector.name for detector in asked if flags(detector, sequence, (), joints=actions)]
     if json:

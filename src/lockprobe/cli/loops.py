@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.analysis.loops import LoopCover, Rule, Solver, cover, longest_loop, onset
-from lockprobe.cli.sequences import numbered_sequences
+from lockprobe.cli.sequences import numbered_sequences, printable
 from lockprobe.errors import BadFile, BadValue
 
 __all__ = ["loops"]
@@ -50,7 +50,7 @@ def _row(found: LoopCover, first: int, longest: int) -> dict[str, object]:
 def _sentence(found: LoopCover, first: int, longest: int) -> str:
     if not found.any_loop:
         return f"{found.n} actions: no loop"
-    words = ", ".join(" ".join(map(str, word)) for word in found.words)
+    words = printable(", ".join(" ".join(map(str, word)) for word in found.words))
     places = ", ".join(f"{start}+{length}" for start, length in found.intervals)
     return (
         f"{found.n} actions: {found.covered} in loops ({found.share:.0%}), {found.redundant} of them redundant; "

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
 from lockprobe.analysis.loops import parse_sequence
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, BadValue
 
-__all__ = ["numbered_sequences", "read_sequences"]
+__all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "printable", "read_sequences"]
+
+MOST_ACTIONS = 64
+"""As many as ``--actions`` can be."""
 
 
 def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
@@ -16,15 +20,19 @@ def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
 
     Empty lines hold none; they are counted in a line on standard error.
     """
+    if not file:
+        raise BadValue("file", file, "the name of a file, or - for standard input")
     try:
         content = sys.stdin.buffer.read() if file == "-" else Path(file).read_bytes()
-        lines = content.decode("utf-8-sig").splitlines()
+        lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
     except AttributeError:
         raise BadFile(file, "standard input is closed") from None
     except OSError as error:
         raise BadFile(file, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise BadFile(file, "not text in UTF-8") from None
+    if not lines[-1]:
+        lines.pop()
     found = [(number, sequence) for number, line in enumerate(lines, 1) if (sequence := parse_sequence(line))]
     if empty := len(lines) - len(found):
         print(f"{empty} empty line{'s' * (empty > 1)} left out", file=sys.stderr)
@@ -34,3 +42,16 @@ def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
 def read_sequences(file: str) -> list[tuple[str, ...]]:
     """The same without numbers."""
     return [sequence for _, sequence in numbered_sequences(file)]
+
+
+def check_actions(file: str, where: str, seen: int, actions: int) -> None:
+    """Refuses sequences of more distinct actions than there are said to be."""
+    if seen > MOST_ACTIONS:
+        raise BadFile(file, f"{where}: {seen} distinct actions, at most {MOST_ACTIONS} are possible")
+    if seen > actions:
+        raise BadFile(file, f"{where}: {seen} distinct actions, but --actions is {actions}")
+
+
+def printable(text: str) -> str:
+    """The text with a question mark for every character that would steer the terminal."""
+    return "".join(character if character.isprintable() else "?" for character in text)

@@ -37,6 +37,9 @@ __all__ = [
     "draw_success_curves_corrected",
 ]
 
+_NAMED = 12
+"""Curves whose names fit beside each other at the right edge."""
+
 
 def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
     """Fig. 3 between chance and the optimum: one minus Kaplan-Meier with bands, exact blind agents, shortest plan.
@@ -113,13 +116,17 @@ def draw_relative_success(axes: Axes, result: StudySummary) -> None:
 
 
 def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
-    """Cumulative success by step of one agent, one line per p; bands for the two p of its contrast."""
+    """Cumulative success by step of one agent, one line per p; bands for the two p of its contrast.
+
+    Of more than twelve p only those two, the lowest and the highest are named; colours run from the lowest up.
+    """
     counted = [condition for condition in agent.conditions if condition.curve.n]
     if not counted:
         return blank(axes, f"{agent_label(agent)}: no trial has ended")
     if agent.blind:
         counted = counted[:1]
     banded = (agent.contrast.baseline, agent.contrast.other) if agent.contrast else tuple(counted[:1])
+    named = counted if len(counted) <= _NAMED else [counted[0], counted[-1], *banded]
     colours = mpl.colormaps["viridis"]
     labels: list[tuple[float, str, str]] = []
     for i, condition in enumerate(counted):
@@ -128,7 +135,8 @@ def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
         staircase(axes, condition.curve.share, style)
         if condition in banded:
             band(axes, condition.curve.low, condition.curve.high, style)
-        labels.append((condition.curve.share[-1], "every p" if agent.blind else f"p = {condition.p:g}", colour))
+        if condition in named:
+            labels.append((condition.curve.share[-1], "every p" if agent.blind else f"p = {condition.p:g}", colour))
     step_axis(axes, len(counted[0].curve.share) - 1, "solved by this step")
     title(axes, heading(agent), f"{counts(counted)} per p; shade: pointwise 95 % band")
     return label_right(axes, labels)

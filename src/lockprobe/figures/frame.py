@@ -71,8 +71,8 @@ _DASHES: tuple[Dash, ...] = ("-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)))
 _GAP = 0.08
 """Least distance between labels at the right edge, in axes heights."""
 
-_ROOM = 38
-"""Characters that fit between the lowest and the highest p."""
+_ROOM = 29.5
+"""Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
 
 _LINE = 54
 """Characters in a line above a panel."""
@@ -179,8 +179,9 @@ def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.
     axes.set_xlim(values[0] - margin, values[-1] + margin)
     names, free = [], values[0]
     for value in values:
-        width = (len(f"{value:g}") + 0.6) * (values[-1] - values[0]) / _ROOM
-        names.append(f"{value:g}" if value - width / 2 >= free or value == values[0] else "")
+        name = f"{value:g}"
+        width = (len(name) - 0.5 * name.count(".") + 0.4) * (values[-1] - values[0]) / _ROOM  # a point is half a digit
+        names.append(name if value - width / 2 >= free or value == values[0] else "")
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
     axes.set_xlabel("probability p that a report is inverted", fontsize=_TEXT, color=INK)

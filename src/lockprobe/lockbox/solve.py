@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+from collections import deque
+
+import numpy as np
 
 from lockprobe.lockbox.box import Configuration, Lockbox
 
@@ -46,20 +48,25 @@ def random_no_repeat_curve(box: Lockbox, budget: int = 20) -> tuple[float, ...]:
 
 
 def _blind_curve(box: Lockbox, budget: int, *, repeats: bool) -> tuple[float, ...]:
-    """Propagates the distribution over (configuration, last joint) step by step."""
-    unsolved: dict[tuple[Configuration, int], float] = {(box.initial, -1): 1.0}
-    solved = [0.0]
+    """Propagates the distribution over (configuration, last joint) step by step; all that is solved is one place."""
+    solved: tuple[Configuration, int] = ((), -1)
+    start = (box.initial, -1)
+    places, queue = {solved: 0, start: 1}, deque([start])
+    ways = [(0, 0, 1.0)]
+    while queue:
+        configuration, last = before = queue.popleft()
+        choices = [j for j in range(len(box.joints)) if repeats or j != last]
+        for joint in choices:
+            new, moved = box.attempt(configuration, joint)
+            after = solved if moved and joint == box.target_index else (new, -1 if repeats else joint)
+            if after not in places:
+                places[after] = len(places)
+                queue.append(after)
+            ways.append((places[before], places[after], 1 / len(choices)))
+    sources, goals, chances = map(np.array, zip(*ways, strict=True))
+    mass = np.eye(len(places))[1]
+    curve = [0.0]
     for _ in range(budget):
-        after: dict[tuple[Configuration, int], float] = defaultdict(float)
-        now = 0.0
-        for (configuration, last), mass in unsolved.items():
-            choices = [j for j in range(len(box.joints)) if repeats or j != last]
-            for joint in choices:
-                new, moved = box.attempt(configuration, joint)
-                if moved and joint == box.target_index:
-                    now += mass / len(choices)
-                else:
-                    after[new, -1 if repeats else joint] += mass / len(choices)
-        unsolved = after
-        solved.append(solved[-1] + now)
-    return tuple(solved)
+        mass = np.bincount(goals, weights=mass[sources] * chances, minlength=len(places))
+        curve.append(float(mass[0]))
+    return tuple(curve)

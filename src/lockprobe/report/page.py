@@ -1,13 +1,15 @@
 """Everything that a report writes: numbers, figures, tables, and three self-contained pages.
 
 The pages are made from what ``results.json`` holds and from the figures, of nothing else: equal records give equal
-pages. What comes from agents, models and box files is untrusted: it is escaped, and the pages run no script.
+pages. What comes from agents, models and box files is untrusted: it is escaped, without characters that hide or reorder
+others, and the pages run no script.
 """
 
 from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
@@ -27,6 +29,7 @@ from lockprobe.report.tables import (
     loop_table,
     minus,
     pace_table,
+    printable,
     speed_table,
     table1,
     table1_corrected,
@@ -40,7 +43,7 @@ Content = dict[str, Any]
 def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
-    Every file is replaced in one step, ``report.html`` last.
+    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go.
 
     Args:
         directory: The directory of a study.
@@ -62,6 +65,9 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
     for name, forms in drawn.items():
         for form, picture in forms.items():
             _write(directory / "figures" / f"{name}.{form}", picture)
+    for name in CAPTIONS.keys() - drawn.keys():
+        for form in ("png", "svg"):
+            (directory / "figures" / f"{name}.{form}").unlink(missing_ok=True)
     for name, table in _tables(content).items():
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
@@ -97,6 +103,7 @@ def _page(name: str, content: Content, drawn: Pictures) -> str:
 
     environment = jinja2.Environment(
         autoescape=True,
+        finalize=_shown,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -119,6 +126,11 @@ def _page(name: str, content: Content, drawn: Pictures) -> str:
         tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
         table1_notes=table1(subjects)[1],
     )
+
+
+def _shown(value: Any) -> Any:
+    """A value as a page prints it: text on one line and printable; markup is our own."""
+    return value if not isinstance(value, str) or hasattr(value, "__html__") else printable(re.sub(r"\s", " ", value))
 
 
 def _audit(rates: list[dict[str, Any]]) -> list[dict[str, Any]]:

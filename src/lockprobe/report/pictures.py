@@ -14,7 +14,7 @@ CAPTIONS = {
     "exact curves of random agents on this box, the shortest plan, and below the area under each curve between random "
     "and shortest plan. Agents to compare with are grey, with hollow markers and no band.",
     "fig3-by-p": "The same for every p. Bands are drawn for the lowest p and for the p whose final success lies "
-    "farthest from it.",
+    "farthest from it; of more than twelve p only these and the highest are named.",
     "fig4": "The paper's Fig. 4: success by flip probability. Dots are repetitions (larger where several coincide), "
     "markers their means, the line the second-order least-squares fit with its 95 % bootstrap band.",
     "fig4-corrected": "The same with what it takes to judge it: 95 % Wilson intervals, a binomial model of the order "

@@ -19,6 +19,7 @@ __all__ = [
     "minus",
     "pace_table",
     "percent",
+    "printable",
     "speed_table",
     "table1",
     "table1_corrected",
@@ -50,6 +51,8 @@ _TEX = {
     "\N{MINUS SIGN}": "$-$",
     "≈": r"$\approx$",
 }
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def table1(conditions: Rows) -> tuple[Table, list[str]]:
@@ -235,17 +238,24 @@ def minus(text: str) -> str:
     return re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text).replace("-", "\N{MINUS SIGN}")
 
 
+def printable(text: str) -> str:
+    """The text with a question mark for every character that is not seen itself, or that reorders those beside it."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
 def as_csv(table: Sequence[Sequence[str]]) -> str:
     """The table as CSV. A cell that a spreadsheet would take for a formula is led by an apostrophe."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerows([f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell for cell in row] for row in table)
+    writer.writerows(["'" * cell.startswith(_FORMULA) + printable(cell) for cell in row] for row in table)
     return out.getvalue()
 
 
 def as_tex(table: Sequence[Sequence[str]]) -> str:
-    """The table for LaTeX with booktabs."""
-    head, *rows = [" & ".join("".join(_TEX.get(c, c) for c in cell) for cell in row) + r" \\" for row in table]
+    """The table for LaTeX with booktabs. Rows begin with ``{}``, lest one be read as an argument of the rule above."""
+    head, *rows = [
+        "{}" + " & ".join("".join(_TEX.get(c, c) for c in printable(cell)) for cell in row) + r" \\" for row in table
+    ]
     lines = [
         rf"\begin{{tabular}}{{{'l' * len(table[0])}}}",
         r"\toprule",

@@ -12,7 +12,7 @@ from analysis.loops.definition import copies, patterns
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe.analysis.loops import any_loop, cover, kernels, longest_loop, measure, onset, onset_batch
+from lockprobe.analysis.loops import any_loop, any_loop_batch, cover, kernels, longest_loop, measure, onset, onset_batch
 from lockprobe.analysis.loops.words import TRIAL_LENGTH
 from lockprobe.errors import BadValue
 
@@ -211,3 +211,25 @@ def test_bad_batches_are_refused() -> None:
         cover(np.zeros((2, 2), dtype=int))
     assert len(measure([])) == len(measure(np.zeros((0, 20), dtype=int))) == 0
     assert measure(np.zeros((2, 0), dtype=int)).n.tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_no_trial_holds_a_loop_longer_than_itself(at_once, overlap: bool) -> None:
+    sequence = [1, 2, 3] * TRIAL_LENGTH
+    for least in (len(sequence) + 1, 10**20):
+        found = cover(sequence, min_length=least, overlap=overlap)
+        assert (found.any_loop, found.intervals, longest_loop(sequence, min_length=least, overlap=overlap)) == (
+            False,
+            (),
+            0,
+        )
+        assert not measure([sequence, [1, 2, 1, 2]], min_length=least, overlap=overlap).any_loop.any()
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_long_shortest_loops_in_a_batch(overlap: bool) -> None:
+    trials = np.random.default_rng(9).integers(0, 2, (40, 12)).repeat(2, axis=1)
+    for least in range(1, 14):
+        expected = [onset(trial, min_length=least, overlap=overlap) for trial in trials]
+        assert onset_batch(trials, min_length=least, overlap=overlap).tolist() == expected
+        assert any_loop_batch(trials, min_length=least, overlap=overlap).tolist() == [step > 0 for step in expected]

@@ -1,9 +1,11 @@
 """What may come back in a loop: actions, actions with true outcomes, or true states with actions."""
 
+import numpy as np
 import pytest
 from builders import make_trial
 
-from lockprobe.analysis.loops import any_loop, cover, symbols
+from lockprobe.analysis.loops import any_loop, any_loop_batch, cover, longest_loop, measure, onset, onset_batch, symbols
+from lockprobe.analysis.loops.words import TRIAL_LENGTH
 from lockprobe.errors import BadValue
 
 
@@ -38,3 +40,33 @@ def test_a_finer_symbol_finds_no_more_loops() -> None:
 def test_an_unknown_symbol_is_refused() -> None:
     with pytest.raises(BadValue, match="action-outcome"):
         symbols(make_trial([0]), "percept")
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize("length", [7, TRIAL_LENGTH + 7])
+@pytest.mark.parametrize("of_one", [cover, any_loop, onset, longest_loop])
+def test_what_is_not_itself_is_no_action_in_any_container(of_one, length) -> None:
+    numbers = [1.0, 2.0, NAN, 1.0, 2.0, NAN, *range(length - 6)]
+    days = np.array(["NaT", *["2024-01-01"] * (length - 1)])
+    kept = [numbers, tuple(numbers), np.array(numbers), np.array(numbers, dtype=object)]
+    for sequence in [*kept, days.astype("datetime64[D]"), days.astype("datetime64[ns]")]:
+        with pytest.raises(BadValue, match="sequence: got 'NaN', expected one action per step; give trials of"):
+            of_one(sequence)
+
+
+def test_nor_in_many_trials_at_once() -> None:
+    padded = [[1.0, 2.0, NAN, NAN], [1.0, 2.0, 3.0, 4.0]]
+    for of_many in (measure, any_loop_batch, onset_batch):
+        for sequences in (np.array(padded), np.array(padded).astype("datetime64[s]")):
+            with pytest.raises(BadValue, match="trials of different length as a list"):
+                of_many(sequences)
+    with pytest.raises(BadValue, match="trials of different length as a list"):
+        measure(padded)
+
+
+def test_floats_are_actions_like_others() -> None:
+    trial = [0.5, 1.5, 2.5] * 2
+    assert cover(np.array(trial)) == cover(trial)
+    assert measure(np.array([trial])).onset.tolist() == onset_batch(np.array([trial])).tolist() == [6]

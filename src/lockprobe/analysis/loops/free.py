@@ -31,6 +31,8 @@ def free_pieces(
         pieces = trial_pieces(letters(sequence), min_length, overlap=overlap)
         return pieces, in_order(sequence, pieces)
     codes, longest = numbered(sequence), 2 * min_length - 1
+    if min_length > len(codes):
+        return [], ()
     if fast := kernels.compiled(kernels.free_cover, len(codes)):
         starts, lengths, fresh = fast(codes, min_length, overlap, longest)
         pieces = list(zip(starts.tolist(), lengths.tolist(), strict=True))

@@ -66,6 +66,7 @@ def measure(
     """
     least_distance(min_length, overlap=overlap)
     codes, ends = _in_a_row(sequences)
+    min_length = min(min_length, len(codes) + 1)
     sizes = np.diff(ends, prepend=0)
     if fast := kernels.compiled(kernels.free_measures, len(codes)):
         found = fast(codes, ends, min_length, overlap, TRIAL_LENGTH)

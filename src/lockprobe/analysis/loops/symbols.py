@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 
-__all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "parse_sequence", "symbols"]
+__all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "parse_sequence", "refuse_nan", "symbols"]
 
 Symbol = Literal["action", "action-outcome", "state-action"]
 """What has to come back for a trial to loop.
@@ -58,14 +58,28 @@ def actions_of(sequence: Sequence[Hashable] | NDArray[Any]) -> Sequence[Hashable
         return sequence
     if sequence.ndim != 1:
         raise BadValue("sequence", sequence.shape, "an array of shape (n,)")
+    refuse_nan(sequence)
     actions: list[Hashable] = sequence.tolist()
     return actions
+
+
+def refuse_nan(actions: Collection[Hashable] | NDArray[Any]) -> None:
+    """Refuses actions that are not equal to themselves: whether they come back would depend on how they are kept."""
+    if isinstance(actions, np.ndarray):
+        found = actions.dtype.kind not in "iubUS" and bool((actions != actions).any())  # noqa: PLR0124
+    else:
+        found = any(action != action for action in actions)  # noqa: PLR0124
+    if found:
+        expected = "one action per step; give trials of different length as a list of sequences"
+        raise BadValue("sequence", "NaN", expected)
 
 
 def letters(sequence: Sequence[Hashable] | NDArray[Any]) -> str:
     """The trial as a string of one letter per action, whose searches run in C."""
     names: dict[Hashable, str] = {}
-    return "".join([names.setdefault(action, chr(len(names))) for action in actions_of(sequence)])
+    text = "".join([names.setdefault(action, chr(len(names))) for action in actions_of(sequence)])
+    refuse_nan(names)
+    return text
 
 
 def numbered(sequence: Sequence[Hashable] | NDArray[Any]) -> Codes:
@@ -75,6 +89,7 @@ def numbered(sequence: Sequence[Hashable] | NDArray[Any]) -> Codes:
     array = _integers(sequence)
     if array is None:
         names = {action: number for number, action in enumerate(dict.fromkeys(sequence))}
+        refuse_nan(names)
         return np.fromiter(map(names.__getitem__, sequence), np.int64, len(sequence))
     if len(array) and (array.min() < 0 or array.max() >= 2**31):
         array = np.unique(array, return_inverse=True)[1]

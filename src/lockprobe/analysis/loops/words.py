@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.loops.symbols import Codes, actions_of, letters, numbered
+from lockprobe.analysis.loops.symbols import Codes, actions_of, letters, numbered, refuse_nan
 from lockprobe.errors import BadValue
 
 __all__ = [
@@ -45,6 +45,7 @@ def onset(sequence: Sequence[Hashable] | NDArray[Any], *, min_length: int = 3, o
     """
     apart = least_distance(min_length, overlap=overlap)
     actions = actions_of(sequence)
+    refuse_nan(set(actions))
     first: dict[tuple[Hashable, ...], int] = {}
     for start in range(len(actions) - min_length + 1):
         word = tuple(actions[start : start + min_length])
@@ -59,14 +60,12 @@ def any_loop_batch(
     """As :func:`any_loop` for many trials: integers of shape (trials, n) in, shape (trials,) out."""
     if sequences.ndim != 2:
         raise BadValue("sequences", sequences.shape, "an array of shape (trials, n)")
+    refuse_nan(sequences)
     steps, undecided = np.ascontiguousarray(sequences.T), np.arange(len(sequences))
     found = np.zeros(len(sequences), dtype=np.bool_)
     for distance in range(least_distance(min_length, overlap=overlap), len(steps) - min_length + 1):
         same = steps[:-distance] == steps[distance:]
-        starts = len(same) - min_length + 1
-        run = same[:starts].copy()
-        for offset in range(1, min_length):
-            run &= same[offset : offset + starts]
+        run = _runs(same, min_length)
         looping = run.any(axis=0)
         found[undecided[looping]] = True
         undecided, steps = undecided[~looping], steps[:, ~looping]
@@ -90,18 +89,26 @@ def onset_batch(
     """
     if sequences.ndim != 2:
         raise BadValue("sequences", sequences.shape, "an array of shape (trials, n)")
+    refuse_nan(sequences)
     steps = np.ascontiguousarray(sequences.T)
     n = len(steps)
     first = np.full(len(sequences), n + 1)
     for distance in range(least_distance(min_length, overlap=overlap), n - min_length + 1):
         same = steps[:-distance] == steps[distance:]
-        starts = len(same) - min_length + 1
-        run = same[:starts].copy()
-        for offset in range(1, min_length):
-            run &= same[offset : offset + starts]
+        run = _runs(same, min_length)
         found = np.where(run.any(axis=0), run.argmax(axis=0) + distance + min_length, n + 1)
         np.minimum(first, found, out=first)
     return np.where(first > n, 0, first)
+
+
+def _runs(same: NDArray[np.bool_], length: int) -> NDArray[np.bool_]:
+    """Where runs of ``length`` steps begin, from where single ones are; each is made of two shorter runs."""
+    size = 1
+    while size < length:
+        more = min(size, length - size)
+        same = same[:-more] & same[more:]
+        size += more
+    return same
 
 
 def longest_loop(sequence: Sequence[Hashable] | NDArray[Any], *, min_length: int = 3, overlap: bool = False) -> int:
