@@ -43,6 +43,7 @@ __all__ = [
     "TrialFault",
     "UnknownName",
     "UserMistake",
+    "printable",
     "without_secrets",
 ]
 
@@ -64,6 +65,11 @@ def without_secrets(text: str) -> str:
         if len(value) >= 6 and _SECRET_NAME.search(name.upper()):
             text = text.replace(value, "[secret]")
     return _SECRET_SHAPE.sub("[secret]", text)
+
+
+def printable(text: str) -> str:
+    """The text with a question mark for every character that is not seen itself, or that reorders those beside it."""
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 class LockprobeError(Exception):

@@ -54,7 +54,7 @@ def test_the_crossing_is_interpolated(rejected, trials, below):
         ({"success": (0.5,)}, "one share for each of 7 p"),
         ({"success": (0.5, 1.0), "p": P2}, "success: got 1.0"),
         ({"success": (0.5, 0.6), "p": (0.4, 0.0)}, "ascending"),
-        ({"success": (0.5, 0.6), "p": (0.5, 0.500000001)}, "0.5,0.500000001, expected values that differ by 0.000001"),
+        ({"success": (0.5, 0.6), "p": (0.5, 0.500000001)}, "0.500000001', expected values that differ by 0.000001"),
         ({"success": (0.5, 0.6, 0.5), "p": (0.0, 1e-300, 0.5)}, "differ by 0.000001"),
         ({"success": (0.5, 0.6), "p": P2, "trap": (0.1,)}, "one chance for each of 2 p"),
         ({"success": (0.5, 0.6), "p": P2, "harm": 2.0}, "harm: got 2.0"),

@@ -40,7 +40,8 @@ def test_an_audit_as_json_is_the_same_again_and_a_world_named_twice_is_one():
 
 def test_power_for_a_stated_effect():
     stated = ("power", "--success", "0.2,0.7", "--p", "0,0.4", "--trials", "9,30", "--studies", 20, "--workers", 1)
-    (found,) = (row for row in json.loads(lockprobe(*stated, "--json").stdout)["tests"] if row["recommended"])
+    tests = json.loads(lockprobe(*stated, "--json").stdout)["tests"]
+    found = next(row for row in tests if row["recommended"] and row["question"] == "success")
     assert [step["trials"] for step in found["measured"]] == [9, 30]
     assert found["trials_needed"] <= 30
     said = lockprobe(*stated).stdout

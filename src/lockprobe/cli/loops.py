@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from lockprobe.analysis.loops import LoopCover, Rule, Solver, cover, longest_loop, onset
-from lockprobe.cli.sequences import numbered_sequences, printable
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.cli.sequences import numbered_sequences
+from lockprobe.errors import BadFile, BadValue, printable
 
 __all__ = ["loops"]
 

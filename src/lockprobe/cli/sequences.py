@@ -9,7 +9,7 @@ from pathlib import Path
 from lockprobe.analysis.loops import parse_sequence
 from lockprobe.errors import BadFile, BadValue
 
-__all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "printable", "read_sequences"]
+__all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "read_sequences"]
 
 MOST_ACTIONS = 64
 """As many as ``--actions`` can be."""
@@ -50,8 +50,3 @@ def check_actions(file: str, where: str, seen: int, actions: int) -> None:
         raise BadFile(file, f"{where}: {seen} distinct actions, at most {MOST_ACTIONS} are possible")
     if seen > actions:
         raise BadFile(file, f"{where}: {seen} distinct actions, but --actions is {actions}")
-
-
-def printable(text: str) -> str:
-    """The text with a question mark for every character that would steer the terminal."""
-    return "".join(character if character.isprintable() else "?" for character in text)

@@ -17,6 +17,7 @@ from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.errors import printable
 from lockprobe.report.pictures import CAPTIONS, Pictures, pictures
 from lockprobe.report.results import numbers, read
 from lockprobe.report.tables import (
@@ -29,7 +30,6 @@ from lockprobe.report.tables import (
     loop_table,
     minus,
     pace_table,
-    printable,
     speed_table,
     table1,
     table1_corrected,
@@ -56,8 +56,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    tell("reading the records and testing")
-    study = read(directory)
+    study = read(directory, tell=tell)
     content = numbers(study)
     _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     tell("drawing the figures")

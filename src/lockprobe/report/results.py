@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -58,7 +58,7 @@ class LoadedStudy:
         return self.finished < self.planned
 
 
-def read(directory: Path | str) -> LoadedStudy:
+def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None) -> LoadedStudy:
     """Read and summarise a study directory.
 
     Raises:
@@ -69,6 +69,7 @@ def read(directory: Path | str) -> LoadedStudy:
     asked = [trial for trial in everything if study.asks_for(trial)]
     order = {name: i for i, name in enumerate(study.agents)}
     trials = sorted(asked, key=lambda t: (order[t.agent], t.modality, t.p, t.repetition, t.trial))
+    tell(f"testing {len(trials)} trials")
     try:
         summary = summarise(trials, study.box)
     except BadValue as error:

@@ -9,6 +9,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from lockprobe.errors import printable
+
 __all__ = [
     "as_csv",
     "as_tex",
@@ -19,7 +21,6 @@ __all__ = [
     "minus",
     "pace_table",
     "percent",
-    "printable",
     "speed_table",
     "table1",
     "table1_corrected",
@@ -236,11 +237,6 @@ def percent(value: float | None, digits: int = 1) -> str:
 def minus(text: str) -> str:
     """The text with minus signs for hyphens, and none before a nought."""
     return re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text).replace("-", "\N{MINUS SIGN}")
-
-
-def printable(text: str) -> str:
-    """The text with a question mark for every character that is not seen itself, or that reorders those beside it."""
-    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:
