@@ -81,8 +81,6 @@ def stated_world(
         success=tuple(success),
         trap=chances,
         harm=harm,
-        shared=0.0,
-        lost=0.0,
         truths=_truths(success, chances, harm),
     )
 

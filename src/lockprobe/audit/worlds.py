@@ -37,11 +37,11 @@ class World:
     name: str
     says: str
     success: tuple[float, ...]
-    trap: tuple[float, ...]
-    harm: float
-    shared: float
-    lost: float
     truths: frozenset[Question]
+    trap: tuple[float, ...] = (0.0,) * len(P)
+    harm: float = 1.0
+    shared: float = 0.0
+    lost: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,8 +64,6 @@ class Design:
         return self.repetitions * self.trials
 
 
-_FREE = (0.0,) * 7
-
 WORLDS: Mapping[str, World] = {
     made.name: made
     for made in (
@@ -73,30 +71,19 @@ WORLDS: Mapping[str, World] = {
             name="no-effect",
             says="Nothing depends on p, and loops are irrelevant.",
             success=(0.5,) * 7,
-            trap=_FREE,
-            harm=1.0,
-            shared=0.0,
-            lost=0.0,
             truths=frozenset(),
         ),
         World(
             name="shared-luck",
             says="Nothing depends on p, loops are irrelevant, and half of the trials go alike at every p.",
             success=(0.5,) * 7,
-            trap=_FREE,
-            harm=1.0,
             shared=0.5,
-            lost=0.0,
             truths=frozenset(),
         ),
         World(
             name="loops-irrelevant",
             says="Success rises and falls, so that trials differ in length; actions are random and loops irrelevant.",
             success=(0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5),
-            trap=_FREE,
-            harm=1.0,
-            shared=0.0,
-            lost=0.0,
             truths=frozenset({"success", "speed", "shape"}),
         ),
         World(
@@ -105,28 +92,18 @@ WORLDS: Mapping[str, World] = {
             success=(0.85,) * 7,
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
             harm=0.1,
-            shared=0.0,
-            lost=0.0,
             truths=frozenset({"success", "speed", "looping", "harm"}),
         ),
         World(
             name="saturating",
             says="Success rises and stays; loops are irrelevant.",
             success=(0.23, 0.45, 0.57, 0.63, 0.66, 0.67, 0.67),
-            trap=_FREE,
-            harm=1.0,
-            shared=0.0,
-            lost=0.0,
             truths=frozenset({"success", "speed"}),
         ),
         World(
             name="inverted-u",
             says="Success rises to 0.9 and falls to 0.2; loops are irrelevant.",
             success=(0.2, 0.55, 0.8, 0.9, 0.8, 0.55, 0.2),
-            trap=_FREE,
-            harm=1.0,
-            shared=0.0,
-            lost=0.0,
             truths=frozenset({"success", "speed", "shape"}),
         ),
         World(
@@ -134,9 +111,6 @@ WORLDS: Mapping[str, World] = {
             says="Nothing depends on p, and loops change nothing; but in half of the trials the agent is "
             "lost, and then it both loops and fails: success is rarer after a loop, and not because of it.",
             success=(0.9,) * 7,
-            trap=_FREE,
-            harm=1.0,
-            shared=0.0,
             lost=0.5,
             truths=frozenset({"harm"}),
         ),
