@@ -66,7 +66,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(which="minor", length=0)
-    axes.set_xlabel("odds of solving after a loop over before (below 1: loops hurt)", fontsize=SMALL, color=INK)
+    axes.set_xlabel("odds of solving after a loop over before (below 1: rarer after)", fontsize=SMALL, color=INK)
     n = sum(condition.success.n for condition in (agent.conditions[:1] if agent.blind else agent.conditions))
     return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals")
 

@@ -44,7 +44,7 @@ class Inference:
         bend: The same by a quadratic.
         speed: Does p change how soon the box is solved?
         onset: Does p change how soon the agent loops?
-        hazard: Do loops hurt? By p and step.
+        hazard: Is success rarer after a loop? By p and step.
         landmark: The same by p, among trials still running after step 10.
         whole: Naive: looped against solved by whole trials.
         fine: Naive: correlation of looping and success over repetitions.

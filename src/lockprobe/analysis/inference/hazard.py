@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopEffect:
-    """Do loops hurt? Odds of being solved after a loop against odds without one.
+    """Odds of being solved after a loop against odds without one.
 
     Attributes:
-        odds_ratio: Mantel-Haenszel, common to all strata; below 1 if loops hurt; None where it is not defined.
+        odds_ratio: Mantel-Haenszel, common to all strata; below 1 if success is rarer after a loop; None where it is not defined.
         low: Lower end of the 95 % interval; None where the ratio is 0 or not defined.
         high: Upper end.
         direction: 1 if more are solved after a loop than expected, -1 if fewer, else 0.

@@ -193,7 +193,7 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
 def harm_tests(
     hazard: LoopEffect, landmark: LoopEffect, whole: NaiveAssociation, fine: Correlation, coarse: Correlation
 ) -> list[TestResult]:
-    """Whether loops hurt."""
+    """Whether success is rarer after a loop."""
     odds = "odds of solving, after a loop over before"
     length = "Trial length alone can make it significant."
     return [
