@@ -28,7 +28,7 @@ class LoopEffect:
     """Odds of being solved after a loop against odds without one.
 
     Attributes:
-        odds_ratio: Mantel-Haenszel, common to all strata; below 1 if success is rarer after a loop; None where it is not defined.
+        odds_ratio: Mantel-Haenszel, common to all strata; below 1 if success is rarer after a loop; None if undefined.
         low: Lower end of the 95 % interval; None where the ratio is 0 or not defined.
         high: Upper end.
         direction: 1 if more are solved after a loop than expected, -1 if fewer, else 0.
