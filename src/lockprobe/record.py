@@ -49,11 +49,14 @@ class Task:
         joints: Labels in the order in which they are listed to the agent.
         target: Label of the joint that has to move.
         budget: Steps it has.
+        places: Where each joint sits on the panel, aligned with ``joints``, as :class:`lockprobe.lockbox.box.Joint`
+            has it; for agents that look at the panel. It is in no text. Empty where it is not shown.
     """
 
     joints: tuple[str, ...]
     target: str
     budget: int
+    places: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

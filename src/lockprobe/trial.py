@@ -92,6 +92,7 @@ class _Names:
         self.labels = tuple(LABELS[i] for i in dealt)
         self._order = tuple(int(i) for i in listed)
         self.listing = tuple(self.labels[i] for i in self._order)
+        self.places = tuple(plan.box.joints[i].place for i in self._order)
 
     def index(self, label: str) -> int:
         return self.labels.index(label)
@@ -248,7 +249,12 @@ class _Loop:
         self._channels = [(channel, plan.stream(f"channel-{i}")) for i, channel in enumerate(channels)]
         self._rng = plan.stream("agent")
         self._joints = plan.box.names
-        self._task = Task(joints=names.listing, target=names.labels[plan.box.target_index], budget=plan.budget)
+        self._task = Task(
+            joints=names.listing,
+            target=names.labels[plan.box.target_index],
+            budget=plan.budget,
+            places=names.places,
+        )
         self._past: tuple[Turn, ...] = ()
         self._percept: Percept | None = None
         self._configuration: Configuration = ()

@@ -1,8 +1,9 @@
 """From an agent's spec to the agent. Nothing heavy is imported before it is asked for.
 
-Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``llm:local`` (the embedded
-model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI),
-``python:module:Name`` (your own class).
+Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
+``cognitive:MODEL``, ``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any
+model name of Inspect AI), ``python:module:Name`` (your own class). Options follow a question mark:
+``human-inspired:proximity?lapse=0.1``.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from lockprobe.agents.strategies import HumanInspired, RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.agents.cognitive import MODELS
+from lockprobe.agents.heuristic import PRESETS, HumanInspired
+from lockprobe.agents.options import read_options, with_options
+from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.seams import Agent
 
@@ -27,10 +31,12 @@ _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random": RandomAgent,
     "random-no-repeat": RandomNoRepeat,
     "round-robin": RoundRobin,
-    "human-inspired": HumanInspired,
 }
-_PRESETS = ("target-first",)
+_PARAMETRIC = ("human-inspired", "cognitive", "ideal-observer")
 _OTHERS = {
+    "human-inspired[:PRESET]": f"{(HumanInspired.__doc__ or '').splitlines()[0]} Presets: {', '.join(PRESETS)}",
+    "ideal-observer": "Knows all that can be concluded from what it was told, and plans by it.",
+    "cognitive:MODEL": f"A simple mechanism, with its parameters as options. Models: {', '.join(MODELS)}",
     "llm:local": "the embedded language model",
     "llm:gguf:PATH": "any language model in a GGUF file",
     "llm:PROVIDER/MODEL": "any model that Inspect AI reaches, for example llm:openai/gpt-4o",
@@ -66,11 +72,12 @@ def resolve(spec: str) -> AgentSource:
     Raises:
         UnknownName: If there is none; the message lists what exists.
     """
+    if spec in _STRATEGIES:
+        return AgentSource(spec=spec, engine="inline", make=_STRATEGIES[spec])
     head, _, rest = spec.partition(":")
-    if head in _STRATEGIES and (not rest or head == "human-inspired"):
-        if rest and rest not in _PRESETS:
-            raise UnknownName("preset of human-inspired", rest, _PRESETS)
-        return AgentSource(spec=spec, engine="inline", make=_STRATEGIES[head])
+    if spec.partition("?")[0].partition(":")[0] in _PARAMETRIC:
+        agent = _parametric(spec)
+        return AgentSource(spec=spec, engine="inline", make=lambda: agent)
     if head == "llm":
         return _language_model(spec, rest)
     if head == "python":
@@ -78,6 +85,28 @@ def resolve(spec: str) -> AgentSource:
             spec=spec, engine="inline", make=lambda: _own_class(spec, rest), check=lambda: _can_be_made(spec, rest)
         )
     raise UnknownName("agent", spec, known_specs())
+
+
+def _parametric(spec: str) -> Agent:
+    """An agent whose parameters stand in its spec."""
+    full, options = read_options(spec)
+    head, _, name = full.partition(":")
+    agent: Agent
+    if head == "human-inspired":
+        if (preset := PRESETS.get(name or "target-first")) is None:
+            raise UnknownName("preset of human-inspired", name, PRESETS)
+        agent = with_options(HumanInspired, head, options, preset)
+    elif head == "cognitive":
+        if (model := MODELS.get(name)) is None:
+            raise UnknownName("cognitive model", name, MODELS)
+        agent = with_options(model, full, options)
+    elif name:
+        raise UnknownName("agent", spec, known_specs())
+    else:
+        from lockprobe.agents.ideal import IdealObserver
+
+        agent = IdealObserver.from_options(options)
+    return agent
 
 
 def _language_model(spec: str, name: str) -> AgentSource:

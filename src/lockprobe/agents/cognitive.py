@@ -1,0 +1,219 @@
+"""Simple mechanisms that may explain an agent: a softmax over a fading memory, and a random map.
+
+They are models in the statistical sense: each gives every choice a probability, so that it can be played, and fitted to
+the trials of anyone (:mod:`lockprobe.fit`). Both look at what is told, never at the truth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import ClassVar, Literal
+
+from lockprobe.agents.policy import Policy, Told, View, opened_after
+from lockprobe.errors import BadValue
+from lockprobe.record import Fact
+
+__all__ = ["MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Traces"]
+
+
+@dataclass(frozen=True, slots=True)
+class Traces:
+    """What the softmax remembers.
+
+    Attributes:
+        failures: Failure trace of each joint, [0, 1], shape (joints,).
+        opened: Joints believed away from their start, bit j for joint j.
+        last: The joint attempted last; -1 before.
+        moved: Whether it moved, as told.
+    """
+
+    failures: tuple[float, ...]
+    opened: int = 0
+    last: int = -1
+    moved: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class SoftmaxMemory(Policy[Traces]):
+    """Chooses joint j with probability proportional to exp(U_j), a sum of pulls.
+
+    ``U_j = target [j is the target] + closed [j is where it was at the start, as told] - failure F_j
+    + recent [j was attempted last] + stay [j was attempted last, and moved, as told] - position r_j``
+
+    with the failure trace F_j, 1 when j has just failed, times ``decay`` with every further step and times
+    ``1 - reset`` with every perceived move, and r_j the joint's place in the listing from 0 (first) to 1 (last).
+    The pulls are in units of the temperature, which is therefore 1.
+
+    Attributes:
+        target: Pull of the target.
+        closed: Pull of joints that are still where they were.
+        failure: Push away from joints that failed.
+        decay: Share of a failure trace that is left after a step, [0, 1].
+        reset: Share of all failure traces that a perceived move wipes out, [0, 1].
+        recent: Pull of the joint attempted last.
+        stay: The same, in addition, if it moved (win-stay).
+        position: Pull of the joint listed first against the one listed last.
+
+    Raises:
+        BadValue: If a pull is not finite, or ``decay`` or ``reset`` lies outside [0, 1].
+    """
+
+    exact: ClassVar[bool] = True
+
+    target: float = 0.0
+    closed: float = 0.0
+    failure: float = 0.0
+    decay: float = 1.0
+    reset: float = 1.0
+    recent: float = 0.0
+    stay: float = 0.0
+    position: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if not math.isfinite(value := getattr(self, field.name)):
+                raise BadValue(field.name, value, "a finite number")
+        for name in ("decay", "reset"):
+            _share(name, getattr(self, name))
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Its parameters."""
+        return asdict(self)
+
+    def begin(self, view: View) -> Traces:
+        """No failures."""
+        return Traces(failures=(0.0,) * view.joints)
+
+    def remember(self, view: View, memory: Traces, told: Told) -> Traces:
+        """Traces fade, and the new failure is written over its own."""
+        kept = self.decay * (1 - self.reset) if told.moved else self.decay
+        failures = [trace * kept for trace in memory.failures]
+        if not told.moved:
+            failures[told.joint] = 1.0
+        return Traces(
+            failures=tuple(failures),
+            opened=opened_after(memory.opened, told),
+            last=told.joint,
+            moved=told.moved,
+        )
+
+    def probabilities(self, view: View, memory: Traces) -> tuple[float, ...]:
+        """The softmax of the pulls."""
+        pulls = [self._pull(view, memory, joint) for joint in range(view.joints)]
+        greatest = max(pulls)
+        weights = [math.exp(pull - greatest) for pull in pulls]
+        total = sum(weights)
+        return tuple(weight / total for weight in weights)
+
+    def _pull(self, view: View, memory: Traces, joint: int) -> float:
+        pull = -self.failure * memory.failures[joint] - self.position * joint / max(view.joints - 1, 1)
+        if joint == view.target:
+            pull += self.target
+        if not memory.opened >> joint & 1:
+            pull += self.closed
+        if joint == memory.last:
+            pull += self.recent + self.stay * memory.moved
+        return pull
+
+
+@dataclass(frozen=True, slots=True)
+class Habits:
+    """What the random map remembers.
+
+    Attributes:
+        recent: The last attempts with their outcomes, oldest first: ``2 * joint + moved``.
+        opened: Joints reported away from their start, bit j for joint j; 0 where positions are not told.
+        failed: Joints that failed since the last perceived move, bit j for joint j; kept by ``avoid=failed``.
+        first: What was first done in each state so far.
+    """
+
+    recent: tuple[int, ...] = ()
+    opened: int = 0
+    failed: int = 0
+    first: frozenset[tuple[tuple[tuple[int, ...], int, int], int]] = frozenset()
+
+    @property
+    def state(self) -> tuple[tuple[int, ...], int, int]:
+        """What the map sees."""
+        return self.recent, self.opened, self.failed
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomMap(Policy[Habits]):
+    """An arbitrary fixed function of what it perceives: the most generic explanation by short memory.
+
+    The map goes from the reported positions and the last ``window`` attempts with their outcomes to a joint. It is
+    drawn anew for every trial, lazily: in a state not met before in this trial it takes any allowed joint, in one that
+    it has met it does what it did there first. Without lapses that is, in distribution, a uniformly random map.
+
+    Attributes:
+        window: Attempts that it remembers, 0 to 3.
+        avoid: What the map never says: the joint attempted ``last`` (needs a window), a joint that has ``failed``
+            since the last perceived move, or ``none``.
+        lapse: Probability of any joint instead of what it did first, [0, 1].
+
+    Raises:
+        BadValue: If one of these is out of range.
+    """
+
+    exact: ClassVar[bool] = True
+
+    window: int = 1
+    avoid: Literal["none", "last", "failed"] = "none"
+    lapse: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.window <= 3:
+            raise BadValue("window", self.window, "0 to 3")
+        if self.avoid == "last" and not self.window:
+            raise BadValue("avoid", self.avoid, "none or failed where the window is 0")
+        _share("lapse", self.lapse)
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Its parameters."""
+        return asdict(self)
+
+    def begin(self, view: View) -> Habits:
+        """An empty map."""
+        return Habits()
+
+    def remember(self, view: View, memory: Habits, told: Told) -> Habits:
+        """What it sees now, and what it did in the state before."""
+        first = memory.first
+        if memory.state not in dict(first):
+            first |= {(memory.state, told.joint)}
+        recent = (*memory.recent, 2 * told.joint + told.moved)
+        failed = 0 if told.moved or self.avoid != "failed" else memory.failed | 1 << told.joint
+        return Habits(
+            recent=recent[len(recent) - min(self.window, len(recent)) :],
+            opened=told.shifted or 0,
+            failed=failed,
+            first=first,
+        )
+
+    def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
+        """All allowed joints alike in a new state; else what it did there first, but for lapses."""
+        done = dict(memory.first).get(memory.state)
+        if done is not None:
+            return tuple(self.lapse / view.joints + (1 - self.lapse) * (joint == done) for joint in range(view.joints))
+        barred = memory.failed
+        if self.avoid == "last" and memory.recent:
+            barred |= 1 << (memory.recent[-1] // 2)
+        allowed = [joint for joint in range(view.joints) if not barred >> joint & 1] or list(range(view.joints))
+        return tuple((joint in allowed) / len(allowed) for joint in range(view.joints))
+
+
+def _share(name: str, value: float) -> None:
+    if not 0 <= value <= 1:
+        raise BadValue(name, value, "a number from 0 to 1")
+
+
+MODELS: Mapping[str, type[SoftmaxMemory | RandomMap]] = {
+    "softmax-memory": SoftmaxMemory,
+    "random-map": RandomMap,
+}
+"""The families by name, as in ``cognitive:softmax-memory?failure=5``."""

@@ -1,0 +1,160 @@
+"""The human-inspired strategy and its relatives: what failed is not tried again, until.
+
+The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorithm is not public. All presets are
+*reconstructions*. What they reach on ``chain-4`` when told the truth (mean steps, 80 % by, all by; exact):
+
+* ``target-first`` (default) 8.5, 9, 10: the paper's reference curve, 80 % by step 9 and 100 % by step 20.
+* ``target-last`` 5.5, 6, 7: the target only when nothing else is left to try.
+* ``target-any`` 7, 8, 10: the target like any other joint.
+* ``proximity``: after a joint has moved, the nearest on the panel that has neither moved nor failed since. This is
+  ``heuristic_proximity`` of the public code (Baum et al., IROS 2017) with its memory "also in the beginning"; where
+  that code stops, because nothing is left, ours goes on with what has not failed. The layout decides.
+* ``per-configuration``: nothing twice in the same configuration, and not the joint that has just moved.
+* ``target-first-per-configuration``: the same, but the target first after every change.
+
+Each takes options: ``human-inspired:target-first?lapse=0.2`` acts at random in a fifth of the steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.agents.policy import Policy, Told, View, opened_after, pick
+from lockprobe.errors import BadValue
+from lockprobe.record import Fact
+
+__all__ = ["PRESETS", "HumanInspired", "Tried"]
+
+PRESETS: Mapping[str, Mapping[str, object]] = {
+    "target-first": {},
+    "target-last": {"target": "last"},
+    "target-any": {"target": "any"},
+    "proximity": {"target": "any", "nearest": True},
+    "per-configuration": {"target": "any", "memory": "configuration", "spare": "moved"},
+    "target-first-per-configuration": {"memory": "configuration", "spare": "moved"},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """What it remembers. Sets of joints are numbers with bit j for joint j.
+
+    Attributes:
+        failed: Joints that failed since the last perceived move.
+        opened: Joints believed away from their start.
+        moved: The joint that moved last; -1 before.
+        last: Whether that was the last attempt.
+        seen: Attempts made in each configuration: bit ``opened * joints + joint``; kept by ``memory=configuration``.
+    """
+
+    failed: int = 0
+    opened: int = 0
+    moved: int = -1
+    last: bool = False
+    seen: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class HumanInspired(Policy[Tried]):
+    """After every perceived change try the target; never retry a joint that failed until something has moved.
+
+    1. With ``target="first"``: the target, unless it is ruled out.
+    2. Else, at random or the nearest, a joint that is neither ruled out nor spared (with ``target="last"``: but the
+       target, and then the target).
+    3. Else one that is not ruled out.
+    4. Else, since the reports contradict each other, any joint.
+
+    Attributes:
+        target: When the target is tried: ``first``, ``last``, or like ``any`` other joint.
+        memory: What rules a joint out: that it failed ``since-move``, that it was tried in this ``configuration``,
+            or ``none``.
+        spare: What is left for later: joints that are ``opened``, the one that has just ``moved``, or ``none``.
+        nearest: Whether the nearest to the joint that moved last is taken, where the panel is shown.
+        lapse: Probability of any joint instead, [0, 1].
+
+    Raises:
+        BadValue: If ``lapse`` is no probability.
+    """
+
+    target: Literal["first", "last", "any"] = "first"
+    memory: Literal["since-move", "configuration", "none"] = "since-move"
+    spare: Literal["opened", "moved", "none"] = "opened"
+    nearest: bool = False
+    lapse: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.lapse <= 1:
+            raise BadValue("lapse", self.lapse, "a number from 0 to 1")
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Its parameters; the default preset has none to state."""
+        return {} if self == HumanInspired() else asdict(self)
+
+    def begin(self, view: View) -> Tried:
+        """Nothing was tried."""
+        return Tried()
+
+    def remember(self, view: View, memory: Tried, told: Told) -> Tried:
+        """What failed, moved and was tried after this report."""
+        seen = memory.seen
+        if self.memory == "configuration":
+            seen |= 1 << (memory.opened * view.joints + told.joint)
+        return Tried(
+            failed=0 if told.moved else memory.failed | 1 << told.joint,
+            opened=opened_after(memory.opened, told),
+            moved=told.joint if told.moved else memory.moved,
+            last=told.moved,
+            seen=seen,
+        )
+
+    def probabilities(self, view: View, memory: Tried) -> tuple[float, ...]:
+        """All that rule 1, 2, 3 or 4 allows alike; lapses spread over all."""
+        choices = self.choices(view, memory)
+        return tuple(
+            self.lapse / view.joints + (1 - self.lapse) * (joint in choices) / len(choices)
+            for joint in range(view.joints)
+        )
+
+    def choose(self, view: View, memory: Tried, rng: np.random.Generator) -> int:
+        """The next joint. A lapse costs one draw whether it comes or not; the target by rule 1 costs none."""
+        if self.lapse and rng.random() < self.lapse:
+            return pick(range(view.joints), rng)
+        if self._target_is_due(view, memory):
+            return view.target
+        return pick(self.choices(view, memory), rng)
+
+    def choices(self, view: View, memory: Tried) -> Sequence[int]:
+        """The joints that the rules allow now, in the order of the listing."""
+        if self._target_is_due(view, memory):
+            return [view.target]
+        ruled_out = self._ruled_out(view, memory)
+        untried = [joint for joint in range(view.joints) if not ruled_out >> joint & 1]
+        fresh = [joint for joint in untried if not self._spared(memory) >> joint & 1]
+        if self.target == "last" and view.target in untried:
+            fresh = [joint for joint in fresh if joint != view.target] or [view.target]
+        return self._nearest(view, memory, fresh) or untried or range(view.joints)
+
+    def _target_is_due(self, view: View, memory: Tried) -> bool:
+        return self.target == "first" and not self._ruled_out(view, memory) >> view.target & 1
+
+    def _ruled_out(self, view: View, memory: Tried) -> int:
+        if self.memory == "configuration":
+            return memory.seen >> (memory.opened * view.joints) & ((1 << view.joints) - 1)
+        return memory.failed if self.memory == "since-move" else 0
+
+    def _spared(self, memory: Tried) -> int:
+        if self.spare == "moved":
+            return 1 << memory.moved if memory.last else 0
+        return memory.opened if self.spare == "opened" else 0
+
+    def _nearest(self, view: View, memory: Tried, joints: list[int]) -> list[int]:
+        if not self.nearest or memory.moved < 0 or not view.places or not joints:
+            return joints
+        x, y = view.places[memory.moved]
+        far = {j: round((view.places[j][0] - x) ** 2 + (view.places[j][1] - y) ** 2, 9) for j in joints}
+        return [joint for joint in joints if far[joint] == min(far.values())]

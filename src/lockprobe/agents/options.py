@@ -1,0 +1,73 @@
+"""Options of an agent in its spec: ``human-inspired:proximity?lapse=0.1``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from urllib.parse import parse_qsl
+
+from lockprobe.errors import BadValue, UnknownName
+
+__all__ = ["read_options", "with_options"]
+
+Made = TypeVar("Made")
+
+
+def read_options(spec: str) -> tuple[str, dict[str, str]]:
+    """The name in front of the question mark, and the options after it.
+
+    >>> read_options("human-inspired:proximity?lapse=0.1")
+    ('human-inspired:proximity', {'lapse': '0.1'})
+
+    Raises:
+        BadValue: If an option has no value, or comes twice.
+    """
+    name, _, query = spec.partition("?")
+    try:
+        pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
+    except ValueError:
+        raise BadValue("agent", spec, "options as name?first=1&second=2") from None
+    if len(dict(pairs)) < len(pairs):
+        raise BadValue("agent", spec, "every option once")
+    return name, dict(pairs)
+
+
+def with_options(
+    kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
+) -> Made:
+    """An agent of a dataclass, with its fields from a preset and from options in words.
+
+    Args:
+        kind: The dataclass.
+        name: What users call it.
+        options: Field -> value in words.
+        preset: Field -> value; options go before it.
+
+    Raises:
+        UnknownName: If there is no such option; the message lists those that exist.
+        BadValue: If a value is none that the field takes.
+    """
+    types = get_type_hints(kind)
+    known = [field.name for field in fields(kind)]  # type: ignore[arg-type] # a dataclass
+    values = dict(preset or {})
+    for option, text in options.items():
+        if option not in known:
+            raise UnknownName(f"option of {name}", option, known)
+        values[option] = _value(option, text, types[option])
+    return kind(**values)
+
+
+def _value(name: str, text: str, kind: Any) -> object:
+    if get_origin(kind) is not None:  # a Literal
+        if text not in get_args(kind):
+            raise BadValue(name, text, f"one of {', '.join(get_args(kind))}")
+        return text
+    if kind is bool:
+        if text not in ("yes", "no"):
+            raise BadValue(name, text, "yes or no")
+        return text == "yes"
+    try:
+        return kind(text)
+    except ValueError:
+        raise BadValue(name, text, "a whole number" if kind is int else "a number") from None

@@ -1,0 +1,162 @@
+"""Agents whose whole memory is one small value.
+
+A policy begins with a memory, changes it with every report, and gives every joint a probability from it. Because the
+memory is a hashable value, the same policy can be played here step by step, propagated exactly
+(:mod:`lockprobe.studies.propagation`), compiled (:mod:`lockprobe.studies.montecarlo`) and fitted
+(:mod:`lockprobe.fit`). Joints are numbers here: places in ``Task.joints``, the order in which they are listed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from lockprobe.record import Decision, Fact, Percept, Situation, Task, Turn
+
+__all__ = ["Policy", "Told", "View", "draw", "opened_after", "pick", "tell", "view_of"]
+
+Memory = TypeVar("Memory", bound=Hashable)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """What a policy knows of its task, in numbers.
+
+    Attributes:
+        joints: How many there are.
+        target: The target's place in the listing.
+        places: Where each joint sits on the panel, in the order of the listing; empty where it is not shown.
+    """
+
+    joints: int
+    target: int
+    places: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """One report, in numbers.
+
+    Attributes:
+        joint: The joint attempted.
+        moved: Whether it moved, as reported.
+        shifted: Joints reported away from where they were reported at the start, bit j for joint j; None where
+            positions are not told.
+    """
+
+    joint: int
+    moved: bool
+    shifted: int | None = None
+
+
+def view_of(task: Task) -> View:
+    """A task in numbers."""
+    return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
+
+
+def tell(task: Task, percept: Percept, opening: Percept) -> Told:
+    """A percept in numbers; ``opening`` is what was told before the first step."""
+    assert percept.joint is not None
+    shifted = None
+    if percept.positions is not None and opening.positions is not None:
+        pairs = zip(percept.positions, opening.positions, strict=True)
+        shifted = sum((now != start) << j for j, (now, start) in enumerate(pairs))
+    return Told(joint=task.joints.index(percept.joint), moved=percept.outcome == "moved", shifted=shifted)
+
+
+def opened_after(opened: int, told: Told) -> int:
+    """Joints believed away from their start, bit j for joint j: as told, else as the outcomes so far imply."""
+    if told.shifted is not None:
+        return told.shifted
+    return opened ^ (told.moved << told.joint)
+
+
+def pick(choices: Sequence[int], rng: np.random.Generator) -> int:
+    """One of several equally likely joints, by one draw."""
+    return choices[int(rng.random() * len(choices))]
+
+
+def draw(probabilities: Sequence[float], rng: np.random.Generator) -> int:
+    """A joint by its probability, by one draw: the first at which the running sum exceeds it."""
+    number, total = rng.random(), 0.0
+    for joint, probability in enumerate(probabilities):
+        total += probability
+        if number < total:
+            return joint
+    return max(j for j, probability in enumerate(probabilities) if probability > 0)
+
+
+class Policy(Generic[Memory]):
+    """A rule with a memory. As an :class:`lockprobe.seams.Agent` it keeps nothing: it remembers anew at every step.
+
+    ``looks`` says whether it heeds reports; one that does says of its last action what it was told.
+    ``exact`` says whether its probabilities go into the record.
+    """
+
+    looks: ClassVar[bool] = True
+    exact: ClassVar[bool] = False
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Its parameters, for the record."""
+        return {}
+
+    def begin(self, view: View) -> Memory:
+        """The memory before the first step."""
+        raise NotImplementedError
+
+    def remember(self, view: View, memory: Memory, told: Told) -> Memory:
+        """The memory after a report."""
+        raise NotImplementedError
+
+    def probabilities(self, view: View, memory: Memory) -> tuple[float, ...]:
+        """The probability of each joint, shape (joints,)."""
+        raise NotImplementedError
+
+    def choose(self, view: View, memory: Memory, rng: np.random.Generator) -> int:
+        """The next joint, drawn from :meth:`probabilities`."""
+        return draw(self.probabilities(view, memory), rng)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Choose the next joint from all that was told so far."""
+        view, memory = self.recall(situation)
+        joint = situation.task.joints[self.choose(view, memory, rng)]
+        return Decision(
+            joint=joint,
+            claimed=situation.percept.outcome if self.looks else None,
+            probabilities=self.probabilities(view, memory) if self.exact else None,
+        )
+
+    def recall(self, situation: Situation) -> tuple[View, Memory]:
+        """The memory that all reports so far leave.
+
+        The memory of the situation one step earlier is at hand if that was the last one asked for; it is used only if
+        the past is the same.
+        """
+        task, past = situation.task, situation.past
+        known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
+        if not past:
+            view = view_of(task)
+            memory = self.begin(view)
+        elif known is not None and known.task == task and known.past == past[:-1]:
+            view = known.view
+            memory = self.remember(view, known.memory, tell(task, situation.percept, past[0].percept))
+        else:
+            view = view_of(task)
+            memory = self.begin(view)
+            for percept in (*(turn.percept for turn in past[1:]), situation.percept):
+                memory = self.remember(view, memory, tell(task, percept, past[0].percept))
+        self.__dict__["_recalled"] = _Recalled(task, past, view, memory)
+        return view, memory
+
+
+class _Recalled(NamedTuple, Generic[Memory]):
+    """What was recalled last."""
+
+    task: Task
+    past: tuple[Turn, ...]
+    view: View
+    memory: Memory

@@ -1,0 +1,123 @@
+"""Cognitive models as agents: their formulas, choice by choice."""
+
+import math
+from collections import Counter
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe import run_trial
+from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
+from lockprobe.agents.policy import Told, View
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.solve import random_no_repeat_success, random_success
+
+FOUR = View(joints=4, target=2)
+REPORTS = st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=15)
+
+
+def after(agent, reports, view=FOUR):
+    memory = agent.begin(view)
+    for joint, moved in reports:
+        memory = agent.remember(view, memory, Told(joint=joint, moved=moved))
+    return agent.probabilities(view, memory)
+
+
+def share(agent, n=600, **settings):
+    return sum(run_trial(agent=agent, trial=i, seed=5, **settings).solved for i in range(1, n + 1)) / n
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    pulls=st.tuples(*[st.floats(-5, 5)] * 6),
+    decay=st.floats(0, 1),
+    reset=st.floats(0, 1),
+    reports=REPORTS,
+)
+def test_the_softmax_is_its_formula(pulls, decay, reset, reports):
+    """Written anew from the docstring, from the whole past at once."""
+    target, closed, failure, recent, stay, position = pulls
+    agent = SoftmaxMemory(
+        target=target,
+        closed=closed,
+        failure=failure,
+        recent=recent,
+        stay=stay,
+        position=position,
+        decay=decay,
+        reset=reset,
+    )
+    weights = []
+    for j in range(4):
+        trace = 0.0
+        for i, (joint, moved) in enumerate(reports):
+            if joint == j and not moved:
+                later = reports[i + 1 :]
+                trace = decay ** len(later) * (1 - reset) ** sum(m for _, m in later)
+        was_opened = sum(moved for joint, moved in reports if joint == j) % 2
+        pull = target * (j == FOUR.target) + closed * (not was_opened) - failure * trace - position * j / 3
+        if reports and reports[-1][0] == j:
+            pull += recent + stay * reports[-1][1]
+        weights.append(math.exp(pull))
+    expected = [weight / sum(weights) for weight in weights]
+    assert after(agent, reports) == pytest.approx(expected, abs=1e-12)
+
+
+def test_without_pulls_the_softmax_is_a_random_agent():
+    exact = random_success(box())
+    assert abs(share("cognitive:softmax-memory") - exact) < 4 * (exact * (1 - exact) / 600) ** 0.5
+
+
+def test_a_great_push_away_from_the_last_joint_is_random_without_repeats():
+    exact = random_no_repeat_success(box())
+    assert abs(share("cognitive:softmax-memory?recent=-60") - exact) < 4 * (exact * (1 - exact) / 600) ** 0.5
+
+
+@settings(max_examples=60, deadline=None)
+@given(reports=REPORTS, window=st.integers(0, 3), avoid=st.sampled_from(["none", "last", "failed"]))
+def test_the_map_repeats_what_it_did_first(reports, window, avoid):
+    if avoid == "last" and not window:
+        return
+    agent = RandomMap(window=window, avoid=avoid, lapse=0.1)
+    seen = {}
+    for i in range(len(reports) + 1):
+        past = reports[:i]
+        failed = set()
+        for joint, moved in past:
+            failed = set() if moved else failed | {joint}
+        state = (tuple(past[len(past) - min(window, len(past)) :]), frozenset(failed) if avoid == "failed" else None)
+        found = after(agent, past)
+        if state in seen:
+            assert found == pytest.approx([0.025 + 0.9 * (j == seen[state]) for j in range(4)])
+        else:
+            barred = failed if avoid == "failed" else {past[-1][0]} if avoid == "last" and past else set()
+            allowed = [j for j in range(4) if j not in barred] or list(range(4))
+            assert found == pytest.approx([(j in allowed) / len(allowed) for j in range(4)])
+        if i < len(reports):
+            seen.setdefault(state, reports[i][0])
+
+
+def test_a_map_is_drawn_anew_for_every_trial_and_kept_within_it():
+    firsts = Counter(run_trial(agent="cognitive:random-map", trial=i, shuffle=False).actions[0] for i in range(1, 200))
+    assert min(firsts.values()) > 25
+    for i in range(1, 60):
+        trial = run_trial(agent="cognitive:random-map?window=0", trial=i)
+        done = {}
+        for step in trial.steps:
+            assert done.setdefault(step.state, step.joint) == step.joint
+
+
+def test_the_record_holds_the_probabilities_that_were_drawn_from():
+    trial = run_trial(agent="cognitive:softmax-memory?failure=2&target=1", p=0.3)
+    assert all(sum(step.decision.probabilities) == pytest.approx(1) for step in trial.steps)
+    assert trial.facts["failure"] == 2
+
+
+def test_lies_rescue_a_map_and_mislead_it():
+    """What the paper finds in a model (Sec. 3.2), in an agent without any thought: up, and down again at p = 1."""
+    told_truth, half, all_lies = (
+        share("cognitive:random-map?window=1&avoid=last", p=p, flip="outcome-only", n=300) for p in (0.0, 0.5, 1.0)
+    )
+    assert half > told_truth + 0.1
+    assert half > all_lies + 0.1

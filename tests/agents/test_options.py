@@ -1,0 +1,44 @@
+"""Options in a spec."""
+
+import pytest
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.options import read_options
+from lockprobe.errors import BadValue, UnknownName
+
+
+def test_a_spec_without_options_has_none():
+    assert read_options("human-inspired:proximity") == ("human-inspired:proximity", {})
+
+
+@pytest.mark.parametrize("spec", ["a?x", "a?x=1&x=2", "a?=1&"])
+def test_options_have_a_name_and_a_value_and_come_once(spec):
+    with pytest.raises(BadValue, match="^agent: got"):
+        read_options(spec)
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("human-inspired?laps=1", "no option of human-inspired is called 'laps' (did you mean 'lapse'?)"),
+        ("human-inspired?memory=long", "memory: got 'long', expected one of since-move, configuration, none"),
+        ("human-inspired?nearest=1", "nearest: got '1', expected yes or no"),
+        ("cognitive:softmax-memory?failure=much", "failure: got 'much', expected a number"),
+        ("cognitive:softmax-memory?failure=inf", "failure: got inf, expected a finite number"),
+        ("cognitive:softmax-memory?decay=2", "decay: got 2.0, expected a number from 0 to 1"),
+        ("cognitive:random-map?window=1.5", "window: got '1.5', expected a whole number"),
+        ("cognitive:random-map?window=9", "window: got 9, expected 0 to 3"),
+        (
+            "cognitive:random-map?window=0&avoid=last",
+            "avoid: got 'last', expected none or failed where the window is 0",
+        ),
+        ("cognitive:softmax", "no cognitive model is called 'softmax' (did you mean 'softmax-memory'?)"),
+        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map"),
+        ("ideal-observer:fast", "no agent is called 'ideal-observer:fast'"),
+        ("random?lapse=1", "no agent is called 'random?lapse=1'"),
+    ],
+)
+def test_what_is_wrong_with_an_option_is_said_in_one_line(spec, message):
+    with pytest.raises((BadValue, UnknownName)) as mistake:
+        resolve(spec)
+    assert str(mistake.value).startswith(message)

@@ -1,0 +1,117 @@
+"""What every policy has in common: a memory that is a value, and one draw from its probabilities."""
+
+import asyncio
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe import run_trial
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.policy import Told, draw, opened_after, pick, tell, view_of
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+
+POLICIES = (
+    "random",
+    "random-no-repeat",
+    "round-robin",
+    "human-inspired",
+    "human-inspired:proximity?lapse=0.2",
+    "human-inspired:per-configuration",
+    "cognitive:softmax-memory?target=1&closed=0.5&failure=2&decay=0.8&reset=0.5&recent=-1&stay=0.5&position=0.3",
+    "cognitive:random-map?window=2&avoid=failed&lapse=0.1",
+)
+TASK = Task(joints=("C", "A", "B"), target="B", budget=20, places=((0.1, 0.5), (0.5, 0.5), (0.9, 0.5)))
+
+
+class Fixed:
+    """A stream that gives one number again and again."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def random(self):
+        return self.number
+
+
+def situation(reports, positions=True):
+    """The situation after these reports: (label, moved, shifted joints)."""
+    start = (True, False, False)
+    percepts = [Percept(positions=start if positions else None)]
+    for label, moved, shifted in reports:
+        now = tuple(at ^ (joint in shifted) for joint, at in zip(TASK.joints, start, strict=True))
+        percepts.append(
+            Percept(joint=label, outcome="moved" if moved else "blocked", positions=now if positions else None)
+        )
+    past = tuple(Turn(percept=percept, decision=Decision(joint=after.joint)) for percept, after in pairwise(percepts))
+    return Situation(task=TASK, past=past, percept=percepts[-1])
+
+
+def test_a_report_in_numbers():
+    opening = Percept(positions=(True, False, False))
+    percept = Percept(joint="A", outcome="moved", positions=(True, True, False))
+    assert tell(TASK, percept, opening) == Told(joint=1, moved=True, shifted=0b010)
+    assert tell(TASK, Percept(joint="C", outcome="blocked"), Percept()) == Told(joint=0, moved=False, shifted=None)
+    assert (view_of(TASK).joints, view_of(TASK).target) == (3, 2)
+
+
+def test_what_is_open_is_as_told_else_as_the_outcomes_imply():
+    assert opened_after(0b001, Told(joint=1, moved=True, shifted=0b100)) == 0b100
+    assert opened_after(0b001, Told(joint=1, moved=True)) == 0b011
+    assert opened_after(0b011, Told(joint=1, moved=True)) == 0b001
+    assert opened_after(0b001, Told(joint=1, moved=False)) == 0b001
+
+
+@given(
+    st.lists(st.floats(0, 1), min_size=1, max_size=8).filter(lambda w: sum(w) > 0), st.floats(0, 1, exclude_max=True)
+)
+def test_a_draw_inverts_the_running_sum_and_never_takes_the_impossible(weights, number):
+    probabilities = [weight / sum(weights) for weight in weights]
+    joint = draw(probabilities, Fixed(number))
+    assert probabilities[joint] > 0
+    assert sum(probabilities[:joint]) <= number + 1e-9
+    assert number <= sum(probabilities[: joint + 1]) + 1e-9
+
+
+def test_picks_are_equally_likely():
+    assert [pick((5, 6, 7, 8), Fixed(number)) for number in (0.0, 0.25, 0.49, 0.999)] == [5, 6, 6, 8]
+
+
+@pytest.mark.parametrize("spec", POLICIES)
+def test_choices_follow_the_probabilities(spec):
+    agent = resolve(spec).make()
+    view, memory = agent.recall(situation([("A", False, ""), ("C", True, "C"), ("A", False, "C")]))
+    rng = np.random.default_rng(3)
+    counted = np.bincount([agent.choose(view, memory, rng) for _ in range(4000)], minlength=3) / 4000
+    exact = np.array(agent.probabilities(view, memory))
+    assert exact.sum() == pytest.approx(1)
+    assert np.all(np.abs(counted - exact) <= 4.5 * np.sqrt(exact * (1 - exact) / 4000))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    spec=st.sampled_from(POLICIES),
+    reports=st.lists(st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC"))), max_size=8),
+    positions=st.booleans(),
+)
+def test_a_memory_is_a_value_and_recalled_the_same_step_by_step_and_at_once(spec, reports, positions):
+    stepwise, fresh = resolve(spec).make(), resolve(spec).make()
+    for i in range(len(reports) + 1):
+        found = stepwise.recall(situation(reports[:i], positions))
+    at_once = fresh.recall(situation(reports, positions))
+    assert found == at_once
+    hash(found[1])
+
+
+def test_agents_that_look_at_nothing_say_nothing():
+    for spec, looks in (("random", False), ("round-robin", False), ("human-inspired", True)):
+        decision = asyncio.run(resolve(spec).make().decide(situation([("A", True, "A")]), np.random.default_rng(1)))
+        assert decision.claimed == ("moved" if looks else None)
+
+
+def test_trials_that_are_played_in_turns_are_played_as_one_by_one():
+    agent = resolve(POLICIES[-1]).make()
+    alone = [run_trial(agent=POLICIES[-1], trial=i, p=0.4).actions for i in (1, 2, 3)]
+    assert [run_trial(agent=agent, trial=i, p=0.4).actions for i in (1, 2, 3)] == alone

@@ -1,0 +1,66 @@
+"""How success goes over p, in one word."""
+
+import numpy as np
+import pytest
+
+from lockprobe.analysis.inference.course import course
+from lockprobe.analysis.inference.peak import any_difference
+from lockprobe.analysis.inference.ushape import two_lines
+from lockprobe.analysis.outcomes import Outcomes, points
+
+TENTHS = tuple(i / 10 for i in range(11))
+
+
+def drawn(shares, n=300, seed=1):
+    """Trials with these shares solved over p from 0 to 1, luck not shared."""
+    p = np.repeat(TENTHS[: len(shares)], n)
+    solved = np.random.default_rng(seed).random(len(p)) < np.repeat(shares, n)
+    trial = np.tile(np.arange(1, n + 1), len(shares))
+    ones = np.ones(len(p), dtype=np.int64)
+    return Outcomes(p=p, repetition=ones, trial=trial, length=10 * ones, solved=solved, onset=0 * ones)
+
+
+def found(shares, **settings):
+    outcomes = drawn(shares, **settings)
+    return course(
+        points(outcomes, by_repetition=False),
+        any_difference(outcomes, np.random.default_rng(2)),
+        two_lines(outcomes.p, outcomes.solved),
+    )
+
+
+@pytest.mark.parametrize(
+    ("shares", "kind"),
+    [
+        ([0.5] * 11, "no change detectable"),
+        ([0.3, 0.4, 0.5, 0.55, 0.6, 0.62, 0.63, 0.64, 0.64, 0.64, 0.64], "rises"),
+        ([1.0, 0.86, 0.74, 0.67, 0.63, 0.62, 0.6, 0.5, 0.5, 0.5, 0.5], "falls"),
+        ([0.2, 0.3, 0.4, 0.5, 0.55, 0.6, 0.55, 0.5, 0.4, 0.3, 0.2], "rises and falls"),
+        ([0.3, 0.4, 0.5, 0.6, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0], "rises and falls"),
+        ([0.9, 0.7, 0.5, 0.4, 0.3, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9], "falls and rises"),
+        ([0.5], "not tested"),
+    ],
+)
+def test_each_course_is_told_from_the_others(shares, kind):
+    assert found(shares).kind == kind
+
+
+def test_a_course_names_its_ends_and_extremes():
+    seen = found([0.2, 0.5, 0.9, 0.5, 0.3])
+    assert (seen.highest_p, seen.lowest_p) == (0.2, 0.0)
+    assert abs(seen.first - 0.2) < 0.08
+    assert abs(seen.last - 0.3) < 0.1
+    assert seen.highest > 0.8
+
+
+def test_where_nothing_happens_a_course_is_rarely_seen():
+    """Two tests at 5 %, one of them cautious: at most a tenth of studies, here 100 of them."""
+    seen = [found([0.5] * 7, n=30, seed=seed).kind for seed in range(100)]
+    assert sum(kind != "no change detectable" for kind in seen) <= 15
+
+
+def test_without_trials_there_is_no_course():
+    outcomes = drawn([0.5]).at(np.zeros(300, dtype=bool))
+    assert (
+        course([], any_difference(outcomes, np.random.default_rng(2)), two_lines(outcomes.p, outcomes.solved)) is None
+    )
