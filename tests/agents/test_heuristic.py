@@ -118,6 +118,15 @@ def test_memory_per_configuration_lasts_until_the_configuration_comes_again():
     assert after(agent, FOUR, told(1, False, 0), told(2, True, 0b100)) == [0, 1, 3]
     back = (told(1, False, 0), told(2, True, 0b100), told(2, True, 0))
     assert after(agent, FOUR, *back) == [0, 3]
+    assert after(agent, FOUR, *back, told(0, False, 0), told(3, False, 0)) == [0, 1, 2, 3]
+
+
+def test_the_joint_that_moved_last_is_left_for_later_while_others_fail():
+    agent = HumanInspired(target="any", memory="configuration", spare="moved")
+    reports = [told(2, True, 0b100), told(0, False, 0b100)]
+    assert after(agent, FOUR, *reports) == [1, 3]
+    reports += [told(1, False, 0b100), told(3, False, 0b100)]
+    assert after(agent, FOUR, *reports) == [2]
 
 
 def test_without_positions_the_outcomes_say_what_is_open():

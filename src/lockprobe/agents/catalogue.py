@@ -11,9 +11,9 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from lockprobe.agents.cognitive import MODELS
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
@@ -33,14 +33,21 @@ _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "round-robin": RoundRobin,
 }
 _PARAMETRIC = ("human-inspired", "cognitive", "ideal-observer")
+
+
+def _described(kind: type[Any]) -> str:
+    """What it is, in its own first words, and the options that its fields are."""
+    return f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(field.name for field in fields(kind))}."
+
+
 _OTHERS = {
-    "human-inspired[:PRESET]": f"{(HumanInspired.__doc__ or '').splitlines()[0]} Presets: {', '.join(PRESETS)}",
-    "ideal-observer": "Knows all that can be concluded from what it was told, and plans by it.",
-    "cognitive:MODEL": f"A simple mechanism, with its parameters as options. Models: {', '.join(MODELS)}",
-    "llm:local": "the embedded language model",
-    "llm:gguf:PATH": "any language model in a GGUF file",
-    "llm:PROVIDER/MODEL": "any model that Inspect AI reaches, for example llm:openai/gpt-4o",
-    "python:module:Name": "your own class with the Agent protocol",
+    "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
+    "ideal-observer": "Concludes all that can be from what it was told, and plans by it. Options: prior, noise, plan.",
+    **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
+    "llm:local": "The embedded language model.",
+    "llm:gguf:PATH": "Any language model in a GGUF file.",
+    "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o.",
+    "python:module:Name": "Your own class with the Agent protocol.",
 }
 
 

@@ -153,7 +153,7 @@ class RandomMap(Policy[Habits]):
         window: Attempts that it remembers, 0 to 3.
         avoid: What the map never says: the joint attempted ``last`` (needs a window), a joint that has ``failed``
             since the last perceived move, or ``none``.
-        lapse: Probability of any joint instead of what it did first, [0, 1].
+        lapse: Probability of any joint instead, [0, 1]. What it did first in a state counts, lapse or not.
 
     Raises:
         BadValue: If one of these is out of range.
@@ -196,15 +196,18 @@ class RandomMap(Policy[Habits]):
         )
 
     def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
-        """All allowed joints alike in a new state; else what it did there first, but for lapses."""
+        """What it did first in this state, or any allowed joint if the state is new; lapses spread over all."""
         done = dict(memory.first).get(memory.state)
-        if done is not None:
-            return tuple(self.lapse / view.joints + (1 - self.lapse) * (joint == done) for joint in range(view.joints))
+        meant = [done] if done is not None else self._allowed(view, memory)
+        return tuple(
+            self.lapse / view.joints + (1 - self.lapse) * (joint in meant) / len(meant) for joint in range(view.joints)
+        )
+
+    def _allowed(self, view: View, memory: Habits) -> list[int]:
         barred = memory.failed
         if self.avoid == "last" and memory.recent:
             barred |= 1 << (memory.recent[-1] // 2)
-        allowed = [joint for joint in range(view.joints) if not barred >> joint & 1] or list(range(view.joints))
-        return tuple((joint in allowed) / len(allowed) for joint in range(view.joints))
+        return [joint for joint in range(view.joints) if not barred >> joint & 1] or list(range(view.joints))
 
 
 def _share(name: str, value: float) -> None:

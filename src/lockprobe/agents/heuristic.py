@@ -9,8 +9,9 @@ The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorith
 * ``proximity``: after a joint has moved, the nearest on the panel that has neither moved nor failed since. This is
   ``heuristic_proximity`` of the public code (Baum et al., IROS 2017) with its memory "also in the beginning"; where
   that code stops, because nothing is left, ours goes on with what has not failed. The layout decides.
-* ``per-configuration``: nothing twice in the same configuration, and not the joint that has just moved.
-* ``target-first-per-configuration``: the same, but the target first after every change.
+* ``per-configuration``: nothing twice in the same configuration, and not the joint that moved last: half of the trials
+  by step 9, 84 % by 20.
+* ``target-first-per-configuration``: the same, but the target first after every change: 46 % by step 9, all by 13.
 
 Each takes options: ``human-inspired:target-first?lapse=0.2`` acts at random in a fifth of the steps.
 """
@@ -47,14 +48,12 @@ class Tried:
         failed: Joints that failed since the last perceived move.
         opened: Joints believed away from their start.
         moved: The joint that moved last; -1 before.
-        last: Whether that was the last attempt.
         seen: Attempts made in each configuration: bit ``opened * joints + joint``; kept by ``memory=configuration``.
     """
 
     failed: int = 0
     opened: int = 0
     moved: int = -1
-    last: bool = False
     seen: int = 0
 
 
@@ -72,7 +71,7 @@ class HumanInspired(Policy[Tried]):
         target: When the target is tried: ``first``, ``last``, or like ``any`` other joint.
         memory: What rules a joint out: that it failed ``since-move``, that it was tried in this ``configuration``,
             or ``none``.
-        spare: What is left for later: joints that are ``opened``, the one that has just ``moved``, or ``none``.
+        spare: What is left for later: joints that are ``opened``, the one that ``moved`` last, or ``none``.
         nearest: Whether the nearest to the joint that moved last is taken, where the panel is shown.
         lapse: Probability of any joint instead, [0, 1].
 
@@ -108,7 +107,6 @@ class HumanInspired(Policy[Tried]):
             failed=0 if told.moved else memory.failed | 1 << told.joint,
             opened=opened_after(memory.opened, told),
             moved=told.joint if told.moved else memory.moved,
-            last=told.moved,
             seen=seen,
         )
 
@@ -149,7 +147,7 @@ class HumanInspired(Policy[Tried]):
 
     def _spared(self, memory: Tried) -> int:
         if self.spare == "moved":
-            return 1 << memory.moved if memory.last else 0
+            return 1 << memory.moved if memory.moved >= 0 else 0
         return memory.opened if self.spare == "opened" else 0
 
     def _nearest(self, view: View, memory: Tried, joints: list[int]) -> list[int]:

@@ -21,7 +21,7 @@ models = typer.Typer(invoke_without_command=True)
 def agents(json: AsJson = False) -> None:
     """The agents there are, by spec."""
     for spec, what in known_specs().items():
-        print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:20}  {what}")
+        print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:24}  {what}")
 
 
 @models.callback()
