@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe import run_trial
-from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
+from lockprobe.agents.cognitive import CHARACTERS, RandomMap, SoftmaxMemory
 from lockprobe.agents.policy import Told, View
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_no_repeat_success, random_success
@@ -121,3 +121,14 @@ def test_lies_rescue_a_map_and_mislead_it():
     )
     assert half > told_truth + 0.1
     assert half > all_lies + 0.1
+
+
+def test_characters_are_helped_hurt_and_both():
+    at = {name: [share(f"cognitive:{name}", p=p, n=200) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
+    assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
+    assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
+    assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15
+
+
+def test_a_character_takes_options():
+    assert run_trial(agent="cognitive:careful?failure=9").facts["failure"] == 9

@@ -33,7 +33,7 @@ def test_options_have_a_name_and_a_value_and_come_once(spec):
             "avoid: got 'last', expected none or failed where the window is 0",
         ),
         ("cognitive:softmax", "no cognitive model is called 'softmax' (did you mean 'softmax-memory'?)"),
-        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map"),
+        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map, careful, perseverant"),
         ("ideal-observer:fast", "no agent is called 'ideal-observer:fast'"),
         ("random?lapse=1", "no agent is called 'random?lapse=1'"),
     ],

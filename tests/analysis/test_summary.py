@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.analysis.finding import beside, finding, loop_finding
+from lockprobe.analysis.finding import beside, courses_said, finding, loop_finding
 from lockprobe.analysis.summary import summarise
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.families import box
@@ -65,6 +65,23 @@ def test_references_stand_apart():
     ]
     assert [agent.agent for agent in summarise(played).subjects] == [AGENT]
     assert len(summarise(played[2:]).subjects) == 2
+
+
+def test_variants_of_a_reference_are_references():
+    agents = ("human-inspired:proximity", "human-inspired?lapse=0.1", "ideal-observer?noise=aware", "cognitive:careful")
+    summary = summarise([trial for agent in agents for trial in condition(0.0, 2, 4, agent=agent)])
+    assert [agent.agent for agent in summary.subjects] == ["cognitive:careful"]
+
+
+def test_courses_are_said_of_several_agents_only():
+    rising = [*condition(0.0, 5, 30), *condition(0.4, 25, 30)]
+    falling = [*condition(0.0, 25, 30, agent="human-inspired"), *condition(0.4, 5, 30, agent="human-inspired")]
+    blind = play_study(small_study(("random",), p=(0.0, 0.4)))
+    assert courses_said(summarise(rising)) == ""
+    assert courses_said(summarise([*rising, *falling, *blind])) == (
+        "From p = 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every p for random."
+    )
+    assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 
 
 def test_an_agent_that_ignores_reports_is_called_blind():

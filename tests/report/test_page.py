@@ -10,8 +10,10 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile
+from lockprobe.lockbox.families import box
 from lockprobe.report import results, write_report
 from lockprobe.report.pictures import CAPTIONS
+from lockprobe.studies.study import Study
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
 CHANCE = {"loop_rate_chance_markov", "loop_rate_chance_permutation"}
@@ -62,7 +64,7 @@ def page_of(directory, name="report"):
 def test_all_files_are_there_and_no_draft(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
     pictures = {f"figures/{name}.{form}" for form in ("png", "svg") for name in CAPTIONS}
-    made = ("table1", "table1-corrected", "speed", "paces", "loops", "detectors", "conditions", "claims")
+    made = ("table1", "table1-corrected", "courses", "speed", "paces", "loops", "detectors", "conditions", "claims")
     tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in made}
     assert pictures | tables | {"report.html", "claims.html", "audit.html", "results.json"} <= names
     assert not [name for name in names if "draft" in name]
@@ -157,6 +159,24 @@ def test_the_page_says_what_was_found_and_under_what(reported):
     for needed in ("reconstruction", "transient", "human-inspired", "Limits", "Seed", "false positives", "claims.html"):
         assert needed in text
     assert "Partial" not in text
+
+
+def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
+    agents = ("cognitive:careful", "cognitive:perseverant", "human-inspired?lapse=0.3", "llm:local")
+    trials = [
+        make_trial(SOLUTION if i < solved else (0,) * 20, agent=agent, p=p, trial=1 + (i + round(7 * p)) % 30)
+        for agent, rises in zip(agents, (False, True, False, True), strict=True)
+        for p, solved in ((0.0, 5 if rises else 25), (0.4, 25 if rises else 5))
+        for i in range(30)
+    ]
+    study = Study(name="flips", agents=agents, box=box("chain-4"), p=(0.0, 0.4), repetitions=1, trials=30, seed=1)
+    directory = write_study(tmp_path, study, trials)
+    write_report(directory)
+    content = json.loads((directory / "results.json").read_text())
+    said = "success rises for cognitive:perseverant, llm:local; falls for cognitive:careful, human-inspired?lapse=0.3."
+    assert content["courses_said"] == f"From p = 0 to 0.4 {said}"
+    page = page_of(directory)
+    assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])
 
 
 def test_a_partial_study_says_so(tmp_path):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
-from lockprobe.agents.cognitive import MODELS
+from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
 from lockprobe.agents.options import read_options, with_options
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
@@ -44,6 +44,7 @@ _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     "ideal-observer": "Concludes all that can be from what it was told, and plans by it. Options: prior, noise, plan.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
+    "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o.",
@@ -104,9 +105,9 @@ def _parametric(spec: str) -> Agent:
             raise UnknownName("preset of human-inspired", name, PRESETS)
         agent = with_options(HumanInspired, head, options, preset)
     elif head == "cognitive":
-        if (model := MODELS.get(name)) is None:
-            raise UnknownName("cognitive model", name, MODELS)
-        agent = with_options(model, full, options)
+        if name not in MODELS and name not in CHARACTERS:
+            raise UnknownName("cognitive model", name, [*MODELS, *CHARACTERS])
+        agent = with_options(MODELS.get(name, SoftmaxMemory), full, options, CHARACTERS.get(name))
     elif name:
         raise UnknownName("agent", spec, known_specs())
     else:

@@ -15,7 +15,7 @@ from lockprobe.agents.policy import Policy, Told, View, opened_after
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
 
-__all__ = ["MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Traces"]
+__all__ = ["CHARACTERS", "MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Traces"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,3 +220,14 @@ MODELS: Mapping[str, type[SoftmaxMemory | RandomMap]] = {
     "random-map": RandomMap,
 }
 """The families by name, as in ``cognitive:softmax-memory?failure=5``."""
+
+CHARACTERS: Mapping[str, Mapping[str, float]] = {
+    "careful": {"target": 2, "closed": 2, "failure": 4},
+    "perseverant": {"target": -0.7, "closed": 2.1, "failure": 6.1, "decay": 0, "recent": 2.4, "stay": 1},
+    "insistent": {"target": 0.6, "closed": 2.7, "failure": 1.4, "recent": 3.6, "stay": -1.5},
+}
+"""Settings of the softmax memory that show what false reports can do to a mechanism, found by trying.
+
+``careful`` turns to what is closed and has not failed, the target first: they hurt it. ``perseverant`` does again what
+has just moved, and undoes it: they help it. ``insistent`` does again what has just failed: a few help, many hurt.
+"""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from lockprobe.analysis.behaviour import Behaviour
+from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
-__all__ = ["beside", "conclusions", "finding", "loop_finding"]
+__all__ = ["beside", "conclusions", "courses_said", "finding", "loop_finding"]
 
 
 def finding(agent: AgentSummary) -> str:
@@ -118,6 +119,31 @@ def beside(summary: StudySummary) -> str:
         if agent not in summary.subjects and (first := agent.conditions[0]).success.n
     ]
     return f"For comparison, {_told(summary.conditions[0].p)}: {', '.join(shares)}." if shares else ""
+
+
+def courses_said(summary: StudySummary) -> str:
+    """Which agents' success rises with false reports, which falls, which both; empty for one agent or one p."""
+    heeding = [agent for agent in summary.agents if not agent.blind]
+    shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
+    if len(summary.agents) < 2 or len(set(shown)) < 2:
+        return ""
+    courses = [(agent.agent, agent.inference.course.kind) for agent in heeding if agent.inference.course]
+    kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
+    parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
+    blind = [agent.agent for agent in summary.agents if agent.blind]
+    parts += [f"is the same at every p for {', '.join(blind)}"] if blind else []
+    return f"From p = {min(shown):g} to {max(shown):g} success {'; '.join(parts)}." if parts else ""
+
+
+_SAID_OF: dict[CourseKind, str] = {
+    "rises": "rises for",
+    "falls": "falls for",
+    "rises and falls": "rises and then falls for",
+    "falls and rises": "falls and then rises for",
+    "no change detectable": "does not change detectably for",
+    "not tested": "is not tested for",
+}
+_COURSES = list(_SAID_OF)
 
 
 def _against_chance(found: Behaviour) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ __all__ = [
     "summarise",
 ]
 
-_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired")
+_REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
 """Agents that stand in a study to be compared with, by the head of their spec."""
 
 
@@ -226,7 +227,7 @@ def _agent(trials: Sequence[Trial], reference: Reference | None) -> AgentSummary
     return AgentSummary(
         agent=first.agent,
         modality=first.modality,
-        reference=first.agent.partition(":")[0] in _REFERENCES,
+        reference=re.split("[:?]", first.agent)[0] in _REFERENCES,
         blind=blind,
         conditions=conditions,
         success_fit=trend_fit(shares, "success", draws.success),

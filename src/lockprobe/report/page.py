@@ -26,6 +26,7 @@ from lockprobe.report.tables import (
     as_tex,
     claim_table,
     condition_table,
+    course_table,
     detector_table,
     loop_table,
     minus,
@@ -88,6 +89,7 @@ def _tables(content: Content) -> dict[str, Table]:
     return {
         "table1": table1(subjects)[0],
         "table1-corrected": table1_corrected(subjects),
+        "courses": course_table(content["courses"]),
         "speed": speed_table(content["conditions"]),
         "paces": pace_table(content["paces"]),
         "loops": loop_table(content["conditions"]),

@@ -10,14 +10,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.finding import beside, conclusions, finding, loop_finding
+from lockprobe.analysis.finding import beside, conclusions, courses_said, finding, loop_finding
 from lockprobe.analysis.summary import StudySummary, summarise
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.record import Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
-from lockprobe.report.rows import claim_row, condition_row, contrast_row, detector_rows, fit_row, test_rows
+from lockprobe.report.rows import claim_row, condition_row, contrast_row, course_row, detector_rows, fit_row, test_rows
 from lockprobe.studies.journal import LeftOut, left_out, load, read_settings
 from lockprobe.studies.settings import read_study
 
@@ -113,12 +113,14 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "loop_findings": [loop_finding(agent) for agent in summary.subjects],
         "conclusions": [conclusions(agent) for agent in summary.subjects],
         "beside": beside(summary),
+        "courses_said": courses_said(summary),
         "box": asdict(summary.reference) if summary.reference else None,
         "conditions": [condition_row(c, blind=agent.blind) for agent in agents for c in agent.conditions],
         "paces": [asdict(compared) for compared in summary.paces],
         "fits": [fit_row(agent) for agent in agents],
         "tests": [row for agent in agents if not agent.blind for row in test_rows(agent)],
         "contrasts": [contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
+        "courses": [row for agent in agents if (row := course_row(agent))],
         "claims": [claim_row(row) for row in claim_rows(summary)],
         "detectors": detector_rows(_members(study)),
         "examples": examples(summary, study.trials),

@@ -12,7 +12,7 @@ from lockprobe.audit.measured import false_positives
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow
 
-__all__ = ["claim_row", "condition_row", "contrast_row", "detector_rows", "fit_row", "test_rows"]
+__all__ = ["claim_row", "condition_row", "contrast_row", "course_row", "detector_rows", "fit_row", "test_rows"]
 
 Row = dict[str, Any]
 
@@ -130,6 +130,29 @@ def test_rows(agent: AgentSummary) -> list[Row]:
             }
         )
     return rows
+
+
+def course_row(agent: AgentSummary) -> Row | None:
+    """How success goes over p for one agent, and its loop rate; None without trials."""
+    found = agent.inference.course
+    if found is None:
+        return None
+    loops = [condition.behaviour.loops.value for condition in agent.conditions if condition.success.n]
+    looping = next(test for test in agent.inference.tests if test.question == "looping" and test.recommended)
+    if looping.p_value is None:
+        onset = "not tested"
+    else:
+        onset = ("later" if looping.direction < 0 else "sooner") if looping.rejects else "no change detectable"
+    return {
+        "agent": agent.agent,
+        "modality": agent.modality,
+        **asdict(found),
+        "kind": "the same at every p" if agent.blind else found.kind,
+        "loops_first": loops[0],
+        "loops_least": min(loops),
+        "loops_last": loops[-1],
+        "looping": "the same at every p" if agent.blind else onset,
+    }
 
 
 def contrast_row(agent: AgentSummary, contrast: Contrast) -> Row:

@@ -16,6 +16,7 @@ __all__ = [
     "as_tex",
     "claim_table",
     "condition_table",
+    "course_table",
     "detector_table",
     "loop_table",
     "minus",
@@ -182,6 +183,24 @@ def condition_table(conditions: Rows) -> Table:
         for row in conditions
     ]
     return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
+
+
+def course_table(courses: Rows) -> Table:
+    """Which agents' success rises over p, which falls, which both; and what loops do."""
+    head = ["agent", "at the lowest p", "highest", "lowest", "at the highest p", "success"]
+    return [[*head, "loop rate, lowest p", "least", "highest p", "loops begin"]] + [
+        [
+            row["agent"],
+            percent(row["first"], 0),
+            f"{percent(row['highest'], 0)} at {row['highest_p']:g}",
+            f"{percent(row['lowest'], 0)} at {row['lowest_p']:g}",
+            percent(row["last"], 0),
+            row["kind"],
+            *(percent(row[f"loops_{at}"], 0) for at in ("first", "least", "last")),
+            row["looping"],
+        ]
+        for row in courses
+    ]
 
 
 def claim_table(claims: Rows) -> Table:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.analysis.inference.association import Correlation, pearson
+from lockprobe.analysis.inference.course import Course, course
 from lockprobe.analysis.inference.hazard import (
     LoopEffect,
     NaiveAssociation,
@@ -39,6 +40,7 @@ class Inference:
 
     Attributes:
         difference: Does success depend on p?
+        course: How success goes over p, in one word; None without trials.
         orders: Polynomials of the logit of success.
         lines: Does success rise and fall? By two lines.
         bend: The same by a quadratic.
@@ -53,6 +55,7 @@ class Inference:
     """
 
     difference: AnyDifference
+    course: Course | None
     orders: BinomialOrders
     lines: TwoLines
     bend: LindMehlum
@@ -87,6 +90,7 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
     fine, coarse = pearson(repetitions), pearson(conditions)
     return Inference(
         difference=difference,
+        course=course(conditions, difference, lines),
         orders=orders,
         lines=lines,
         bend=bend,
