@@ -16,6 +16,8 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
+from lockprobe.environment import announce
+
 if TYPE_CHECKING:
     from lockprobe.export import tidy_rows
     from lockprobe.lockbox.families import box
@@ -36,6 +38,9 @@ _HOMES = {
     "study": "lockprobe.studies.studyfile",
     "tidy_rows": "lockprobe.export",
 }
+
+
+announce()  # a Gymnasium that is loaded, or will be, knows lockprobe/Lockbox-v0; none is loaded here
 
 
 def __getattr__(name: str) -> object:

@@ -92,7 +92,10 @@ class _Names:
         self.labels = tuple(LABELS[i] for i in dealt)
         self._order = tuple(int(i) for i in listed)
         self.listing = tuple(self.labels[i] for i in self._order)
-        self.places = tuple(plan.box.joints[i].place for i in self._order)
+
+    def task(self, plan: Plan) -> Task:
+        places = tuple(plan.box.joints[i].place for i in self._order)
+        return Task(joints=self.listing, target=self.labels[plan.box.target_index], budget=plan.budget, places=places)
 
     def index(self, label: str) -> int:
         return self.labels.index(label)
@@ -162,9 +165,8 @@ async def play(
                 break
     except TrialFault as fault:
         ending, error = "error", _error(fault, len(loop.steps) + 1)
-    blank = _blank(plan, names, ending)
     return replace(
-        blank,
+        _blank(plan, names, ending),
         facts={str(name): _fact(value) for name, value in agent.facts.items()},
         channels=tuple(_facts_of(channel) for channel in channels),
         opening=loop.opening,
@@ -249,12 +251,7 @@ class _Loop:
         self._channels = [(channel, plan.stream(f"channel-{i}")) for i, channel in enumerate(channels)]
         self._rng = plan.stream("agent")
         self._joints = plan.box.names
-        self._task = Task(
-            joints=names.listing,
-            target=names.labels[plan.box.target_index],
-            budget=plan.budget,
-            places=names.places,
-        )
+        self._task = names.task(plan)
         self._past: tuple[Turn, ...] = ()
         self._percept: Percept | None = None
         self._configuration: Configuration = ()

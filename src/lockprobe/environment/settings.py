@@ -1,0 +1,177 @@
+"""What an environment was asked for, checked: one line of refusal for what does not exist."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.channels.text import TextChannel
+from lockprobe.environment.observation import sizes
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.boxfile import read_box
+from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.lockbox.families import box as named_box
+from lockprobe.record import Percept, Task
+from lockprobe.seams import Channel
+from lockprobe.trial import LABELS, Plan
+
+__all__ = ["CHANNELS", "LONGEST_BUDGET", "OBSERVATIONS", "PLANTS", "Settings", "read_settings", "whole"]
+
+OBSERVATIONS = ("symbolic",)
+PLANTS = ("symbolic",)
+LONGEST_BUDGET = 10_000
+CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
+"""Channels that can be asked for as a mapping, by the name in the record."""
+
+_NO_FLIP = OutcomeFlip()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What is played, and what is told of it.
+
+    Attributes:
+        box: The box.
+        channels: In the order in which they act.
+        max_steps: Budget in steps.
+        shuffle: Whether each trial deals labels and listing anew, as studies do.
+        steps_left: Whether the observation holds the steps left.
+        step_cost: Taken from the reward at every step.
+        truth: Whether ``info`` holds the truth.
+    """
+
+    box: Lockbox
+    channels: tuple[Channel, ...]
+    max_steps: int
+    shuffle: bool
+    steps_left: bool
+    step_cost: float
+    truth: bool
+
+    @property
+    def tells_positions(self) -> bool:
+        """Whether the agent is told where joints stand, or only outcomes."""
+        task = Task(joints=tuple(LABELS[: len(self.box.joints)]), target=LABELS[0], budget=self.max_steps)
+        percept = Percept(positions=self.box.initial)
+        for i, channel in enumerate(self.channels):
+            percept = channel.perceive(percept, None, task, np.random.default_rng(i))
+        return percept.positions is not None
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """How many values each entry of an observation can take."""
+        budget = self.max_steps if self.steps_left else None
+        return sizes(len(self.box.joints), positions=self.tells_positions, budget=budget)
+
+    def plan(self, seed: int, repetition: int, trial: int) -> Plan:
+        """The trial that a study with this seed has at this place."""
+        flip = next((channel for channel in self.channels if isinstance(channel, OutcomeFlip)), _NO_FLIP)
+        return Plan(
+            key=f"lockbox/gymnasium/p={flip.p:g}/rep={repetition}/trial={trial}",
+            study="lockbox",
+            agent="gymnasium",
+            box=self.box,
+            modality="symbolic",
+            p=flip.p,
+            flip=flip.persistence,
+            repetition=repetition,
+            trial=trial,
+            seed=seed,
+            budget=self.max_steps,
+            shuffle=self.shuffle,
+        )
+
+
+def read_settings(given: Mapping[str, Any]) -> Settings:
+    """The settings that keyword arguments of ``gymnasium.make`` describe.
+
+    Args:
+        given: Any of ``box`` (a name, a :class:`Lockbox` or the path of a TOML file; ``"chain-4"``), ``observation``
+            (``"symbolic"``), ``plant`` (``"symbolic"``), ``channels`` (a list of channels, or of mappings such as
+            ``{"channel": "OutcomeFlip", "p": 0.2}``; none), ``max_steps`` (20), ``shuffle`` (False), ``steps_left``
+            (False), ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``).
+
+    Raises:
+        UserMistake: If a name does not exist or a value is out of range.
+    """
+    known = {
+        "box": DEFAULT_BOX, "observation": OBSERVATIONS[0], "plant": PLANTS[0], "channels": (), "max_steps": 20,
+        "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
+    }  # fmt: skip
+    for name in given:
+        if name not in known:
+            raise UnknownName("setting of the environment", name, known)
+    asked = known | dict(given)
+    for what, exist in (("observation", OBSERVATIONS), ("plant", PLANTS)):
+        if asked[what] not in exist:
+            raise UnknownName(what, str(asked[what]), exist)
+    if asked["info"] not in (None, "truth"):
+        raise BadValue("info", asked["info"], "None or 'truth'")
+    return Settings(
+        box=_box(asked["box"]),
+        channels=_channels(asked["channels"]),
+        max_steps=whole("max_steps", asked["max_steps"], LONGEST_BUDGET),
+        shuffle=_flag("shuffle", asked["shuffle"]),
+        steps_left=_flag("steps_left", asked["steps_left"]),
+        step_cost=_cost(asked["step_cost"]),
+        truth=asked["info"] == "truth",
+    )
+
+
+def whole(what: str, value: object, largest: int | None = None) -> int:
+    """The value, if it is a whole number from 1 on."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= (largest or value):
+        raise BadValue(what, value, f"a whole number from 1 {'on' if largest is None else f'to {largest}'}")
+    return int(value)
+
+
+def _flag(what: str, value: object) -> bool:
+    if not isinstance(value, bool):
+        raise BadValue(what, value, "True or False")
+    return value
+
+
+def _cost(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, float | int) or not 0 <= value < math.inf:
+        raise BadValue("step_cost", value, "a number from 0 on")
+    return float(value)
+
+
+def _box(asked: object) -> Lockbox:
+    if isinstance(asked, Lockbox):
+        return asked
+    if isinstance(asked, Path) or (isinstance(asked, str) and (asked.endswith(".toml") or "/" in asked)):
+        return read_box(Path(asked))
+    if not isinstance(asked, str):
+        raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
+    return named_box(asked)
+
+
+def _channels(asked: object) -> tuple[Channel, ...]:
+    if not isinstance(asked, Sequence) or isinstance(asked, str):
+        raise BadValue("channels", asked, "a list of channels")
+    return tuple(map(_channel, asked))
+
+
+def _channel(asked: object) -> Channel:
+    if isinstance(asked, Channel) and not isinstance(asked, type):
+        return asked
+    if not isinstance(asked, Mapping) or not isinstance(asked.get("channel"), str):
+        raise BadValue("channel", asked, 'a channel, or a mapping such as {"channel": "OutcomeFlip", "p": 0.2}')
+    if (kind := CHANNELS.get(asked["channel"])) is None:
+        raise UnknownName("channel", asked["channel"], CHANNELS)
+    settings = {str(name): value for name, value in asked.items() if name != "channel"}
+    for name in settings:
+        if name not in (known := [field.name for field in fields(kind)]):
+            raise UnknownName(f"setting of {kind.__name__}", name, known or ["none"])
+    try:
+        return kind(**settings)
+    except TypeError as error:
+        raise BadValue("channel", dict(asked), f"values that {kind.__name__} can take ({error})") from None

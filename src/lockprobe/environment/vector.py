@@ -1,0 +1,242 @@
+"""Many lockboxes at once, in numpy: the same episodes as so many single environments, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.channels.text import TextChannel
+from lockprobe.environment.luck import listing, numbers
+from lockprobe.environment.observation import BLOCKED, Vector
+from lockprobe.environment.place import Place, read_place
+from lockprobe.environment.settings import Settings, read_settings, whole
+from lockprobe.errors import BadValue
+from lockprobe.lockbox.box import Lockbox
+
+__all__ = ["LockboxVectorEnv", "free_to_move"]
+
+Flags = NDArray[np.bool_]
+
+
+def free_to_move(box: Lockbox) -> Flags:
+    """Whether each joint may move in each configuration, shape (configurations, joints).
+
+    Configurations are numbered by their positions: bit j is the position of joint j in panel order.
+    """
+    joints = range(len(box.joints))
+    configurations = [bits[::-1] for bits in product((False, True), repeat=len(joints))]
+    return np.array([[box.may_move(configuration, joint) for joint in joints] for configuration in configurations])
+
+
+class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]):
+    """Independent boxes under the same settings; ``gymnasium.make_vec`` uses it of itself.
+
+    Spaces, reward and luck are those of :class:`lockprobe.environment.single.LockboxEnv`: environment ``i`` after
+    ``reset(seed=s)`` is a single environment after ``reset(seed=s + i)``. An environment whose episode has ended
+    begins the next one at the next step, whatever its action then is (``AutoresetMode.NEXT_STEP``).
+
+    Args:
+        num_envs: Number of environments.
+        render_mode: None; there is no picture of many boxes.
+        settings: As :func:`lockprobe.environment.settings.read_settings` takes them. Channels are outcome flips; any
+            other channel needs ``vectorization_mode="sync"``.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(self, num_envs: int = 1, *, render_mode: str | None = None, **settings: Any) -> None:
+        if render_mode is not None:
+            raise BadValue("render_mode", render_mode, 'None; vectorization_mode="sync" renders')
+        self.num_envs = whole("num_envs", num_envs)
+        self.settings: Settings = read_settings(settings)
+        self.single_action_space = spaces.Discrete(len(self.settings.box.joints))
+        self.single_observation_space = spaces.MultiDiscrete(list(self.settings.sizes))
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._boxes = _Boxes(self.settings, self.num_envs)
+        self._next: list[Place] = []
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Vector, dict[str, Any]]:
+        """Begin the next trial in every environment.
+
+        Args:
+            seed: Seeds of studies, one each; a number stands for itself and those that follow it. None goes on.
+            options: ``repetition`` and ``trial`` as in the single environment, and ``reset_mask``, shape (num_envs,):
+                the environments that begin anew while the others go on.
+
+        Raises:
+            UserMistake: If an option or the number of seeds is none of these.
+        """
+        super().reset(seed=seed if isinstance(seed, int) else None)
+        asked = dict(options or {})
+        chosen = self._chosen(asked.pop("reset_mask", None))
+        seeds = list(self._seeds(seed))
+        if not self._next:
+            unknown = self.np_random.integers(2**31, size=self.num_envs).tolist()
+            self._next = [Place(seed=own) for own in unknown]
+        for i in np.flatnonzero(chosen).tolist():
+            own = seeds[i]
+            self._next[i] = read_place(self._next[i] if own is None else Place(seed=own), asked)
+        self._begin(chosen)
+        return self._boxes.observation(), self._info()
+
+    def step(
+        self, actions: NDArray[np.integer[Any]]
+    ) -> tuple[Vector, NDArray[np.float64], Flags, Flags, dict[str, Any]]:
+        """Attempt one joint in each environment, or begin the next trial where the last one has ended.
+
+        Raises:
+            BadValue: If an action is no joint, or their number is not that of the environments.
+            ResetNeeded: If nothing is under way.
+        """
+        if not self._next:
+            raise ResetNeeded("no trial is under way: call reset()")
+        joints, last = np.asarray(actions), len(self.settings.box.joints) - 1
+        integers = joints.shape == (self.num_envs,) and np.issubdtype(joints.dtype, np.integer)
+        if not integers or joints.min() < 0 or joints.max() > last:
+            raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
+        boxes, resting = self._boxes, self._boxes.over
+        solved = boxes.attempt(joints) & ~resting
+        truncated = (boxes.taken >= self.settings.max_steps) & ~solved & ~resting
+        rewards = np.where(resting, 0.0, solved - self.settings.step_cost)
+        if resting.any():
+            self._begin(resting)
+        boxes.over = solved | truncated
+        return boxes.observation(), rewards, solved, truncated, self._info()
+
+    def _begin(self, chosen: Flags) -> None:
+        rows = np.flatnonzero(chosen)
+        self._boxes.begin(rows, [self._next[i] for i in rows.tolist()])
+        for i in rows.tolist():
+            self._next[i] = self._next[i].next
+
+    def _chosen(self, mask: object) -> Flags:
+        if mask is None:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (self.num_envs,)):
+            raise BadValue("reset_mask", mask, f"an array of {self.num_envs} truth values")
+        if not self._next and not mask.all():
+            raise ResetNeeded("no trial is under way: call reset() for all environments first")
+        return mask
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
+        if seed is None or isinstance(seed, int):
+            return [None if seed is None else seed + i for i in range(self.num_envs)]
+        if not isinstance(seed, Sequence) or len(seed) != self.num_envs:
+            raise BadValue("seed", seed, f"a whole number, or {self.num_envs} of them")
+        return seed
+
+    def _info(self) -> dict[str, Any]:
+        if not self.settings.truth:
+            return {}
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        truth = self._boxes.truth()
+        return {"truth": truth | {f"_{name}": every.copy() for name in truth}, "_truth": every}
+
+
+class _Boxes:
+    """The state of all boxes, joints in the order of the listing.
+
+    Attributes:
+        taken: Steps taken in each trial, shape (num_envs,).
+        over: Which trials have ended, shape (num_envs,).
+    """
+
+    def __init__(self, settings: Settings, count: int) -> None:
+        box, joints = settings.box, len(settings.box.joints)
+        self._settings = settings
+        self._flips = _flips(settings)
+        self._may_move = free_to_move(box)
+        self._initial = np.array(box.initial, dtype=np.bool_)
+        self._start = int(self._initial @ (1 << np.arange(joints)))
+        self._told_at_all = settings.tells_positions
+        self._rows = np.arange(count)
+        self._listing = np.tile(np.arange(joints), (count, 1))
+        self._code = np.full(count, self._start)
+        self._positions = np.tile(self._initial, (count, 1))
+        self._told = self._positions.copy()
+        self._moved = np.zeros(count, dtype=np.bool_)
+        self._luck = np.zeros((len(self._flips), count, settings.max_steps + 1))
+        self._seen = np.zeros((count, len(settings.sizes)), dtype=np.int64)
+        self._seen[:, 0] = box.target_index
+        self.taken = np.zeros(count, dtype=np.int64)
+        self.over = np.zeros(count, dtype=np.bool_)
+
+    def begin(self, rows: NDArray[np.int64], places: Sequence[Place]) -> None:
+        """Begin these trials in these rows."""
+        settings = self._settings
+        drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if 0 < flip.p < 1]
+        if drawn or settings.shuffle:
+            for i, place in zip(rows.tolist(), places, strict=True):
+                plan = settings.plan(place.seed, place.repetition, place.trial)
+                for k, at in drawn:
+                    self._luck[k, i, :-1] = numbers(plan, at)
+                if settings.shuffle:
+                    self._listing[i] = listing(plan)
+        self._code[rows] = self._start
+        self._positions[rows] = self._told[rows] = self._initial[self._listing[rows]]
+        self._moved[rows] = self.over[rows] = False
+        self.taken[rows] = 0
+        self._seen[rows, 0] = np.argmax(self._listing[rows] == settings.box.target_index, axis=1)
+        self._seen[rows, 1:3] = 0
+
+    def attempt(self, actions: NDArray[np.integer[Any]]) -> Flags:
+        """Attempt a joint in every box; whether it was the target and moved, shape (num_envs,)."""
+        joints = self._listing[self._rows, actions]
+        moved: Flags = self._may_move[self._code, joints]
+        self._code ^= moved.astype(np.int64) << joints
+        self._positions[self._rows, actions] ^= moved
+        self._tell(actions, moved)
+        self._moved = moved
+        self.taken += 1
+        solved: Flags = moved & (joints == self._settings.box.target_index)
+        return solved
+
+    def _tell(self, actions: NDArray[np.integer[Any]], moved: Flags) -> None:
+        """What :meth:`OutcomeFlip.perceive` does, one flip after the other, in all boxes."""
+        outcome, positions = moved, self._positions.copy()
+        for (_, flip), luck in zip(self._flips, self._luck, strict=True):
+            flipped = luck[self._rows, self.taken] < flip.p
+            outcome = outcome ^ flipped
+            attempted = positions[self._rows, actions] ^ flipped
+            if flip.persistence == "sticky" and self._told_at_all:
+                positions = self._told.copy()
+            positions[self._rows, actions] = attempted
+        self._told = positions
+        self._seen[:, 1] = actions + 1
+        self._seen[:, 2] = BLOCKED + outcome
+
+    def observation(self) -> Vector:
+        """What the agents are told, shape (num_envs, entries)."""
+        joints = self._told.shape[1]
+        if self._told_at_all:
+            self._seen[:, 3 : 3 + joints] = self._told
+        if self._settings.steps_left:
+            self._seen[:, -1] = self._settings.max_steps - self.taken
+        return self._seen.copy()
+
+    def truth(self) -> dict[str, NDArray[Any]]:
+        """True positions, shape (num_envs, joints), and whether the last attempt moved its joint, (num_envs,)."""
+        return {"positions": self._positions.astype(np.int8), "moved": self._moved.copy()}
+
+
+def _flips(settings: Settings) -> list[tuple[int, OutcomeFlip]]:
+    """The flips with their places in the chain; text changes no number."""
+    flips = []
+    for at, channel in enumerate(settings.channels):
+        if isinstance(channel, OutcomeFlip):
+            flips.append((at, channel))
+        elif not isinstance(channel, TextChannel):
+            raise BadValue("channel", channel, 'an OutcomeFlip; vectorization_mode="sync" plays any other')
+    return flips

@@ -1,0 +1,74 @@
+"""The vector of what is told, and agents that play studies by it."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe import run_trial
+from lockprobe.environment.agent import LearnedAgent
+from lockprobe.environment.observation import sizes, so_far, vector
+from lockprobe.environment.single import LockboxEnv
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+
+TASK = Task(joints=("B", "C", "A"), target="A", budget=5)
+FIRST = Percept(positions=(False, False, True))
+SECOND = Percept(joint="C", outcome="moved", positions=(False, True, True), text="C moved.")
+
+
+def test_every_entry_says_one_thing():
+    assert vector(TASK, FIRST).tolist() == [2, 0, 0, 0, 0, 1]
+    assert vector(TASK, SECOND).tolist() == [2, 2, 2, 0, 1, 1]
+    assert vector(TASK, SECOND, 4).tolist() == [2, 2, 2, 0, 1, 1, 4]
+    assert vector(TASK, Percept(joint="B", outcome="blocked")).tolist() == [2, 1, 1]
+    assert vector(TASK, Percept(joint="B")).tolist() == [2, 1, 0]
+
+
+def test_the_whole_trial_is_one_row_a_percept():
+    situation = Situation(task=TASK, past=(Turn(percept=FIRST, decision=Decision(joint="C")),), percept=SECOND)
+    assert so_far(situation).tolist() == [[2, 0, 0, 0, 0, 1], [2, 2, 2, 0, 1, 1]]
+    assert so_far(situation, steps_left=True)[:, -1].tolist() == [5, 4]
+
+
+@given(joints=st.integers(2, 8), positions=st.booleans(), budget=st.none() | st.integers(1, 50))
+def test_there_is_a_size_for_every_entry(joints, positions, budget):
+    labels = tuple("ABCDEFGH"[:joints])
+    task = Task(joints=labels, target=labels[-1], budget=budget or 20)
+    percept = Percept(joint=labels[-1], outcome="moved", positions=(True,) * joints if positions else None)
+    largest = np.array(sizes(joints, positions=positions, budget=budget)) - 1
+    assert vector(task, percept, budget).tolist() == largest.tolist()
+
+
+class Scripted(LearnedAgent):
+    """Plays by a hash of the last observation, and keeps what it saw."""
+
+    steps_left = True
+
+    def __init__(self):
+        self.seen = []
+
+    def act(self, observations, rng):
+        self.seen.append(observations)
+        return int(observations[-1] @ np.arange(3, 3 + observations.shape[1])) % 4
+
+
+@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@given(seed=st.integers(0, 10_000), trial=st.integers(1, 30), shuffle=st.booleans())
+@settings(max_examples=15, deadline=None)
+def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, trial, shuffle):
+    agent = Scripted()
+    played = run_trial(agent=agent, p=0.4, flip=flip, seed=seed, trial=trial, shuffle=shuffle)
+    env = LockboxEnv(
+        channels=[{"channel": "OutcomeFlip", "p": 0.4, "persistence": flip}], shuffle=shuffle, steps_left=True
+    )
+    told = [env.reset(seed=seed, options={"trial": trial})[0]]
+    for observations, step in zip(agent.seen, played.steps, strict=True):
+        assert observations.tolist() == np.array(told).tolist()
+        told.append(env.step(played.listing.index(step.decision.joint))[0])
+    assert env.trial.ending == played.ending
+
+
+def test_a_learned_agent_has_to_say_how_it_acts():
+    trial = run_trial(agent=LearnedAgent())
+    assert (trial.ending, trial.error.boundary) == ("error", "model")
+    assert "NotImplementedError" in trial.error.message

@@ -1,0 +1,94 @@
+"""What can be asked for, and the one line for what cannot."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.channels.text import TextChannel
+from lockprobe.environment.settings import Settings, read_settings
+from lockprobe.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.lockbox.families import box
+
+FILE = """
+name = "two"
+target = "door"
+initial = "00"
+[[joints]]
+name = "door"
+kind = "revolute"
+[[joints]]
+name = "bar"
+kind = "prismatic"
+[interlock]
+door = [{ bar = 1 }]
+"""
+
+
+def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
+    assert read_settings({}) == Settings(
+        box=box("chain-4"), channels=(), max_steps=20, shuffle=False, steps_left=False, step_cost=0.0, truth=False
+    )
+
+
+def test_a_box_is_a_name_a_value_or_a_file(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(FILE, "utf-8")
+    assert read_settings({"box": "chain-3"}).box == read_settings({"box": box("chain-3")}).box == box("chain-3")
+    assert read_settings({"box": str(path)}).box.names == read_settings({"box": path}).box.names == ("door", "bar")
+
+
+def test_a_mapping_is_the_channel_that_it_describes():
+    flip = {"channel": "OutcomeFlip", "p": 0.25, "persistence": "sticky"}
+    read = read_settings({"channels": [flip, OutcomeFlip(p=0.5), {"channel": "TextChannel"}]})
+    assert read.channels == (OutcomeFlip(p=0.25, persistence="sticky"), OutcomeFlip(p=0.5), TextChannel())
+
+
+def test_only_what_is_told_has_entries():
+    assert read_settings({}).sizes == (4, 5, 3, 2, 2, 2, 2)
+    assert read_settings({"steps_left": True, "max_steps": 9, "box": "chain-2"}).sizes == (2, 3, 3, 2, 2, 10)
+    hidden = {"channels": [OutcomeFlip(persistence="outcome-only")]}
+    assert read_settings(hidden).sizes == (4, 5, 3)
+    assert not read_settings(hidden).tells_positions
+
+
+@dataclass(frozen=True)
+class NotAChannel:
+    p: float = 0.5
+
+
+@pytest.mark.parametrize(
+    ("asked", "kind", "message"),
+    [
+        ({"observation": "rgb"}, UnknownName, "no observation is called 'rgb'; there are: symbolic"),
+        ({"observation": "rgbd"}, UnknownName, "no observation is called 'rgbd'; there are: symbolic"),
+        ({"plant": "twin"}, UnknownName, "no plant is called 'twin'; there are: symbolic"),
+        ({"max_step": 3}, UnknownName, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
+        ({"box": "chain-99"}, UnknownName, "no box is called 'chain-99'"),
+        ({"box": 4}, BadValue, "box: got 4, expected a name, a Lockbox or the path of a TOML file"),
+        ({"box": "none.toml"}, BadFile, "none.toml: "),
+        ({"max_steps": 0}, BadValue, "max_steps: got 0, expected a whole number from 1 to 10000"),
+        ({"max_steps": 10_001}, BadValue, "max_steps: got 10001"),
+        ({"max_steps": True}, BadValue, "max_steps: got True"),
+        ({"max_steps": 2.5}, BadValue, "max_steps: got 2.5"),
+        ({"shuffle": 1}, BadValue, "shuffle: got 1, expected True or False"),
+        ({"step_cost": -0.1}, BadValue, "step_cost: got -0.1, expected a number from 0 on"),
+        ({"step_cost": float("nan")}, BadValue, "step_cost: got nan"),
+        ({"info": "all"}, BadValue, "info: got 'all', expected None or 'truth'"),
+        ({"channels": "OutcomeFlip"}, BadValue, "channels: got 'OutcomeFlip', expected a list of channels"),
+        ({"channels": {"channel": "OutcomeFlip"}}, BadValue, "channels: got {'channel': 'OutcomeFlip'}, expected a list"),
+        ({"channels": [OutcomeFlip]}, BadValue, "channel: got <class"),
+        ({"channels": [NotAChannel()]}, BadValue, "channel: got NotAChannel(p=0.5), expected a channel, or a mapping"),
+        ({"channels": [{"p": 0.2}]}, BadValue, "channel: got {'p': 0.2}, expected a channel, or a mapping such as"),
+        ({"channels": [{"channel": "Flip"}]}, UnknownName, "no channel is called 'Flip'"),
+        ({"channels": [{"channel": "OutcomeFlip", "q": 1}]}, UnknownName, "no setting of OutcomeFlip is called 'q'"),
+        ({"channels": [{"channel": "OutcomeFlip", "p": 2}]}, BadValue, "flip probability p: got 2"),
+        ({"channels": [{"channel": "OutcomeFlip", "p": "a"}]}, BadValue, "channel: got {'channel': 'OutcomeFlip', 'p'"),
+    ],
+)  # fmt: skip
+def test_what_does_not_exist_is_refused_in_one_line(asked, kind, message):
+    with pytest.raises(kind) as mistake:
+        read_settings(asked)
+    assert isinstance(mistake.value, UserMistake)
+    assert str(mistake.value).startswith(message)
+    assert "\n" not in str(mistake.value)
