@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 from builders import SOLUTION, make_trial, play_study, small_study
 
@@ -29,6 +30,19 @@ def test_rows_by_hand():
     assert [row["state"] for row in rows] == ["0000", "0001", "0011", "0111"]
     assert [row["target"] for row in rows] == [0, 0, 0, 1]
     assert {row["ending"] for row in rows} == {"solved"}
+
+
+def test_where_panels_differ_each_row_names_its_own():
+    trials = play_study(replace(small_study(), layout="shuffled"))
+    assert len({trial.joints for trial in trials}) > 1
+    rows = list(tidy_rows(trials))
+    assert all(tuple(row) == (*COLUMNS, "panel") for row in rows)
+    for row in rows:
+        assert sorted(row["panel"].split()) == sorted(trials[0].joints)
+        assert len(row["state"]) == len(row["panel"].split())
+    file = io.StringIO()
+    write_csv(trials, file)
+    assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",panel"
 
 
 def test_a_blocked_target_is_not_the_row_that_moved_it():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import IO
 
 from lockprobe.record import Trial
@@ -39,9 +39,13 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
     ``moved`` (the truth) and ``told_moved`` (what the report implied) are 0 or 1. ``claimed`` is what the agent
     said in *this* row's decision about its previous action: moved, blocked, or empty. ``state`` is the true
     configuration before the step, a bit string in panel order. ``target`` is 1 on the row that moved the target.
-    A trial that broke before its first step has no row.
+    A trial that broke before its first step has no row. Where trials have different panels (``--layout shuffled``) a
+    last column ``panel`` holds the joints in the panel order of the trial.
     """
+    trials = list(trials)
+    dealt_anew = _dealt_anew(trials)
     for trial in trials:
+        panel = {"panel": " ".join(trial.joints)} if dealt_anew else {}
         for step in trial.steps:
             yield {
                 "key": trial.key,
@@ -59,12 +63,19 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
                 "state": step.state,
                 "target": int(step.moved and step.joint == trial.target),
                 "ending": trial.ending,
+                **panel,
             }
+
+
+def _dealt_anew(trials: Sequence[Trial]) -> bool:
+    return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
 
 
 def write_csv(trials: Iterable[Trial], file: IO[str]) -> None:
     """Tidy rows with a header line. Read ``state`` as text: its leading zeros count."""
-    writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+    trials = list(trials)
+    columns = (*COLUMNS, "panel") if _dealt_anew(trials) else COLUMNS
+    writer = csv.DictWriter(file, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(tidy_rows(trials))
 

@@ -54,6 +54,14 @@ def test_a_joint_moves_if_any_clause_holds_entirely(drawn, configuration, joint)
     assert drawn.may_move(configuration, joint) == expected
 
 
+@given(boxes())
+def test_a_joint_without_alternatives_is_always_free(drawn):
+    for place, name in enumerate(NAMES):
+        free = all(drawn.may_move(at, place) for at in itertools.product((False, True), repeat=4))
+        assert free or drawn.alternatives(name)
+        assert all(drawn.alternatives(name))
+
+
 def test_chain_4_is_the_box_of_the_design():
     chain = box("chain-4")
     assert chain.names == ("revolute-left", "slider-1", "slider-2", "revolute-right")

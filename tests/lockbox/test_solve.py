@@ -4,10 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import (
+    optimal_plans,
     optimum,
     random_curve,
     random_no_repeat_curve,
@@ -100,3 +103,89 @@ def test_published_figures_of_chain_4():
 def test_every_cycle_of_the_four_joints_opens_chain_4():
     """Looping is not failing: all 24 fixed cycles solve the box within the paper's budget."""
     assert all(solves(box("chain-4"), cycle * 5) for cycle in itertools.permutations(range(4)))
+
+
+def value_iteration(puzzle):
+    """Steps to go from every configuration, straight from the interlock's text."""
+    names = puzzle.names
+    togo = {}
+    while True:
+        better = {}
+        for positions in itertools.product((False, True), repeat=len(names)):
+            state = dict(zip(names, positions, strict=True))
+            for name in names:
+                clauses = puzzle.interlock.get(name, ({},))
+                if any(all(state[other] == wanted for other, wanted in clause.items()) for clause in clauses):
+                    after = tuple(state[n] != (n == name) for n in names)
+                    steps = 1 if name == puzzle.target else 1 + togo.get(after, np.inf)
+                    better[positions] = min(better.get(positions, np.inf), steps)
+        if better == togo:
+            return togo
+        togo = better
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_optimum_is_that_of_value_iteration(boxes, brute_optimum, data):
+    puzzle = data.draw(boxes)
+    steps = value_iteration(puzzle).get(puzzle.initial, np.inf)
+    assert optimum(puzzle) == (None if steps == np.inf else steps) == brute_optimum(puzzle)
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_optimal_plans_are_all_shortest_sequences_that_solve(boxes, data):
+    puzzle = data.draw(boxes)
+    steps = optimum(puzzle)
+    plans = optimal_plans(puzzle)
+    if steps is None or steps > 6:
+        assert plans.count >= (steps is not None)
+        assert all(len(plan) == steps for plan in plans.listed)
+        return
+    solving = {
+        tuple(puzzle.names[j] for j in attempts)
+        for attempts in itertools.product(range(4), repeat=steps)
+        if solves(puzzle, attempts)
+    }
+    assert set(plans.listed) == solving
+    assert plans.count == len(plans.listed) == len(solving)
+    order = [tuple(map(puzzle.names.index, plan)) for plan in plans.listed]
+    assert order == sorted(order)
+
+
+def test_plans_are_counted_where_they_are_too_many_to_list():
+    """Seven sliders that all have to be open can be opened in any order."""
+    names = "abcdefgh"
+    joints = tuple(Joint(name=name, kind="prismatic") for name in names)
+    wide = Lockbox(
+        name="wide",
+        joints=joints,
+        interlock={"a": (dict.fromkeys(names[1:], True),)},
+        initial=(False,) * 8,
+        target="a",
+    )
+    plans = optimal_plans(wide, limit=3)
+    assert (plans.count, len(plans.listed)) == (5040, 3)
+    assert plans.listed[0] == tuple("bcdefgha")
+    assert optimal_plans(wide, limit=0).listed == ()
+    assert optimal_plans(box("gray-code-8")).count == 1
+
+
+def test_what_cannot_be_opened_has_no_plan():
+    joints = tuple(Joint(name=name, kind="revolute") for name in "ab")
+    interlock = {"a": ({"b": True},), "b": ({"a": True},)}
+    shut = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False, False), target="a")
+    assert optimal_plans(shut) == optimal_plans(shut, limit=None)
+    assert (optimal_plans(shut).count, optimal_plans(shut).listed) == (0, ())
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_what_solves_at_the_optimum_is_what_the_curve_says(boxes, data):
+    """Each of the plans has probability (1/4)**optimum, and nothing else solves so soon."""
+    puzzle = data.draw(boxes)
+    steps = optimum(puzzle)
+    if steps is not None:
+        curve = random_curve(puzzle, steps)
+        assert curve[steps] == pytest.approx(optimal_plans(puzzle).count / 4**steps)
+        assert curve[steps - 1] == 0

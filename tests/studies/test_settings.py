@@ -19,6 +19,11 @@ def test_a_study_is_read_back(directory):
     assert read_study(directory) == small_study(["random", "human-inspired"])
 
 
+def test_a_study_of_shuffled_layouts_is_read_back(tmp_path):
+    shuffled = replace(small_study(["random"]), layout="shuffled")
+    assert read_study(write_study(tmp_path / "study", shuffled)) == shuffled
+
+
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
@@ -37,6 +42,7 @@ def test_a_study_is_read_back(directory):
         ("box", {}, "name"),
         ("identity", 99, "settings of version 99"),
         ("flip", "often", "flip"),
+        ("layout", "round", "layout"),
         ("colour", "red", "colour"),
     ],
 )

@@ -5,8 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from builders import play_study
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
@@ -49,6 +51,7 @@ def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "p": (0.0,), "flip": "sticky", "repetitions": 1, "trials": 3, "max_steps": 10,
         "seed": 2, "shuffle": False, "box": study(Request(agent=["random"], box="chain-3")).box,
+        "layout": "shuffled",
     }  # fmt: skip
     identities = {replace(STUDY, **{name: value}).identity for name, value in changes.items()}
     assert len(identities | {STUDY.identity}) == len(changes) + 1
@@ -129,3 +132,61 @@ def test_p_on_the_command_line():
     assert parse_p("0,0.1, 0.2") == [0, 0.1, 0.2]
     with pytest.raises(BadValue, match="^p: got '0;1', expected numbers from 0 to 1 with commas between"):
         parse_p("0;1")
+
+
+def test_a_setting_that_came_later_leaves_the_names_of_earlier_studies_alone():
+    assert "layout" not in STUDY.settings()
+    assert replace(STUDY, layout="shuffled").settings() == STUDY.settings() | {"layout": "shuffled"}
+
+
+SHUFFLED = study(Request(agent=["random", "human-inspired"], trials=6, repetitions=2, p=[0, 0.4], layout="shuffled"))
+
+
+def test_a_shuffled_layout_deals_the_same_joints_anew_in_every_trial():
+    """Same interlock, new layout every round (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025)."""
+    fixed = SHUFFLED.box
+    plans = list(SHUFFLED.plans("random"))
+    for plan in plans:
+        assert [joint.place for joint in plan.box.joints] == [joint.place for joint in fixed.joints]
+        assert sorted(plan.box.names) == sorted(fixed.names)
+        assert (plan.box.interlock, plan.box.target, plan.box.name) == (fixed.interlock, fixed.target, fixed.name)
+    assert len({plan.box.names for plan in plans}) > 6
+
+
+def test_the_deal_depends_on_seed_and_trial_and_not_on_condition_or_agent():
+    deals = {}
+    for agent in SHUFFLED.agents:
+        for plan in SHUFFLED.plans(agent):
+            deals.setdefault((plan.repetition, plan.trial), set()).add(plan.box.names)
+    assert all(len(names) == 1 for names in deals.values())
+    again = [plan.box.names for plan in replace(SHUFFLED, seed=2).plans("random")]
+    assert again != [plan.box.names for plan in SHUFFLED.plans("random")]
+
+
+def test_a_shuffled_trial_records_its_own_panel():
+    trials = play_study(SHUFFLED)
+    for trial in trials:
+        box = SHUFFLED.plan(trial.agent, trial.p, trial.repetition, trial.trial).box
+        assert trial.joints == box.names
+        configuration = box.initial
+        for step in trial.steps:
+            assert step.state == bits(configuration)
+            configuration, moved = box.attempt(configuration, box.names.index(step.joint))
+            assert step.moved == moved
+    assert all(SHUFFLED.asks_for(trial) for trial in trials)
+    assert not all(replace(SHUFFLED, layout="fixed").asks_for(trial) for trial in trials)
+
+
+def test_a_layout_is_one_of_two():
+    with pytest.raises(BadValue, match="layout: got 'round', expected one of fixed, shuffled"):
+        replace(STUDY, layout="round")
+
+
+def test_a_study_file_may_ask_for_shuffled_layouts(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('agent = ["random"]\nlayout = "shuffled"\nbox = "random-5-17"\n')
+    found = study(str(path))
+    assert (found.layout, found.box.name) == ("shuffled", "random-5-17")
+    path.write_text('layout = "round"')
+    with pytest.raises(BadFile, match="layout: Input should be 'fixed' or 'shuffled'"):
+        read_request(path)

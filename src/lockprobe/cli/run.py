@@ -15,15 +15,18 @@ from lockprobe.report import write_report
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
+from lockprobe.studies.study import LayoutKind
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
 __all__ = ["run"]
 
 
 def run(
-    name: Annotated[str, typer.Argument(metavar="flips|FILE.toml", help="The study.")],
+    name: Annotated[
+        str, typer.Argument(metavar="flips|FILE.toml", help="The study; mechanisms.toml comes with the package.")
+    ],
     agent: Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")] = None,
-    box: Annotated[str | None, typer.Option(help="A box by name, or a TOML file.")] = None,
+    box: Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = None,
     p: Annotated[str | None, typer.Option(help="Flip probabilities, for example 0,0.2,0.4.")] = None,
     trials: Annotated[int | None, typer.Option(help="Trials per repetition and condition.")] = None,
     repetitions: Annotated[int | None, typer.Option(help="Repetitions.")] = None,
@@ -31,6 +34,10 @@ def run(
     max_steps: Annotated[int | None, typer.Option(help="Budget of a trial in steps (20).")] = None,
     flip: Annotated[str | None, typer.Option(help="transient, sticky or outcome-only.")] = None,
     plant: Annotated[str | None, typer.Option(help="What is acted on (symbolic).")] = None,
+    layout: Annotated[
+        LayoutKind | None,
+        typer.Option(help="fixed, or shuffled: the same interlock on a panel dealt anew in every trial."),
+    ] = None,
     shuffle: Annotated[
         bool | None,
         typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial."),
@@ -57,6 +64,7 @@ def run(
         "max_steps": max_steps,
         "flip": flip,
         "plant": plant,
+        "layout": layout,
         "shuffle": shuffle,
     }
     if flip is not None and flip not in ("transient", "sticky", "outcome-only"):

@@ -121,6 +121,11 @@ class Lockbox:
         """Place of the target joint in panel order."""
         return self.names.index(self.target)
 
+    def alternatives(self, joint: str) -> tuple[Clause, ...]:
+        """The clauses of which one has to hold before a joint (by name) moves; none if it is always free."""
+        clauses = self.interlock.get(joint, ())
+        return tuple(clauses) if all(clauses) else ()
+
     def may_move(self, configuration: Configuration, joint: int) -> bool:
         """Whether the interlock lets a joint (by place in panel order) move in a configuration."""
         return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])

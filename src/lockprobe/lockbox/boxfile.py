@@ -22,6 +22,8 @@
     [interlock]                 # a joint moves if any of its clauses holds entirely
     door = [{ bar = 1 }]        # a joint without an entry is always free
     bar = [{ pin = 1, door = 0 }]
+
+Every key is described in docs/boxes.md.
 """
 
 from __future__ import annotations
@@ -32,16 +34,22 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.lockbox.solve import optimum
+from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.lockbox.box import Clause, Joint, Lockbox, bits
+from lockprobe.lockbox.check import fault_of
 
-__all__ = ["MAX_BYTES", "box_from_data", "read_box", "read_toml"]
+__all__ = ["MAX_BYTES", "box_from_data", "read_box", "read_toml", "toml_of"]
 
 MAX_BYTES = 64 * 1024
 """A larger file is refused unread."""
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,39}$")]
+_NAME, _BITS = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$", r"^[01]{2,8}$"
+_PATTERNS = {
+    _NAME: "expected a name: a letter, then at most 39 letters, digits, - and _",
+    _BITS: "expected a 0 or 1 for each of 2 to 8 joints, in quotes",
+}
+
+Name = Annotated[str, Field(pattern=_NAME)]
 Unit = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -56,7 +64,7 @@ class _BoxTable(BaseModel):
     model_config = ConfigDict(extra="forbid")
     name: Name
     target: Name
-    initial: Annotated[str, Field(pattern=r"^[01]{2,8}$")]
+    initial: Annotated[str, Field(pattern=_BITS)]
     joints: Annotated[list[_JointTable], Field(min_length=2, max_length=8)]
     interlock: dict[Name, Annotated[list[dict[Name, Literal[0, 1]]], Field(min_length=1, max_length=32)]] = {}
 
@@ -85,12 +93,37 @@ def read_box(path: Path) -> Lockbox:
     """The box in a TOML file of the form above.
 
     Raises:
-        BadFile: If it is not such a file, or no sequence of attempts moves the target.
+        BadFile: If it is not such a file, or its box cannot be played (:class:`lockprobe.lockbox.check.Fault`).
     """
     box = box_from_data(read_toml(path), path)
-    if optimum(box) is None:
-        raise BadFile(path, f"unsolvable: no sequence of attempts moves {box.target}")
+    fault = fault_of(box)
+    if fault:
+        raise BadFile(path, fault.reason)
     return box
+
+
+def toml_of(box: Lockbox) -> str:
+    """The text of a file from which :func:`read_box` makes the same box, if it can be played.
+
+    Raises:
+        BadFile: If its names or sizes are none that a file may have.
+    """
+    box_from_data(box.as_data(), Path(box.name))
+    joints = (
+        f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
+        for joint in box.joints
+    )
+    interlock = (
+        f"{joint} = [{', '.join(_inline(clause) for clause in clauses)}]" for joint, clauses in box.interlock.items()
+    )
+    head = f'name = "{box.name}"\ntarget = "{box.target}"\ninitial = "{bits(box.initial)}"\n'
+    return "\n".join([head, *joints, "\n".join(["[interlock]", *interlock])]) + "\n"
+
+
+def _inline(clause: Clause) -> str:
+    return (
+        "{ " + ", ".join(f"{other} = {int(position)}" for other, position in clause.items()) + " }" if clause else "{}"
+    )
 
 
 def box_from_data(data: object, path: Path) -> Lockbox:
@@ -117,6 +150,7 @@ def box_from_data(data: object, path: Path) -> Lockbox:
         )
     except ValidationError as error:
         first = error.errors()[0]
-        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        said = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), first["msg"])
+        raise BadFile(path, printable(f"{'.'.join(map(str, first['loc']))}: {said}")) from None
     except BadValue as error:
         raise BadFile(path, str(error)) from None

@@ -1,30 +1,95 @@
-"""Exact facts about a box: the optimum, and what blind agents reach on it, step by step."""
+"""Exact facts about a box: the optimum, every plan that reaches it, and what blind agents reach, step by step."""
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
 from lockprobe.lockbox.box import Configuration, Lockbox
+from lockprobe.lockbox.space import Space, space_of
 
-__all__ = ["optimum", "random_curve", "random_no_repeat_curve", "random_no_repeat_success", "random_success"]
+__all__ = [
+    "Plans",
+    "optimal_plans",
+    "optimum",
+    "plan_moves",
+    "random_curve",
+    "random_no_repeat_curve",
+    "random_no_repeat_success",
+    "random_success",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plans:
+    """The shortest sequences of attempts that move the target.
+
+    Attributes:
+        count: How many there are, exactly, however many are listed.
+        listed: The first of them in panel order, each a tuple of joint names that ends with the target.
+    """
+
+    count: int
+    listed: tuple[tuple[str, ...], ...]
 
 
 def optimum(box: Lockbox) -> int | None:
-    """The fewest steps that move the target, by breadth-first search; None if nothing does."""
-    queue = deque([(box.initial, 0)])
-    seen = {box.initial}
-    while queue:
-        configuration, steps = queue.popleft()
-        if box.may_move(configuration, box.target_index):
-            return steps + 1
-        for joint in range(len(box.joints)):
-            after, moved = box.attempt(configuration, joint)
-            if moved and after not in seen:
-                seen.add(after)
-                queue.append((after, steps + 1))
-    return None
+    """The fewest steps that move the target; None if nothing does."""
+    return space_of(box).optimum
+
+
+def optimal_plans(box: Lockbox, limit: int | None = 1000) -> Plans:
+    """Every optimal plan of a box, up to a limit; the count has none.
+
+    Args:
+        box: The box.
+        limit: At most so many are listed; None lists all.
+
+    Returns:
+        The plans; none if nothing moves the target.
+    """
+    space, names = space_of(box), box.names
+    ways = Counter({int(end): 1 for end in space.last})
+    for before, _, after in plan_moves(space):
+        ways[before] += ways[after]
+    plans = (tuple(names[j] for j in plan) for plan in _plans(space, ways))
+    return Plans(count=ways[space.start], listed=tuple(islice(plans, limit)))
+
+
+def plan_moves(space: Space) -> list[tuple[int, int, int]]:
+    """The moves of all optimal plans but their last: configuration before, joint, configuration after; last first."""
+    found: list[tuple[int, int, int]] = []
+    level = set(map(int, space.last))
+    while level and space.start not in level:
+        ways_in = [
+            (after ^ (1 << int(j)), int(j), after)  # a move taken back
+            for after in sorted(level)
+            for j in np.flatnonzero(space.may_move[after])
+            if j != space.target and space.steps[after ^ (1 << int(j))] == space.steps[after] - 1
+        ]
+        found += ways_in
+        level = {before for before, _, _ in ways_in}
+    return found
+
+
+def _plans(space: Space, ways: Mapping[int, int]) -> Iterator[tuple[int, ...]]:
+    """All plans through these configurations, depth first in panel order, without recursion."""
+    ends = set(map(int, space.last))
+    stack: list[tuple[int, tuple[int, ...]]] = [(space.start, ())] if ways else []
+    while stack:
+        configuration, plan = stack.pop()
+        if configuration in ends:
+            yield (*plan, space.target)
+            continue
+        for j in reversed(range(space.joints)):
+            after = configuration ^ (1 << j)
+            onward = j != space.target and after in ways and space.steps[after] == space.steps[configuration] + 1
+            if onward and space.may_move[configuration, j]:
+                stack.append((after, (*plan, j)))
 
 
 def random_success(box: Lockbox, budget: int = 20) -> float:

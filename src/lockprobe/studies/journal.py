@@ -20,7 +20,7 @@ from typing import IO
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import LATER, Study
 
 __all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "planned_trials", "read_settings", "read_timings"]
 
@@ -213,7 +213,7 @@ def _claim(directory: Path, study: Study) -> None:
         draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
         draft.replace(path)
         return
-    there = read_settings(directory)
+    there, asked = {**LATER, **read_settings(directory)}, {**LATER, **asked}
     different = {
         name: (there.get(name), asked.get(name))
         for name in sorted({*there, *asked})

@@ -32,6 +32,7 @@ class _Settings(BaseModel):
     seed: Count
     shuffle: bool
     plant: Text
+    layout: Text = "fixed"
 
 
 def read_study(directory: Path | str) -> Study:
@@ -61,6 +62,7 @@ def read_study(directory: Path | str) -> Study:
             seed=found.seed,
             shuffle=found.shuffle,
             plant=found.plant,
+            layout=found.layout,  # type: ignore[arg-type] # checked by the study itself
         )
     except BadValue as error:
         raise BadFile(path, str(error)) from None

@@ -17,7 +17,7 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Step, Trial
 from lockprobe.seams import Agent, Channel, Closable
 from lockprobe.studies.journal import Timing
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import LayoutKind, Study
 from lockprobe.trial import Plan, play
 
 __all__ = ["channels_for", "play_timed", "run_trial"]
@@ -52,6 +52,7 @@ def run_trial(
     trial: int = 1,
     max_steps: int = 20,
     shuffle: bool = True,
+    layout: LayoutKind = "fixed",
 ) -> Trial:
     """Play one trial here and now; a study with the same seed plays the same one.
 
@@ -65,6 +66,7 @@ def run_trial(
         trial: Trial of the repetition, from 1.
         max_steps: Budget in steps.
         shuffle: Whether labels and their listing are shuffled.
+        layout: Whether the joints are dealt anew to the places of the panel.
 
     Raises:
         UserMistake: If a name does not exist or a value is out of range.
@@ -81,6 +83,7 @@ def run_trial(
         max_steps=max_steps,
         seed=seed,
         shuffle=shuffle,
+        layout=layout,
     )
     player: Agent = resolve(agent).make() if isinstance(agent, str) else agent
 

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import get_args
+from typing import Literal, get_args
 
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.layouts import redealt
 from lockprobe.record import Trial
+from lockprobe.seeds import generator
 from lockprobe.trial import Plan
 
-__all__ = ["IDENTITY_VERSION", "Study"]
+__all__ = ["IDENTITY_VERSION", "LATER", "LayoutKind", "Study"]
+
+LayoutKind = Literal["fixed", "shuffled"]
+"""Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
+
+LATER: Mapping[str, object] = {"layout": "fixed"}
+"""Settings that came later, with what they were before they could be set."""
 
 IDENTITY_VERSION = 1
 """Raised whenever the same settings would play other trials than before."""
@@ -41,6 +49,9 @@ class Study:
         seed: Seed of everything.
         shuffle: Whether labels and their listing are shuffled per trial.
         plant: What is acted on.
+        layout: ``fixed``, or ``shuffled``: same interlock, new layout every trial, the protocol of the human studies
+            (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025). The deal depends on seed, repetition and trial,
+            not on condition and agent.
 
     Raises:
         BadValue: If a setting is out of range.
@@ -57,10 +68,12 @@ class Study:
     seed: int = 1
     shuffle: bool = True
     plant: str = "symbolic"
+    layout: LayoutKind = "fixed"
 
     def __post_init__(self) -> None:
-        if self.flip not in get_args(FlipKind):
-            raise BadValue("flip", self.flip, f"one of {', '.join(get_args(FlipKind))}")
+        for setting, known in (("flip", get_args(FlipKind)), ("layout", get_args(LayoutKind))):
+            if (chosen := getattr(self, setting)) not in known:
+                raise BadValue(setting, chosen, f"one of {', '.join(known)}")
         if self.plant not in PLANTS:
             raise UnknownName("plant", self.plant, PLANTS)
         for value in self.p:
@@ -76,7 +89,11 @@ class Study:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
 
     def settings(self) -> dict[str, object]:
-        """The study as JSON would hold it; equal settings mean equal trials."""
+        """The study as JSON would hold it; equal settings mean equal trials.
+
+        A setting that came later is left out where it has its default, so that studies played before keep their names.
+        """
+        later = {name: getattr(self, name) for name, default in LATER.items() if getattr(self, name) != default}
         return {
             "identity": IDENTITY_VERSION,
             "study": self.name,
@@ -90,6 +107,7 @@ class Study:
             "seed": self.seed,
             "shuffle": self.shuffle,
             "plant": self.plant,
+            **later,
         }
 
     @property
@@ -107,11 +125,14 @@ class Study:
 
     def plan(self, agent: str, p: float, repetition: int, trial: int) -> Plan:
         """One trial of the study."""
+        box = self.box
+        if self.layout == "shuffled":
+            box = redealt(box, generator(self.seed, "rep", repetition, "trial", trial, "layout"))
         return Plan(
             key=f"{self.name}/{agent}/p={p:g}/rep={repetition}/trial={trial}",
             study=self.name,
             agent=agent,
-            box=self.box,
+            box=box,
             modality="symbolic",
             p=p,
             flip=self.flip,
@@ -123,15 +144,16 @@ class Study:
         )
 
     def asks_for(self, trial: Trial) -> bool:
-        """Whether a trial on record is one of this study: its key, its place and its settings agree."""
+        """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
+        if not (trial.agent in self.agents and trial.p in self.p):
+            return False
+        if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials):
+            return False
+        plan = self.plan(trial.agent, trial.p, trial.repetition, trial.trial)
         return (
-            trial.agent in self.agents
-            and trial.p in self.p
-            and 1 <= trial.repetition <= self.repetitions
-            and 1 <= trial.trial <= self.trials
-            and trial.key == self.plan(trial.agent, trial.p, trial.repetition, trial.trial).key
+            trial.key == plan.key
             and (trial.study, trial.flip, trial.seed, trial.budget) == (self.name, self.flip, self.seed, self.max_steps)
-            and trial.joints == self.box.names
+            and trial.joints == plan.box.names
         )
 
     @property

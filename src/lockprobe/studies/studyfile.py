@@ -25,11 +25,14 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import read_box, read_toml
 from lockprobe.lockbox.families import box
 from lockprobe.studies import paper
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import LayoutKind, Study
 
-__all__ = ["STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
+__all__ = ["SHIPPED", "STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
 
 STUDIES = ("flips",)
+
+SHIPPED = ("mechanisms.toml",)
+"""Study files that come with the package. One of the same name in the working directory goes before."""
 
 _T = TypeVar("_T")
 
@@ -49,16 +52,19 @@ class Request(BaseModel):
     max_steps: int | None = None
     flip: FlipKind | None = None
     plant: str | None = None
+    layout: LayoutKind | None = None
     shuffle: bool | None = None
     full: bool = False
 
 
 def read_request(path: Path) -> Request:
-    """The study in a TOML file.
+    """The study in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name.
 
     Raises:
         BadFile: If it is not one, with the key that is wrong.
     """
+    if str(path) in SHIPPED and not path.exists():
+        path = Path(__file__).with_name(path.name)
     try:
         request = Request.model_validate(read_toml(path))
     except ValidationError as error:
@@ -91,7 +97,7 @@ def study(request: Request | str = "flips") -> Study:
     if isinstance(request, str):
         request = read_request(Path(request)) if request.endswith(".toml") else Request(study=request)
     if request.study not in STUDIES:
-        raise UnknownName("study", request.study, [*STUDIES, "FILE.toml"])
+        raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     asked = request.full or any(given is not None for given in (request.p, request.trials, request.repetitions))
     extent = paper.FULL if asked else paper.SHORT
     agents = ("llm:local", *paper.REFERENCES) if request.agent is None else tuple(request.agent)
@@ -109,6 +115,7 @@ def study(request: Request | str = "flips") -> Study:
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, True),
         plant=_given(request.plant, "symbolic"),
+        layout=_given(request.layout, "fixed"),
     )
 
 

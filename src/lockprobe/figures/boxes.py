@@ -1,0 +1,142 @@
+"""A box as a picture: the panel as one sees it at the start, and beside it the interlock that nobody sees."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from math import cos, hypot, pi, sin
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyBboxPatch
+
+from lockprobe.figures.frame import ACCENT, FAINT, INK, SMALL, Dash
+from lockprobe.figures.interlock import draw_interlock, extent, settable, short_name, symbols
+from lockprobe.lockbox.box import Lockbox
+
+__all__ = ["box_figure", "draw_panel"]
+
+Point = tuple[float, float]
+
+_NAME = (0.62, 0.66)
+"""Room for a joint with its name, in inches."""
+
+_WIDTHS, _HEIGHTS, _EDGE = (2.5, 5.4), (1.1, 3.4), 0.36
+"""Least and greatest size of the panel in inches; how far joints stay from its edge."""
+
+_HEAD, _FOOT, _GAP = 0.26, 0.3, 0.25
+"""Height of the headings and of the legend; between panel and interlock."""
+
+_CLOSE = 0.08
+"""Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
+
+_GHOST: Dash = (0, (2, 1.5))
+
+
+def box_figure(box: Lockbox) -> Figure:
+    """The picture of a box: panel on the left, interlock on the right."""
+    panel, interlock = _panel_size(box), extent(box)
+    high, wide = max(panel[1], interlock[1]), max(interlock[0], 2.7)
+    figure = Figure(figsize=(panel[0] + _GAP + wide + 0.1, high + _HEAD + _FOOT))
+    width, height = figure.get_size_inches()
+    for draw, left, breadth in ((draw_panel, 0.05, panel[0]), (draw_interlock, panel[0] + _GAP, wide)):
+        axes = figure.add_axes((left / width, _FOOT / height, breadth / width, high / height))
+        axes.set(xlim=(0, breadth), ylim=(0, high))
+        axes.set_axis_off()
+        draw(axes, box)
+    marks = symbols(box)
+    figure.legend(
+        [mark for mark, _ in marks],
+        [name for _, name in marks],
+        loc="lower right",
+        ncols=max(1, len(marks)),
+        frameon=False,
+        fontsize=SMALL,
+        handlelength=2.2,
+        columnspacing=1.0,
+        borderaxespad=0.1,
+    )
+    return figure
+
+
+def draw_panel(axes: Axes, box: Lockbox) -> None:
+    """Sliders in their slots and knobs, where they are at the start; dashed: where a joint goes when it moves."""
+    wide, high = axes.get_xlim()[1], _panel_size(box)[1]
+    bottom = (axes.get_ylim()[1] - high) / 2
+    axes.add_patch(
+        FancyBboxPatch(
+            (0.03, bottom + 0.03),
+            wide - 0.06,
+            high - 0.06,
+            boxstyle="round,pad=0,rounding_size=0.1",
+            facecolor="#f4f4f2",
+            edgecolor=FAINT,
+            linewidth=0.8,
+        )
+    )
+    for joint, open_, (x, y) in zip(box.joints, box.initial, _spots(box), strict=True):
+        at = (_EDGE + x * (wide - 2 * _EDGE), bottom + _EDGE + 0.14 + y * (high - 2 * _EDGE - 0.14))
+        target = joint.name == box.target
+        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=ACCENT if target else INK)
+        axes.text(
+            at[0],
+            at[1] - 0.19,
+            short_name(joint.name),
+            ha="center",
+            va="top",
+            fontsize=SMALL,
+            color=ACCENT if target else INK,
+            fontweight="bold" if target else "normal",
+            linespacing=1.0,
+        )
+    axes.set_title(settable(box.name) + ": the panel at the start", loc="left", fontsize=SMALL, color=INK)
+
+
+def _spots(box: Lockbox) -> list[Point]:
+    """The joints' places, or a row where these would lie on each other."""
+    spots = [joint.place for joint in box.joints]
+    if any(hypot(a[0] - b[0], a[1] - b[1]) < _CLOSE for a, b in combinations(spots, 2)):
+        return [((i + 0.5) / len(spots), 0.5) for i in range(len(spots))]
+    return spots
+
+
+def _panel_size(box: Lockbox) -> tuple[float, float]:
+    """Large enough for the names of joints beside and above each other, as far as there is room."""
+    pairs = [(abs(a[0] - b[0]), abs(a[1] - b[1])) for a, b in combinations(_spots(box), 2)]
+    beside = min((x for x, y in pairs if y < 0.3), default=1.0)
+    above = min((y for x, y in pairs if x < 0.2 and y > 0.05), default=10.0)
+    width = min(_WIDTHS[1], max(_WIDTHS[0], _NAME[0] / max(beside, 0.01) + 2 * _EDGE))
+    return width, min(_HEIGHTS[1], max(_HEIGHTS[0], _NAME[1] / above + 2 * _EDGE + 0.14))
+
+
+def _slider(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
+    """A block in a slot: closed on the left, open on the right."""
+    long, thick = 0.44, 0.13
+    _rounded(axes, (at[0] - long / 2, at[1] - thick / 2), (long, thick), face="white", edge=FAINT, dash="-")
+    for position in (not open_, open_):
+        here = position == open_
+        corner = (at[0] + (0.03 if position else 0.03 - long / 2), at[1] - thick / 2 - 0.025)
+        size = (long / 2 - 0.06, thick + 0.05)
+        _rounded(axes, corner, size, face=colour if here else "none", edge=colour, dash="-" if here else _GHOST)
+
+
+def _rounded(axes: Axes, corner: Point, size: Point, *, face: str, edge: str, dash: Dash) -> None:
+    style = "round,pad=0,rounding_size=0.03"
+    axes.add_patch(
+        FancyBboxPatch(corner, *size, boxstyle=style, facecolor=face, edgecolor=edge, linewidth=0.8, linestyle=dash)
+    )
+
+
+def _knob(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
+    """A lever on a disc: closed upwards, open to the right."""
+    axes.add_patch(Circle(at, 0.13, facecolor="white", edgecolor=FAINT, linewidth=0.8))
+    for position in (not open_, open_):
+        angle, here = 0.0 if position else pi / 2, position == open_
+        axes.plot(
+            [at[0], at[0] + 0.21 * cos(angle)],
+            [at[1], at[1] + 0.21 * sin(angle)],
+            color=colour,
+            linewidth=4.5 if here else 0.9,
+            linestyle="-" if here else _GHOST,
+            solid_capstyle="round",
+        )
+    axes.add_patch(Circle(at, 0.05, facecolor=colour, edgecolor="white", linewidth=0.8, zorder=4))

@@ -1,0 +1,150 @@
+"""Boxes from recipes: one seeded generator over interlock, layout, names and start. Same recipe, same box."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.box import MAX_JOINTS, Clause, Lockbox
+from lockprobe.lockbox.check import Fault, fault_of
+from lockprobe.lockbox.layouts import LayoutName, laid_out
+from lockprobe.lockbox.structures import STRUCTURES, assemble, paper_joints
+from lockprobe.seeds import generator, integer_seed
+
+__all__ = ["InitialName", "Recipe", "Refused", "generate", "random_box"]
+
+InitialName = Literal["rest", "random"]
+
+_SEEDS = 2**31
+_RANDOM = re.compile(r"random-([2-8])")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    """What a box is made from.
+
+    Attributes:
+        family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
+        layout: Where the joints sit; see :mod:`lockprobe.lockbox.layouts`.
+        dealt: Whether places, kinds and names are dealt to the joints, so that they say nothing of the interlock.
+        initial: All joints closed, or each at a position that is drawn. A clause speaks of positions as such, not of
+            what has moved, so a joint that has to be open may be so from the start.
+        alternatives: The most clauses that a joint has, 1 to 4; the number is drawn. For ``random-N``, as are:
+        literals: the most positions that a clause asks for, 1 to 7;
+        negative: the probability that a position asked for is closed, [0, 1];
+        shortest: (for all) the fewest steps that the optimum must have, from 1.
+        seed: From 0, below 2**31. Interlock, layout and start have a stream each: one may change without the others.
+
+    Raises:
+        UnknownName: If there is no such family or layout.
+        BadValue: If a number is out of range.
+    """
+
+    family: str = "random-4"
+    layout: LayoutName = "serial"
+    dealt: bool = False
+    initial: InitialName = "rest"
+    alternatives: int = 2
+    literals: int = 2
+    negative: float = 0.25
+    shortest: int = 2
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if self.family not in STRUCTURES and not _RANDOM.fullmatch(self.family):
+            raise UnknownName("family", self.family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
+        for what, value, known in (("layout", self.layout, LayoutName), ("initial", self.initial, InitialName)):
+            if value not in get_args(known):
+                raise UnknownName(what, value, get_args(known))
+        limits = (("alternatives", 1, 4), ("literals", 1, MAX_JOINTS - 1), ("shortest", 1, 2**MAX_JOINTS))
+        for what, low, high in (*limits, ("seed", 0, _SEEDS - 1)):
+            if not low <= (number := getattr(self, what)) <= high:
+                raise BadValue(what, number, f"a whole number from {low} to {high}")
+        if not 0 <= self.negative <= 1:
+            raise BadValue("negative", self.negative, "a number from 0 to 1")
+
+    @property
+    def name(self) -> str:
+        """The name of its box, for example ``reset-zigzag-7``."""
+        return f"{self.family}-{self.layout}-{self.seed}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refused:
+    """A recipe that gives no box that can be played, and why."""
+
+    recipe: Recipe
+    fault: Fault
+
+
+def generate(recipe: Recipe) -> Lockbox | Refused:
+    """The box of a recipe, or why there is none: nothing is drawn again until it fits."""
+    drawn = _RANDOM.fullmatch(recipe.family)
+    if drawn:
+        box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))
+    else:
+        box = STRUCTURES[recipe.family]()
+    box = laid_out(box, recipe.layout, generator(recipe.seed, "box", "layout"), dealt=recipe.dealt)
+    if recipe.initial == "random":
+        start = generator(recipe.seed, "box", "initial").random(len(box.joints)) < 0.5
+        box = replace(box, initial=tuple(bool(position) for position in start))
+    fault = fault_of(box, recipe.shortest)
+    return Refused(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
+
+
+def random_box(joints: int, seed: int) -> Lockbox:
+    """The box ``random-N-SEED``: the first recipe of its sequence that gives one of at least three steps (two of two).
+
+    Args:
+        joints: 2 to 8.
+        seed: From 0, below 10**9.
+    """
+    for attempt in range(1000):
+        drawn = integer_seed(seed, "random-box", joints, attempt)
+        found = generate(Recipe(family=f"random-{joints}", dealt=True, shortest=min(joints, 3), seed=drawn))
+        if isinstance(found, Lockbox):
+            return replace(found, name=f"random-{joints}-{seed}")
+    raise AssertionError("a thousand recipes in a row give no box")
+
+
+def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lockbox:
+    """Joints in a line, the target first and the last one free. To be open is only asked of joints further on.
+
+    So an interlock without closed positions can always be opened; with them there may be moves to undo, and it may be
+    unsolvable. The target's own position is never asked for: it stays until the box is solved.
+    """
+    joints = paper_joints(size)
+    names = [name for name, _ in joints]
+    interlock: dict[str, Sequence[Clause]] = {}
+    for i, name in enumerate(names[:-1]):
+        clauses = [
+            _clause(names[i + 1 :], [other for other in names[1:] if other != name], recipe, rng)
+            for _ in range(1 + int(rng.random() * recipe.alternatives))
+        ]
+        interlock[name] = _needed(clauses)
+    return assemble(recipe.name, joints, interlock)
+
+
+def _clause(later: Sequence[str], others: Sequence[str], recipe: Recipe, rng: np.random.Generator) -> dict[str, bool]:
+    clause: dict[str, bool] = {}
+    for _ in range(1 + int(rng.random() * recipe.literals)):
+        position = bool(rng.random() >= recipe.negative)
+        free = [other for other in (later if position else others) if other not in clause]
+        if free:
+            clause[free[int(rng.random() ** 2 * len(free))]] = position  # nearer ones more often: deep, not only broad
+    return clause
+
+
+def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:
+    """Clauses of which none holds whenever another does, each once; none at all if two of them always hold."""
+    kept: list[Clause] = []
+    for clause in sorted(clauses, key=len):
+        if not any(set(weaker.items()) <= set(clause.items()) for weaker in kept):
+            kept.append(clause)
+    alone = {item for clause in kept if len(clause) == 1 for item in clause.items()}
+    return [] if any((other, not position) in alone for other, position in alone) or {} in kept else kept

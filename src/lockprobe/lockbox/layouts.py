@@ -1,0 +1,158 @@
+"""Where joints sit on the panel: six layouts, and the same box with its joints dealt anew.
+
+Three layouts are those of Baum et al. (IROS 2017): ``serial``, a row along the interlock; ``zigzag``, the same on two
+rows; ``ngram``, the corners of a polygon in the order of its star, so that joints that lock each other lie across.
+``grid`` fills rows of a square, and ``scattered`` places are drawn. ``misleading`` is a row on which joints that lock
+each other lie as far apart as they can, for agents that expect what locks a joint to be near it (their
+``lockbox_test_evil``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import ceil, cos, gcd, pi, sin, sqrt
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.lockbox.box import JointKind, Lockbox
+from lockprobe.lockbox.space import orders
+
+__all__ = ["LayoutName", "laid_out", "locking_pairs", "permuted", "places", "redealt"]
+
+LayoutName = Literal["serial", "zigzag", "ngram", "grid", "scattered", "misleading"]
+
+Place = tuple[float, float]
+
+_KINDS: tuple[JointKind, ...] = ("prismatic", "revolute")
+_WORDS = {"prismatic": "slider", "revolute": "knob"}
+_COLUMNS, _ROWS, _JITTER = 4, 3, 0.04
+"""Scattered joints lie in different cells of so many by so many, at most so far from the middle of the cell."""
+
+
+def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Place, ...]:
+    """The places of a layout, for joints in the order of the interlock.
+
+    Args:
+        layout: Which; ``misleading`` has the places of ``serial``.
+        count: How many joints.
+        rng: Only ``scattered`` draws from it.
+
+    Returns:
+        Places on the panel, from the left and from below, [0, 1].
+    """
+    if layout == "zigzag":
+        found = [((i + 0.5) / count, 0.3 if i % 2 else 0.7) for i in range(count)]
+    elif layout == "ngram":
+        found = [(0.5 + 0.4 * sin(2 * pi * i / count), 0.5 + 0.4 * cos(2 * pi * i / count)) for i in _star(count)]
+    elif layout == "grid":
+        columns = ceil(sqrt(count))
+        rows = ceil(count / columns)
+        found = [((i % columns + 0.5) / columns, 1 - (i // columns + 0.5) / rows) for i in range(count)]
+    elif layout == "scattered":
+        cells = _shuffled(_COLUMNS * _ROWS, rng)[:count]
+        shifts = _JITTER * (2 * rng.random((count, 2)) - 1)
+        middles = np.column_stack([(cells % _COLUMNS + 0.5) / _COLUMNS, (cells // _COLUMNS + 0.5) / _ROWS])
+        found = [(float(x), float(y)) for x, y in middles + shifts]
+    else:
+        found = [((i + 0.5) / count, 0.5) for i in range(count)]
+    return tuple((round(x, 3), round(y, 3)) for x, y in found)
+
+
+def _shuffled(count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """An order of so many, made of uniform numbers alone: their stream is the same in every release of numpy."""
+    return np.argsort(rng.random(count), kind="stable")
+
+
+def _star(count: int) -> list[int]:
+    """Corners in the order of the star that reaches furthest across; of 4 and 6, which have none, pairs across."""
+    step = max((k for k in range(2, (count + 1) // 2) if gcd(count, k) == 1), default=max(1, count // 2))
+    rounds = gcd(count, step)
+    return [(first + k * step) % count for first in range(rounds) for k in range(count // rounds)]
+
+
+def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, dealt: bool = False) -> Lockbox:
+    """The same interlock on another panel.
+
+    Args:
+        box: The box; the order of its joints is the order along which a layout runs.
+        layout: The layout.
+        rng: Where to draw from.
+        dealt: Whether it is drawn which joint lies where and which is of which kind, and joints are named after kind
+            and place (``slider-1`` is leftmost), so that panel and names say nothing of the interlock.
+
+    Returns:
+        The box, its joints in panel order: from the left, and from above where two are equally far left.
+    """
+    spots = places(layout, len(box.joints), rng)
+    order: Sequence[int] = range(len(spots))
+    if layout == "misleading":
+        order = _misleading(box, spots, rng)
+    elif dealt:
+        order = _shuffled(len(spots), rng).tolist()
+    joints = [replace(joint, place=spots[at]) for joint, at in zip(box.joints, order, strict=True)]
+    if dealt:
+        joints = [replace(joint, kind=_KINDS[int(rng.random() < 0.5)]) for joint in joints]
+    panel = sorted(range(len(joints)), key=lambda i: (joints[i].place[0], -joints[i].place[1]))
+    found = permuted(replace(box, joints=tuple(joints)), panel)
+    return _renamed(found) if dealt else found
+
+
+def permuted(box: Lockbox, order: Sequence[int]) -> Lockbox:
+    """The same box with its joints listed in another order, each with its place and its start."""
+    return replace(
+        box,
+        joints=tuple(box.joints[i] for i in order),
+        initial=tuple(box.initial[i] for i in order),
+    )
+
+
+def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
+    """The same joints and interlock with the joints dealt anew to the same places of the panel.
+
+    This is "same interlock, new layout every round", the protocol of the human studies (Zenkri, Bolenz, Pachur and
+    Brock, Adaptive Behavior 2025).
+
+    Returns:
+        The box; joints and initial configuration are in its own panel order.
+    """
+    dealt = permuted(box, _shuffled(len(box.joints), rng).tolist())
+    spots = [joint.place for joint in box.joints]
+    return replace(
+        dealt, joints=tuple(replace(joint, place=spot) for joint, spot in zip(dealt.joints, spots, strict=True))
+    )
+
+
+def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
+    """Pairs of joints (by place in panel order, the first first) of which one is named in the other's interlock."""
+    index = {name: i for i, name in enumerate(box.names)}
+    named = ((index[j], index[o]) for j in box.names for clause in box.alternatives(j) for o in clause)
+    return {(min(pair), max(pair)) for pair in named}
+
+
+def _misleading(box: Lockbox, spots: Sequence[Place], rng: np.random.Generator) -> list[int]:
+    """The spot of each joint: of all orders that put locking pairs furthest apart in sum, one that is drawn."""
+    here = np.array(spots)
+    far = np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1))
+    deals = orders(len(spots))
+    apart = np.zeros(len(deals))
+    for first, second in sorted(locking_pairs(box)):
+        apart += far[deals[:, first], deals[:, second]]
+    best = np.flatnonzero(apart > apart.max() - 1e-6)
+    return [int(at) for at in deals[best[int(rng.random() * len(best))]]]
+
+
+def _renamed(box: Lockbox) -> Lockbox:
+    """The box with its joints named after kind and place."""
+    names = {joint.name: f"{_WORDS[joint.kind]}-{i}" for i, joint in enumerate(box.joints, 1)}
+    return replace(
+        box,
+        joints=tuple(replace(joint, name=names[joint.name]) for joint in box.joints),
+        interlock={
+            names[joint]: tuple({names[other]: position for other, position in clause.items()} for clause in clauses)
+            for joint, clauses in box.interlock.items()
+        },
+        target=names[box.target],
+    )

@@ -1,0 +1,78 @@
+"""A box in characters, for terminals: its panel, and its interlock as a tree from the target down."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lockprobe.lockbox.box import Joint, Lockbox
+
+__all__ = ["ascii_only", "interlock_lines", "panel_lines"]
+
+_WIDE, _ROW = 60, 0.12
+"""Characters inside the panel; joints whose heights differ by less stand in one row."""
+
+_SYMBOLS = {"prismatic": ("[#-]", "[-#]"), "revolute": ("(|) ", "(-) ")}
+"""What is drawn for a closed and for an open joint."""
+
+_ASCII = str.maketrans("┌┐└┘─│├", "++++-||")
+
+
+def ascii_only(text: str) -> str:
+    """The same with dashes and bars in place of box-drawing characters."""
+    return text.translate(_ASCII)
+
+
+def panel_lines(box: Lockbox) -> list[str]:
+    """The panel at the start. A number under each joint says which it is; a star marks the target."""
+    rows: list[list[int]] = []
+    for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):
+        if rows and box.joints[rows[-1][0]].place[1] - box.joints[i].place[1] < _ROW:
+            rows[-1].append(i)
+        else:
+            rows.append([i])
+    inside = [f"│{line:{_WIDE}}│" for row in rows for line in _row(box, row)]
+    legend = "closed [#-] (|), open [-#] (-); * the target"
+    return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
+
+
+def _row(box: Lockbox, row: list[int]) -> tuple[str, str]:
+    """Symbols, and numbers under them; what would lie on its left neighbour is moved to the right."""
+    symbols, numbers = "", ""
+    for i in sorted(row, key=lambda i: (box.joints[i].place[0], i)):
+        joint = box.joints[i]
+        at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
+        symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][box.initial[i]]
+        numbers = numbers.ljust(at) + f" {i + 1}" + ("*" if joint.name == box.target else "")
+    return symbols, numbers
+
+
+def interlock_lines(box: Lockbox) -> list[str]:
+    """What the target needs, what those joints need, and so on; then the joints that do not come up in that."""
+    shown: set[str] = set()
+    lines: list[str] = []
+    for joint in sorted(box.joints, key=lambda joint: joint.name != box.target):
+        if joint.name not in shown:
+            shown.add(joint.name)
+            lines += [joint.name + _note(box, joint), *_needs(box, joint.name, shown)]
+    return lines
+
+
+def _note(box: Lockbox, joint: Joint) -> str:
+    target = " (target)" if joint.name == box.target else ""
+    return target + ("" if box.alternatives(joint.name) else ": always free")
+
+
+def _needs(box: Lockbox, name: str, shown: set[str]) -> Iterator[str]:
+    """The positions that a joint asks for, each with what that joint needs in turn, the first time that it comes up."""
+    positions = [
+        ("and " if i else "or " if k else "", other, position)
+        for k, clause in enumerate(box.alternatives(name))
+        for i, (other, position) in enumerate(clause.items())
+    ]
+    for i, (link, other, position) in enumerate(positions):
+        last, first = i == len(positions) - 1, other not in shown
+        shown.add(other)
+        free = ": always free" if not box.alternatives(other) else "" if first else ": see above"
+        yield ("└─ " if last else "├─ ") + f"{link}{other} {'open' if position else 'closed'}{free}"
+        if first:
+            yield from (("   " if last else "│  ") + line for line in _needs(box, other, shown))

@@ -1,0 +1,153 @@
+"""Pictures of boxes: legible, complete, the same every time, and clear without colour."""
+
+import itertools
+import sys
+from dataclasses import replace
+from functools import cache
+
+import matplotlib as mpl
+import pytest
+from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
+from matplotlib.transforms import Affine2D
+
+from lockprobe.figures import render
+from lockprobe.figures.boxes import box_figure
+from lockprobe.figures.interlock import settable, short_name
+from lockprobe.lockbox.box import Joint, Lockbox
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.generate import Recipe, generate
+from lockprobe.lockbox.graph import graph_of
+
+SHOWN = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-4", "branched", "random-8-3")
+LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
+
+
+@cache
+def picture(name):
+    return box_figure(box(name))
+
+
+def texts(figure):
+    figure.draw_without_rendering()
+    found = [text for axes in figure.axes for text in (*axes.texts, axes._left_title)]
+    found += [text for legend in figure.legends for text in legend.get_texts()]
+    return [(text, text.get_window_extent()) for text in found if text.get_text()]
+
+
+def legible(figure):
+    read = texts(figure)
+    for text, place in read:
+        assert text.get_fontsize() >= 7
+        beyond = [-place.x0, -place.y0, place.x1 - figure.bbox.x1, place.y1 - figure.bbox.y1]
+        assert max(beyond) <= 1, text
+    for (one, first), (other, second) in itertools.combinations(read, 2):
+        wide = min(first.x1, second.x1) - max(first.x0, second.x0)
+        high = min(first.y1, second.y1) - max(first.y0, second.y0)
+        assert min(wide, high) <= 1, (one, other)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_every_text_of_a_named_box_is_large_enough_and_touches_no_other(name):
+    legible(picture(name))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("family", ["chain-8", "random-7"])
+def test_every_layout_is_legible(layout, family):
+    made = [generate(Recipe(family=family, layout=layout, dealt=family != "chain-8", seed=seed)) for seed in range(5)]
+    legible(box_figure(next(found for found in made if isinstance(found, Lockbox))))
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_each_joint_stands_on_the_panel_and_in_the_interlock(name):
+    drawn = box(name)
+    panel, interlock = picture(name).axes
+    wanted = sorted(short_name(joint) for joint in drawn.names)
+    assert sorted(text.get_text() for text in panel.texts) == wanted
+    assert sorted(text.get_text() for text in interlock.texts) == wanted
+    left = {text.get_text(): text.get_position()[0] for text in panel.texts}
+    assert sorted(drawn.names, key=lambda joint: left[short_name(joint)]) == list(drawn.names)
+
+
+@pytest.mark.parametrize("name", [*SHOWN, "random-6-1"])
+def test_the_marks_are_those_of_the_interlock(name):
+    """An arrow for every alternative that asks for something open, a ring for every position that has to be closed."""
+    drawn = box(name)
+    _, axes = picture(name).axes
+    clauses = [clause for joint in drawn.names for clause in drawn.alternatives(joint)]
+    closed = [position for clause in clauses for position in clause.values() if not position]
+    rings = [patch for patch in axes.patches if isinstance(patch, Circle) and patch.get_facecolor()[:3] == (1, 1, 1)]
+    dots = [patch for patch in axes.patches if isinstance(patch, Circle) and patch not in rings]
+    lines = [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
+    assert len(rings) == len(closed) == sum(line.closed for line in graph_of(drawn).lines)
+    assert len(dots) == sum(len(clause) > 1 for clause in clauses)
+    assert len(lines) == sum(len(clause) + (len(clause) > 1) for clause in clauses)
+    dashed = [line for line in lines if line.get_linestyle() not in ("-", "solid")]
+    assert len(dashed) == len(closed)
+
+
+@pytest.mark.parametrize("name", ["gray-code", "gray-code-6", "random-8-3", "random-8-7", "bichain-4", "branched"])
+def test_no_line_runs_through_a_joint(name):
+    """Inside a joint's box there is no point of a line but where it leaves or arrives."""
+    _, axes = picture(name).axes
+    joints = [patch.get_bbox() for patch in axes.patches if isinstance(patch, FancyBboxPatch)]
+    for patch in axes.patches:
+        if isinstance(patch, FancyArrowPatch):
+            (course,) = patch._path_original.transformed(Affine2D().scale(200)).to_polygons(closed_only=False)
+            assert len(course) > 1
+            for x, y in course / 200:
+                assert not any(b.x0 + 0.02 < x < b.x1 - 0.02 and b.y0 + 0.02 < y < b.y1 - 0.02 for b in joints)
+
+
+def test_the_target_differs_in_more_than_colour():
+    panel, interlock = picture("chain-4").axes
+    for axes in (panel, interlock):
+        bold = [text.get_text() for text in axes.texts if text.get_fontweight() == "bold"]
+        assert bold == [short_name("revolute-left")]
+    widths = sorted(patch.get_linewidth() for patch in interlock.patches if isinstance(patch, FancyBboxPatch))
+    assert widths[-1] > 2 * widths[-2]
+
+
+def test_the_legend_names_what_there_is_and_nothing_else():
+    def legend(figure):
+        return [text.get_text() for found in figure.legends for text in found.get_texts()]
+
+    assert legend(picture("chain-4")) == ["target", "has to be open"]
+    assert legend(picture("fork")) == ["target", "has to be open", "joined: all together"]
+    assert "has to be closed" in legend(picture("reset"))
+    assert legend(picture("common-cause-3")) == ["target", "has to be open", "several arrows: any one"]
+    opened = replace(box("chain-3"), initial=(False, True, False))
+    assert legend(box_figure(opened))[-1] == "open at the start"
+
+
+def test_joints_without_places_are_put_in_a_row():
+    joints = tuple(Joint(name=name, kind="prismatic") for name in "abc")
+    figure = box_figure(Lockbox(name="x", joints=joints, interlock={}, initial=(False,) * 3, target="a"))
+    places = [text.get_position() for text in figure.axes[0].texts]
+    assert len({y for _, y in places}) == 1
+    assert [x for x, _ in places] == sorted(x for x, _ in places)
+    legible(figure)
+
+
+def test_odd_names_are_set():
+    names = ("a-very-long-name-of-a-joint-that-is-here", "$x^2$-\\frac{", "\u65e5\u672c", "_b")
+    joints = tuple(Joint(name=name, kind="prismatic") for name in names)
+    odd = Lockbox(
+        name="$_{3}$<\u00e9", joints=joints, interlock={"_b": ({names[1]: True},)}, initial=(False,) * 4, target="_b"
+    )
+    figure = box_figure(odd)
+    legible(figure)
+    assert render(figure, "png").startswith(b"\x89PNG")
+    assert settable("$\u65e5\n") == "\\$??"
+
+
+def test_equal_boxes_give_equal_bytes():
+    assert render(box_figure(box("reset")), "svg") == render(box_figure(box("reset")), "svg")
+
+
+def test_nothing_global_is_touched():
+    settings = [name for name in mpl.rcParams if name != "backend"]  # asking for that one imports pyplot
+    before = {name: mpl.rcParams[name] for name in settings}
+    box_figure(box("bichain-4"))
+    assert {name: mpl.rcParams[name] for name in settings} == before
+    assert "matplotlib.pyplot" not in sys.modules
