@@ -131,7 +131,10 @@ def test_lists():
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["run", "flip"], "no study is called 'flip' (did you mean 'flips'?); there are: flips, FILE.toml"),
+        (
+            ["run", "flip"],
+            "no study is called 'flip' (did you mean 'flips'?); there are: flips, mechanisms.toml, FILE.toml",
+        ),
         (
             ["run", "flips", "--agent", "rando"],
             "no agent is called 'rando' (did you mean 'random'?); there are: random",

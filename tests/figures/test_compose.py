@@ -21,7 +21,7 @@ CASES = (
     "errors",
     "hostile names",
 )
-NAMES = ["fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected"]
+NAMES = ["fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected", "rationality"]
 NAMES += ["fig5a", "fig5a-corrected", "fig5b", "fig5b-corrected"]
 
 

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -12,6 +13,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.errors import BadFile
 from lockprobe.lockbox.families import box
 from lockprobe.report import results, write_report
+from lockprobe.report.page import _page
 from lockprobe.report.pictures import CAPTIONS
 from lockprobe.studies.study import Study
 
@@ -64,7 +66,8 @@ def page_of(directory, name="report"):
 def test_all_files_are_there_and_no_draft(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
     pictures = {f"figures/{name}.{form}" for form in ("png", "svg") for name in CAPTIONS}
-    made = ("table1", "table1-corrected", "courses", "speed", "paces", "loops", "detectors", "conditions", "claims")
+    made = ("table1", "table1-corrected", "courses", "speed", "paces", "loops", "rationality")
+    made += ("detectors", "conditions", "claims")
     tables = {f"tables/{name}.{form}" for form in ("csv", "tex") for name in made}
     assert pictures | tables | {"report.html", "claims.html", "audit.html", "results.json"} <= names
     assert not [name for name in names if "draft" in name]
@@ -177,6 +180,39 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     assert content["courses_said"] == f"From p = 0 to 0.4 {said}"
     page = page_of(directory)
     assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])
+
+
+def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
+    """A target that needs two joints open is in none of the priors."""
+    both = {"revolute-left": ({"slider-1": True, "slider-2": True},)}
+    study = replace(small_study(["random"], (0.0,), 1, 6), box=replace(box("chain-4"), name="both", interlock=both))
+    content = results(write_study(tmp_path / "both", study))
+    assert "On this box true reports contradict this prior" in _page("report", content, {})
+    assert not results(write_study(tmp_path / "fine", small_study(["random"], (0.0,), 1, 6)))["judged"][
+        "prior_contradicted"
+    ]
+
+
+def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
+    study = replace(small_study(["random"], (0.0,), 1, 3), box=box("chain-7"))
+    content = results(write_study(tmp_path / "study", study))
+    assert content["rationality"] == []
+    assert content["judged"]["left_out_for_want_of_a_prior"] == 3
+    assert "no prior is stated for boxes of so many joints (3 trials)" in _page("report", content, {})
+
+
+def test_every_condition_is_judged_by_two_observers(reported):
+    content = results(reported)
+    rows = content["rationality"]
+    assert [(row["key"], row["noise"]) for row in rows] == [
+        (condition["key"], noise) for condition in content["conditions"] for noise in ("naive", "aware")
+    ]
+    for row in rows:
+        assert {"optimal", "regret", "uninformative", "expected"} == set(row["by_chance"])
+        assert row["trials"] == 8
+        assert row["optimal"]["low"] <= row["optimal"]["value"] <= row["optimal"]["high"]
+    table = list(csv.DictReader(io.StringIO((reported / "tables" / "rationality.csv").read_text())))
+    assert len(table) == 4  # a blind agent once, the other at every p
 
 
 def test_a_partial_study_says_so(tmp_path):

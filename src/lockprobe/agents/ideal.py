@@ -15,7 +15,8 @@ import numpy as np
 
 from lockprobe.agents.options import with_options
 from lockprobe.agents.policy import Policy, Told, View, draw
-from lockprobe.beliefs.planning import Plan, best_joints, planner
+from lockprobe.beliefs.exact import planner
+from lockprobe.beliefs.planning import Plan, best_joints
 from lockprobe.beliefs.posterior import Belief, Persistence, Report, begin, noise_model, update
 from lockprobe.beliefs.structures import PRIORS, interlocks
 from lockprobe.errors import UnknownName
@@ -39,7 +40,7 @@ class IdealObserver(Policy[Belief]):
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
             expected steps once it is known or nothing would tell of it.
-        persistence: Whether it thinks that false positions are ``transient`` or ``sticky``.
+        persistence: Whether it was told that false positions are ``transient`` or ``sticky``; else it infers that too.
 
     Raises:
         UnknownName: If there is no such prior.
@@ -51,7 +52,7 @@ class IdealObserver(Policy[Belief]):
     prior: str = "single-parent"
     noise: str = "aware"
     plan: Plan = "steps"
-    persistence: Persistence = "transient"
+    persistence: Persistence = "unknown"
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:

@@ -20,6 +20,7 @@ from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpre
 from lockprobe.analysis.outcomes import Outcomes, Point, ended, outcomes, points
 from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.proportions import ALPHA, Difference, Paired, Proportion, difference, paired, proportion
+from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.errors import BadValue
@@ -54,6 +55,7 @@ class ConditionSummary:
         relative: The same between a random agent and the optimum; None where the box is not known.
         behaviour: Loops, redundancy, entropy.
         claims: Misinterpretations.
+        rationality: Its actions before two ideal observers; empty where the box is too large for a prior.
         points: One per repetition.
     """
 
@@ -67,6 +69,7 @@ class ConditionSummary:
     relative: Relative | None
     behaviour: Behaviour
     claims: Misinterpretations
+    rationality: tuple[Rationality, ...]
     points: tuple[Point, ...]
 
 
@@ -208,6 +211,7 @@ def _condition(trials: Sequence[Trial], reference: Reference | None) -> Conditio
         relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
         behaviour=behaviour(trials),
         claims=misinterpretations(trials),
+        rationality=rationality(trials),
         points=tuple(points(outcomes(trials))),
     )
 

@@ -11,6 +11,7 @@ from lockprobe.figures.corrected import (
     draw_success_curves_by_p,
     draw_success_curves_corrected,
 )
+from lockprobe.figures.courses import draw_course
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
     draw_loops_against_success,
@@ -18,14 +19,18 @@ from lockprobe.figures.paper import (
     draw_success_by_p,
     draw_success_curves,
 )
+from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
 __all__ = [
+    "draw_course",
     "draw_loop_harm",
     "draw_loop_onset",
     "draw_loops_against_success",
     "draw_loops_beside_chance",
     "draw_loops_by_p",
+    "draw_optimal_actions",
     "draw_relative_success",
+    "draw_steps_lost",
     "draw_success_by_p",
     "draw_success_by_p_corrected",
     "draw_success_curves",

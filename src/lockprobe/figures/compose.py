@@ -21,6 +21,7 @@ from lockprobe.figures.corrected import (
     draw_success_curves_by_p,
     draw_success_curves_corrected,
 )
+from lockprobe.figures.courses import draw_course
 from lockprobe.figures.frame import FAINT, SMALL
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
@@ -29,6 +30,7 @@ from lockprobe.figures.paper import (
     draw_success_by_p,
     draw_success_curves,
 )
+from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
 __all__ = ["panels", "pictures", "render", "single"]
 
@@ -53,7 +55,10 @@ def pictures(result: StudySummary) -> dict[str, Figure]:
     subjects, rows = result.subjects, len(result.agents)
     by_p = partial(draw_success_by_p_corrected, reference=result.reference)
     relative = [draw_relative_success] if any(condition.relative for condition in result.conditions) else []
+    judged = [agent for agent in subjects if any(condition.rationality for condition in agent.conditions)]
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
+    below = (_HEIGHT, 1.7)
+    rational = {"rationality": panels(draw_optimal_actions, judged, draw_steps_lost, heights=below)} if judged else {}
     return {
         "fig3": single(draw_success_curves, result),
         "fig3-corrected": single(
@@ -62,6 +67,8 @@ def pictures(result: StudySummary) -> dict[str, Figure]:
         "fig3-by-p": panels(draw_success_curves_by_p, subjects),
         "fig4": single(draw_success_by_p, result),
         "fig4-corrected": panels(by_p, subjects),
+        **({"courses": panels(draw_course, result.agents, heights=(1.5,))} if rows > 1 else {}),
+        **rational,
         "fig5a": panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
         "fig5a-corrected": panels(draw_loop_harm, subjects, heights=(1.7,)),
         "fig5b": panels(draw_loops_by_p, subjects),

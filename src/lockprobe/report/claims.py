@@ -11,6 +11,7 @@ from typing import Literal
 from lockprobe.analysis.inference.verdict import Question, TestResult
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference, ratio
 from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary
+from lockprobe.report.cells import minus
 from lockprobe.report.paper import (
     CLAIMS,
     CORRELATION,
@@ -23,7 +24,6 @@ from lockprobe.report.paper import (
     PaperClaim,
     share,
 )
-from lockprobe.report.tables import minus
 
 __all__ = ["ClaimRow", "Verdict", "claim_rows"]
 

@@ -18,19 +18,17 @@ from typing import Any
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.errors import printable
+from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.pictures import CAPTIONS, Pictures, pictures
 from lockprobe.report.results import numbers, read
 from lockprobe.report.tables import (
-    Table,
-    as_csv,
-    as_tex,
     claim_table,
     condition_table,
     course_table,
     detector_table,
     loop_table,
-    minus,
     pace_table,
+    rationality_table,
     speed_table,
     table1,
     table1_corrected,
@@ -93,6 +91,7 @@ def _tables(content: Content) -> dict[str, Table]:
         "speed": speed_table(content["conditions"]),
         "paces": pace_table(content["paces"]),
         "loops": loop_table(content["conditions"]),
+        "rationality": rationality_table(content["rationality"]),
         "detectors": detector_table(content["detectors"]),
         "conditions": condition_table(content["conditions"]),
         "claims": claim_table(content["claims"]),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from lockprobe.analysis.proportions import Proportion, Z, difference, proportion, ratio
-from lockprobe.report.tables import minus
+from lockprobe.report.cells import minus
 
 __all__ = [
     "CLAIMS",

@@ -20,6 +20,11 @@ CAPTIONS = {
     "fig4-corrected": "The same with what it takes to judge it: 95 % Wilson intervals, a binomial model of the order "
     "that AICc prefers with its 95 % band, the exact success of random agents, and triangles under every p that may "
     "be the best. The diamond is the highest share less what it owes to having been chosen.",
+    "courses": "Share of trials solved (circles) and share with an action loop (squares) by flip probability, with "
+    "95 % Wilson intervals: every agent, and the course of its success that the tests bear out.",
+    "rationality": "Share of actions that are optimal to an ideal observer who believes reports (circles) and to one "
+    "who doubts them (squares), with 95 % intervals that take a trial as one; below, expected steps lost per action. "
+    "Dotted and dashed: what a random choice in the same situations comes to.",
     "fig5a": "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and p, "
     "with the least-squares line and r.",
     "fig5a-corrected": "Is success rarer after a loop? Odds of solving the box after a loop over the odds before one, "

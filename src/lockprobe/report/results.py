@@ -17,7 +17,17 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.record import Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
-from lockprobe.report.rows import claim_row, condition_row, contrast_row, course_row, detector_rows, fit_row, test_rows
+from lockprobe.report.rows import (
+    claim_row,
+    condition_row,
+    contrast_row,
+    course_row,
+    detector_rows,
+    fit_row,
+    judged,
+    rationality_rows,
+    test_rows,
+)
 from lockprobe.studies.journal import LeftOut, left_out, load, read_settings
 from lockprobe.studies.settings import read_study
 
@@ -116,6 +126,8 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "courses_said": courses_said(summary),
         "box": asdict(summary.reference) if summary.reference else None,
         "conditions": [condition_row(c, blind=agent.blind) for agent in agents for c in agent.conditions],
+        "rationality": [row for a in agents for c in a.conditions for row in rationality_rows(c, blind=a.blind)],
+        "judged": judged(summary),
         "paces": [asdict(compared) for compared in summary.paces],
         "fits": [fit_row(agent) for agent in agents],
         "tests": [row for agent in agents if not agent.blind for row in test_rows(agent)],

@@ -7,12 +7,23 @@ from typing import Any
 
 from lockprobe.analysis.detectors import share_flagged
 from lockprobe.analysis.inference.verdict import QUESTIONS
-from lockprobe.analysis.summary import AgentSummary, ConditionSummary, Contrast
+from lockprobe.analysis.rationality import ACTIONS, JUDGED
+from lockprobe.analysis.summary import AgentSummary, ConditionSummary, Contrast, StudySummary
 from lockprobe.audit.measured import false_positives
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow
 
-__all__ = ["claim_row", "condition_row", "contrast_row", "course_row", "detector_rows", "fit_row", "test_rows"]
+__all__ = [
+    "claim_row",
+    "condition_row",
+    "contrast_row",
+    "course_row",
+    "detector_rows",
+    "fit_row",
+    "judged",
+    "rationality_rows",
+    "test_rows",
+]
 
 Row = dict[str, Any]
 
@@ -130,6 +141,29 @@ def test_rows(agent: AgentSummary) -> list[Row]:
             }
         )
     return rows
+
+
+def rationality_rows(condition: ConditionSummary, *, blind: bool = False) -> list[Row]:
+    """The actions of one condition before each ideal observer."""
+    names = {"key": condition.key, "agent": condition.agent, "modality": condition.modality, "p": condition.p}
+    return [names | {"same_at_every_p": blind} | asdict(found) for found in condition.rationality]
+
+
+def judged(summary: StudySummary) -> Row:
+    """How many trials were judged at most, what was left out and why, and whether the prior fits the box.
+
+    It does not if reports that were all true were impossible under it.
+    """
+    conditions = summary.conditions
+    found = [c.rationality for c in conditions if c.rationality]
+    told_true = [observer for c in conditions if c.p == 0 for observer in c.rationality]
+    return {
+        "trials": JUDGED,
+        "actions": ACTIONS,
+        "left_out_beyond_that": sum(observers[0].not_judged for observers in found),
+        "left_out_for_want_of_a_prior": sum(c.success.n for c in conditions if not c.rationality),
+        "prior_contradicted": any(observer.restarts > 0 for observer in told_true),
+    }
 
 
 def course_row(agent: AgentSummary) -> Row | None:

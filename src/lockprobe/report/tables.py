@@ -1,60 +1,28 @@
-"""The tables of a report, from the rows of ``results.json``: as rows of text, CSV and TeX."""
+"""The tables of a report, from the rows of ``results.json``, as rows of text."""
 
 from __future__ import annotations
 
-import csv
-import io
-import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.errors import printable
+from lockprobe.report.cells import NONE, Table, minus, percent
 
 __all__ = [
-    "as_csv",
-    "as_tex",
     "claim_table",
     "condition_table",
     "course_table",
     "detector_table",
     "loop_table",
-    "minus",
     "pace_table",
-    "percent",
+    "rationality_table",
     "speed_table",
     "table1",
     "table1_corrected",
 ]
 
-NONE = "\N{EN DASH}"
-"""A cell without a value."""
-
 Row = Mapping[str, Any]
 Rows = Sequence[Row]
 """Rows of ``results.json``."""
-
-Table = list[list[str]]
-"""Rows of cells, the first row with the names of the columns."""
-
-_TEX = {
-    "\\": r"\textbackslash{}",
-    "&": r"\&",
-    "%": r"\%",
-    "$": r"\$",
-    "#": r"\#",
-    "_": r"\_",
-    "{": r"\{",
-    "}": r"\}",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    "±": r"$\pm$",
-    "\N{EN DASH}": "--",
-    "\N{MINUS SIGN}": "$-$",
-    "≈": r"$\approx$",
-}
-
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def table1(conditions: Rows) -> tuple[Table, list[str]]:
@@ -203,6 +171,31 @@ def course_table(courses: Rows) -> Table:
     ]
 
 
+def rationality_table(rows: Rows) -> Table:
+    """How rational each action was to one who believes reports, and to one who doubts them; in brackets by chance."""
+    head = ["agent", "p"]
+    head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
+    table = [[*head, "could tell nothing", "bits, of the most telling", "bits unknown at the end"]]
+    naive, aware = ([row for row in rows if row["noise"] == noise] for noise in ("naive", "aware"))
+    blind = {(row["agent"], row["modality"]): row for row in reversed(naive) if row["same_at_every_p"]}
+    for one, two in zip(naive, aware, strict=True):
+        if one["same_at_every_p"] and blind[one["agent"], one["modality"]] is not one:
+            continue
+        cells = [cell for row in (one, two) for cell in (_beside_chance(row, "optimal"), _steps_lost(row))]
+        told = f"{two['expected']:.2f} of {two['best']:.2f}"
+        cells += [_beside_chance(two, "uninformative"), told, f"{two['entropy_left']:.1f}"]
+        table.append([one["agent"], f"{one['p']:g}", *cells])
+    return table
+
+
+def _beside_chance(row: Row, name: str) -> str:
+    return f"{_interval(row[name])} ({percent(row['by_chance'][name], 0)})"
+
+
+def _steps_lost(row: Row) -> str:
+    return f"{row['regret']['value']:.2f} ({row['by_chance']['regret']:.2f})"
+
+
 def claim_table(claims: Rows) -> Table:
     """The paper's claims beside what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
@@ -246,38 +239,3 @@ def _interval(share: Row) -> str:
 
 def _of(count: Row) -> str:
     return f"{count['count']} of {count['n']}"
-
-
-def percent(value: float | None, digits: int = 1) -> str:
-    """A share in per cent, or a dash where there is none."""
-    return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
-
-
-def minus(text: str) -> str:
-    """The text with minus signs for hyphens, and none before a nought."""
-    return re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text).replace("-", "\N{MINUS SIGN}")
-
-
-def as_csv(table: Sequence[Sequence[str]]) -> str:
-    """The table as CSV. A cell that a spreadsheet would take for a formula is led by an apostrophe."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerows(["'" * cell.startswith(_FORMULA) + printable(cell) for cell in row] for row in table)
-    return out.getvalue()
-
-
-def as_tex(table: Sequence[Sequence[str]]) -> str:
-    """The table for LaTeX with booktabs. Rows begin with ``{}``, lest one be read as an argument of the rule above."""
-    head, *rows = [
-        "{}" + " & ".join("".join(_TEX.get(c, c) for c in printable(cell)) for cell in row) + r" \\" for row in table
-    ]
-    lines = [
-        rf"\begin{{tabular}}{{{'l' * len(table[0])}}}",
-        r"\toprule",
-        head,
-        r"\midrule",
-        *rows,
-        r"\bottomrule",
-        r"\end{tabular}",
-    ]
-    return "\n".join(lines) + "\n"

@@ -6,7 +6,7 @@ import io
 import pytest
 
 from lockprobe.errors import printable
-from lockprobe.report.tables import as_csv, as_tex
+from lockprobe.report.cells import as_csv, as_tex
 
 HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
 

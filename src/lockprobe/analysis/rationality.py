@@ -1,0 +1,285 @@
+"""How rational was each action, given what the agent had been told?
+
+Every step is held against an ideal observer who was told the same: what it would know before the step, what each
+attempt would tell it, and how many more steps each would cost. Two observers judge, both under a stated prior
+(:mod:`lockprobe.beliefs.structures`):
+
+* ``naive`` believes every report. Its expected steps are exact. At p = 0 it is right.
+* ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's: as if
+  all were known after the next attempt. They are lower bounds and credit no attempt with what it would tell.
+
+An action is *optimal* if no other costs fewer expected steps; its *regret* is what it costs more. Beside each share
+stands that of a uniformly random choice in the same situations: where several joints are equally good, chance is
+optimal often. A regret is in steps that the observer expects, under its prior, not on the box that was played.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import accumulate
+from statistics import fmean
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
+from lockprobe.analysis.outcomes import ended
+from lockprobe.beliefs.planning import expected_steps, information, least
+from lockprobe.beliefs.posterior import Belief, Report, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.structures import interlocks
+from lockprobe.record import Trial
+from lockprobe.seeds import generator
+
+__all__ = [
+    "ACTIONS",
+    "JUDGED",
+    "OBSERVERS",
+    "JudgedStep",
+    "JudgedTrial",
+    "Rationality",
+    "judge",
+    "prior_for",
+    "rationality",
+]
+
+OBSERVERS = ("naive", "aware")
+"""The noise models of the observers that judge."""
+
+JUDGED, ACTIONS = 100, 5000
+"""So many trials of a condition are judged at most, the first by repetition and trial, and no more after so many
+actions."""
+
+_NOTHING = 1e-9
+"""Bits that are none."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedStep:
+    """One action, and what a uniformly random choice in its place would come to on average.
+
+    Attributes:
+        step: From 1.
+        entropy: Bits that the observer did not know of the interlock before the step.
+        gained: Bits by which the step reduced that; below 0 if what was told confused it.
+        expected: Bits that the action was expected to give.
+        best: Bits that the most telling action was expected to give.
+        optimal: Whether no other action costs fewer expected steps.
+        regret: Expected steps that the action costs more than the best, from 0.
+        uninformative: Whether it could neither tell anything nor open the box.
+        by_chance: ``expected``, ``optimal``, ``regret`` and ``uninformative`` of the random choice, by name.
+    """
+
+    step: int
+    entropy: float
+    gained: float
+    expected: float
+    best: float
+    optimal: bool
+    regret: float
+    uninformative: bool
+    by_chance: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedTrial:
+    """The actions of one trial.
+
+    Attributes:
+        key: Its readable name.
+        prior: Name of the prior.
+        noise: Noise model of the observer.
+        steps: The actions.
+        entropy_left: Bits that the observer does not know of the interlock after the last report.
+        restarts: How often what was told was impossible to the observer, so that it began again.
+    """
+
+    key: str
+    prior: str
+    noise: str
+    steps: tuple[JudgedStep, ...]
+    entropy_left: float
+    restarts: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rationality:
+    """The actions of one condition before one observer. Shares and means are over all its actions.
+
+    Intervals take the trial as a cluster. Error trials are left out.
+
+    Attributes:
+        prior: Name of the prior.
+        interlocks: How many interlocks it has.
+        noise: Noise model of the observer.
+        trials: Trials judged.
+        steps: Actions judged.
+        not_judged: Trials that ended but were not judged, being beyond :data:`JUDGED` or :data:`ACTIONS`.
+        optimal: Share of optimal actions.
+        regret: Mean regret in expected steps.
+        uninformative: Share of actions that could neither tell anything nor open the box.
+        gained: Mean bits gained per action.
+        expected: Mean bits that the actions were expected to give.
+        best: Mean bits that the most telling action in their place was expected to give.
+        by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice in their place.
+        entropy_left: Mean bits unknown at the end of a trial.
+        restarts: How often what was told was impossible to the observer, per trial.
+    """
+
+    prior: str
+    interlocks: int
+    noise: str
+    trials: int
+    steps: int
+    not_judged: int
+    optimal: ClusteredProportion
+    regret: ClusteredMean
+    uninformative: ClusteredProportion
+    gained: float
+    expected: float
+    best: float
+    by_chance: Mapping[str, float]
+    entropy_left: float
+    restarts: float
+
+
+def prior_for(joints: int) -> str | None:
+    """The prior of the report: ``single-parent`` up to 4 joints, ``chains`` for 5 and 6; None for more."""
+    return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
+
+
+def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
+    """Judge the trials of one condition; nothing if none has ended with a step, or the box is too large for a prior."""
+    counted = [trial for trial in ended(trials) if trial.steps]
+    prior = prior_for(len(counted[0].joints)) if counted else None
+    return tuple(_condition(counted, prior, noise) for noise in OBSERVERS) if prior else ()
+
+
+def _condition(trials: Sequence[Trial], prior: str, noise: str) -> Rationality:
+    found = [judge(trial, prior=prior, noise=noise) for trial in _first(trials)]
+    sizes = [len(trial.steps) for trial in found]
+    steps = [step for trial in found for step in trial.steps]
+    first = trials[0]
+    rng = generator(first.seed, "analysis", first.agent, first.modality, f"p={first.p:g}", "rationality", noise)
+    return Rationality(
+        prior=prior,
+        interlocks=len(interlocks(prior, len(first.joints))),
+        noise=noise,
+        trials=len(found),
+        steps=len(steps),
+        not_judged=len(trials) - len(found),
+        optimal=clustered_proportion([sum(step.optimal for step in trial.steps) for trial in found], sizes),
+        regret=cluster_bootstrap([step.regret for step in steps], np.repeat(np.arange(len(found)), sizes), rng),
+        uninformative=clustered_proportion([sum(step.uninformative for step in trial.steps) for trial in found], sizes),
+        gained=fmean(step.gained for step in steps),
+        expected=fmean(step.expected for step in steps),
+        best=fmean(step.best for step in steps),
+        by_chance={name: fmean(step.by_chance[name] for step in steps) for name in steps[0].by_chance},
+        entropy_left=fmean(trial.entropy_left for trial in found),
+        restarts=fmean(trial.restarts for trial in found),
+    )
+
+
+def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
+    """Those that are judged."""
+    before = accumulate((len(trial.steps) for trial in trials[:JUDGED]), initial=0)
+    return [trial for trial, actions in zip(trials[:JUDGED], before, strict=False) if actions < ACTIONS]
+
+
+def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
+    """Hold every action of a trial, of any agent, against an observer who was told the same.
+
+    Args:
+        trial: With at least one step.
+        prior: Name of the prior.
+        noise: ``naive``, ``aware`` or a flip probability.
+
+    Raises:
+        UnknownName: If there is no such prior.
+        BadValue: If there is no such noise model, or the prior has too many interlocks over so many joints.
+    """
+    numbers = _numbers(trial)
+    belief = begin(interlocks(prior, len(trial.joints)), noise_model(noise))
+    steps = []
+    for step in trial.steps:
+        joint, values = numbers[step.joint], _value(belief)
+        if trial.solved and step is trial.steps[-1]:
+            after = opened(belief)
+        else:
+            after = update(belief, Report(joint, step.told_moved, _positions(trial, numbers, step.told_state)))
+        steps.append(_judged(step.step, joint, values, values.entropy - entropy(after)))
+        belief = after
+    return JudgedTrial(
+        key=trial.key,
+        prior=prior,
+        noise=noise,
+        steps=tuple(steps),
+        entropy_left=entropy(belief),
+        restarts=belief.restarts,
+    )
+
+
+def _numbers(trial: Trial) -> dict[str, int]:
+    """The number of every joint: the target is 0, the others follow in the order in which they were first attempted.
+
+    The priors treat all joints but the target alike, so trials that differ in names only meet in a cache.
+    """
+    order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
+    return {joint: number for number, joint in enumerate(order)}
+
+
+def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> int | None:
+    """The joints told to be away from where they were at the start."""
+    if told is None:
+        return None
+    pairs = zip(trial.joints, told, trial.steps[0].state, strict=True)
+    return sum((now != start) << numbers[joint] for joint, now, start in pairs)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Values:
+    """What each attempt is worth to an observer, arrays of shape (n,)."""
+
+    entropy: float
+    bits: Floats
+    optimal: NDArray[np.bool_]
+    regret: Floats
+    uninformative: NDArray[np.bool_]
+    by_chance: Mapping[str, float]
+
+
+@lru_cache(maxsize=1 << 13)
+def _value(belief: Belief) -> _Values:
+    bits, steps = information(belief), expected_steps(belief)
+    optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
+    uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
+    return _Values(
+        entropy=entropy(belief),
+        bits=bits,
+        optimal=optimal,
+        regret=regret,
+        uninformative=uninformative,
+        by_chance={
+            "expected": float(bits.mean()),
+            "optimal": float(optimal.mean()),
+            "regret": float(regret.mean()),
+            "uninformative": float(uninformative.mean()),
+        },
+    )
+
+
+def _judged(step: int, joint: int, values: _Values, gained: float) -> JudgedStep:
+    return JudgedStep(
+        step=step,
+        entropy=values.entropy,
+        gained=gained,
+        expected=float(values.bits[joint]),
+        best=float(values.bits.max()),
+        optimal=bool(values.optimal[joint]),
+        regret=float(values.regret[joint]),
+        uninformative=bool(values.uninformative[joint]),
+        by_chance=values.by_chance,
+    )

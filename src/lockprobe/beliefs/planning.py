@@ -1,0 +1,136 @@
+"""What to attempt next: expected steps to solve the box, and what an attempt would tell.
+
+Where every report is true the expected steps are exact (:mod:`lockprobe.beliefs.exact`). Where reports may be false the
+value of an attempt is QMDP's (Littman, Cassandra and Kaelbling 1995): one more step, and from there on the distance
+averaged over the posterior, as if all were known after this attempt. It is a lower bound of the expected steps and
+gives no credit for what an attempt would tell.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.beliefs.exact import SAME, can_plan, planner
+from lockprobe.beliefs.posterior import Belief, entropy
+
+__all__ = ["Plan", "best_joints", "expected_steps", "information", "least", "next_false", "qmdp"]
+
+_KNOWN = 0.95
+"""An interlock that is as probable as this is known."""
+
+Plan = Literal["steps", "information"]
+"""What an attempt should do: lead to the open box soon, or tell much of the interlock."""
+
+Floats = NDArray[np.float64]
+
+
+def expected_steps(belief: Belief) -> Floats:
+    """Expected steps to solve the box if each joint is attempted next, shape (n,).
+
+    Exact for a naive observer; QMDP's lower bound for one who thinks that reports may be false.
+
+    Raises:
+        BadValue: If the observer is naive and its prior too large to plan exactly.
+    """
+    if belief.noise.naive:
+        return np.array(planner(belief.interlocks).values(belief.alive, belief.likeliest))
+    return qmdp(belief)
+
+
+def qmdp(belief: Belief) -> Floats:
+    """Expected steps if the interlock and the configuration were known after the next attempt, shape (n,)."""
+    known = belief.interlocks
+    every = np.arange(known.joints)
+    moves = known.may_move(belief.configuration)
+    after = belief.configuration[:, None] ^ (moves.astype(np.int64) << every)
+    left = np.take_along_axis(known.distance, after & ~1, axis=1)
+    left[:, 0] *= ~moves[:, 0]
+    values: Floats = 1.0 + belief.weights @ left
+    return values
+
+
+def information(belief: Belief) -> Floats:
+    """Expected bits about the interlock that attempting each joint next would give, shape (n,), from 0.
+
+    What is seen of an attempt: whether the box opens; else the outcome told, and the positions that are news.
+    """
+    held = belief.possible.any(axis=0)
+    weights, moves = belief.weights[held], belief.interlocks.may_move(belief.configuration)[held]
+    if belief.noise.naive:
+        share: Floats = np.minimum(weights @ moves, 1.0)
+        return _bits(share) + _bits(1.0 - share)
+    goes_on = np.ones(moves.shape)
+    goes_on[:, 0] = ~moves[:, 0]
+    false = next_false(belief)[held, None]
+    said_moved = np.where(moves, 1.0 - false, false) * goes_on
+    odds = belief.possible[:, held] / belief.possible[:, held].sum(axis=0)
+    mass = odds[:, :, None] * weights[:, None]
+    news = _news(belief)[:, held]
+    gained = _gained(mass * said_moved, news) + _gained(mass * (goes_on - said_moved), news)
+    ends = weights * moves[:, 0]
+    gained[0] += _bits(ends.sum()) - _bits(ends).sum()
+    return np.maximum(entropy(belief) + gained, 0.0)
+
+
+def next_false(belief: Belief) -> Floats:
+    """Probability under each interlock that the next report is false, shape (interlocks,)."""
+    if belief.noise.p is None:
+        return (belief.false + 1) / (belief.told + 2)
+    return np.full(len(belief.interlocks), belief.noise.p)
+
+
+def _news(belief: Belief) -> NDArray[np.int64]:
+    """What would be shown of where the box was before each attempt, shape (kinds, interlocks, n)."""
+    where, bit = belief.configuration[:, None], 1 << np.arange(belief.interlocks.joints)
+    if belief.positions is None:
+        return np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
+    shown = {"transient": where | 0 * bit, "sticky": belief.positions & ~bit | where & bit}
+    return np.stack([shown[kind] for kind in belief.noise.kinds])
+
+
+def _gained(mass: Floats, news: NDArray[np.int64]) -> Floats:
+    """Entropy of what is shown minus entropy of that and the interlock together, unnormalised, shape (n,).
+
+    Args:
+        mass: Probability of each kind, interlock and one outcome told, shape (kinds, interlocks, n).
+        news: What is shown then, of the same shape.
+    """
+    if len(mass) > 1:  # shown alike under both kinds: one and the same observation
+        alike = news[0] == news[1]
+        mass = np.stack([mass[0] + mass[1] * alike, mass[1] * ~alike])
+    joints = mass.shape[-1]
+    shown = np.bincount((news * joints + np.arange(joints)).ravel(), mass.ravel(), joints << joints).astype(np.float64)
+    gained: Floats = np.sum(_bits(shown.reshape(-1, joints)), axis=0) - np.sum(_bits(mass), axis=(0, 1))
+    return gained
+
+
+def _bits(share: Floats) -> Floats:
+    """-x log2 x, with 0 at 0."""
+    found: Floats = share * -np.log2(np.where(share > 0.0, share, 1.0))
+    return found + 0.0
+
+
+def best_joints(belief: Belief, plan: Plan) -> NDArray[np.bool_]:
+    """The joints that are best by a plan, shape (n,).
+
+    With ``information`` an interlock of posterior probability 0.95 counts as known.
+
+    Raises:
+        BadValue: If the plan is ``steps``, the observer naive and its prior too large to plan exactly.
+    """
+    if plan == "information":
+        bits = information(belief)
+        if belief.weights.max() < _KNOWN and bits.max() > SAME:
+            return least(-bits)
+        if not can_plan(belief.interlocks):
+            return least(qmdp(belief))
+    return least(expected_steps(belief))
+
+
+def least(values: Floats) -> NDArray[np.bool_]:
+    """Which of the values are the least, apart from rounding, shape (n,)."""
+    chosen: NDArray[np.bool_] = values <= values.min() + SAME
+    return chosen

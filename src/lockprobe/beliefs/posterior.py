@@ -1,0 +1,270 @@
+"""What follows from what was told: the exact posterior over interlocks, configurations and flip probabilities.
+
+Under any one interlock the attempts decide where the box is, so every interlock has one configuration, and one count of
+the reports that were false if it is the true one. The posterior is the prior times the probability of these counts:
+
+* ``naive``: every report is true; only interlocks without a false report are left.
+* a number p: every report is false with probability p, independently; k false ones of t have p^k (1 - p)^(t - k).
+* ``aware``: p is unknown, with equal density over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
+
+What a report shows depends on how flips are told (:mod:`lockprobe.channels.noise`). In each kind the position told of
+the attempted joint together with the outcome told gives where that joint was before. ``transient`` reports also show
+where all others are; ``sticky`` ones repeat what was told of them before, which is no news; where no positions are told
+there is the outcome alone. A single report does not say of which kind it is. An observer who was not told infers it as
+well, from equal odds; a naive one takes every position told as true. And a trial that goes on shows that the target has
+not moved, whatever was reported, because its end is decided by the truth.
+
+Where no interlock of the prior allows what was told, the observer keeps only the last report: it begins again from the
+prior at the configuration told before it (or believed, where none was told), and if that is impossible too at the
+configuration told after it. Interlocks that cannot be solved from there are left out. These restarts are counted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import inf, lgamma, log
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.beliefs.structures import NEVER, Interlocks, as_mask
+from lockprobe.errors import BadValue
+
+__all__ = ["Belief", "Noise", "Persistence", "Report", "begin", "entropy", "noise_model", "opened", "update"]
+
+Persistence = Literal["unknown", "transient", "sticky"]
+"""What becomes of a false position in later reports, as far as an observer was told."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """How an observer thinks that reports come about.
+
+    Attributes:
+        name: As it was asked for: ``naive``, ``aware`` or a number.
+        p: Probability that a report is false, [0, 1]; None if it is inferred.
+        kinds: The kinds of flip that are thought possible.
+    """
+
+    name: str
+    p: float | None
+    kinds: tuple[Persistence, ...]
+
+    @property
+    def naive(self) -> bool:
+        """Whether every report is taken as true."""
+        return self.p == 0.0
+
+
+def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
+    """A noise model by name.
+
+    Args:
+        name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
+        persistence: What was said of false positions; without meaning to a naive observer.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+    try:
+        p = None if name == "aware" else 0.0 if name == "naive" else float(name)
+    except ValueError:
+        p = inf
+    if p is not None and not 0.0 <= p <= 1.0:
+        raise BadValue("noise", name, "naive, aware, or a number from 0 to 1")
+    kinds: tuple[Persistence, ...] = ("transient", "sticky") if persistence == "unknown" else (persistence,)
+    return Noise(name=name, p=p, kinds=("transient",) if p == 0.0 else kinds)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One report, in numbers.
+
+    Attributes:
+        joint: The joint attempted.
+        moved: Whether it moved, as told.
+        positions: The configuration as told afterwards; None where positions are not told.
+    """
+
+    joint: int
+    moved: bool
+    positions: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Belief:
+    """What is known at one moment. Beliefs are equal from which the same follows, however they came about.
+
+    Attributes:
+        interlocks: Those of the prior.
+        noise: How reports are thought to come about.
+        possible: Whether the reports could have come about, by kind of flip and interlock, shape (kinds, interlocks).
+        configuration: Where the box is under each interlock, shape (interlocks,).
+        false: How many reports were false under it, of the same shape.
+        weights: The posterior probability of every interlock, of the same shape.
+        told: Reports since the beginning or the last restart.
+        positions: The configuration as told last; None where positions are not told.
+        moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
+        restarts: How often what was told was impossible.
+    """
+
+    interlocks: Interlocks
+    noise: Noise
+    possible: NDArray[np.bool_]
+    configuration: NDArray[np.int64]
+    false: NDArray[np.int64]
+    weights: Floats
+    told: int = 0
+    positions: int | None = 0
+    moved: float | None = None
+    restarts: int = 0
+
+    @property
+    def alive(self) -> int:
+        """The possible interlocks as a number, bit s for interlock s."""
+        return as_mask(np.any(self.possible, axis=0))
+
+    @property
+    def likeliest(self) -> int:
+        """The most probable configuration; of equally probable ones the smallest."""
+        return int(np.argmax(np.bincount(self.configuration, self.weights)))
+
+    def _key(self) -> tuple[object, ...]:
+        held = self.possible.any(axis=0)
+        arrays = (self.possible, self.configuration * held, self.false * held)
+        told = self.told if self.noise.p is None else 0  # with a known p only differences of counts matter
+        positions = None if self.positions is None else self.positions if "sticky" in self.noise.kinds else 0
+        plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions)
+        return (*plain, *(array.tobytes() for array in arrays))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Belief) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+
+def begin(interlocks: Interlocks, noise: Noise) -> Belief:
+    """What is known before the first report: the prior, at the start."""
+    return _anew(interlocks, noise, 0)
+
+
+def _anew(
+    interlocks: Interlocks, noise: Noise, configuration: int, positions: int | None = 0, restarts: int = 0
+) -> Belief:
+    """The prior at a configuration, with what was told of it."""
+    solvable = interlocks.distance[:, configuration] < NEVER
+    return Belief(
+        interlocks=interlocks,
+        noise=noise,
+        possible=np.tile(solvable, (len(noise.kinds), 1)),
+        configuration=np.full(len(interlocks), configuration, dtype=np.int64),
+        false=np.zeros(len(interlocks), dtype=np.int64),
+        weights=solvable / solvable.sum(),
+        positions=positions,
+        restarts=restarts,
+    )
+
+
+def update(belief: Belief, report: Report) -> Belief:
+    """What is known after a report, and after being asked to go on."""
+    found = _told(belief, report)
+    if found is not None:
+        return found
+    before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
+    again = _again(belief, before & ~1)
+    return _told(again, report) or _afterwards(again, before & ~1, report)
+
+
+def _again(belief: Belief, configuration: int) -> Belief:
+    """Begin again from the prior."""
+    return _anew(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
+
+
+def _told(belief: Belief, report: Report) -> Belief | None:
+    """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
+    moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
+    possible = belief.possible & _shown(belief, report)
+    if report.joint == 0:
+        possible &= ~moves
+    false, told = belief.false + (moves != report.moved), belief.told + 1
+    weights = _weights(belief.noise, possible, false, told)
+    if weights is None:
+        return None
+    return replace(
+        belief,
+        possible=possible & (weights > 0.0),
+        configuration=belief.configuration ^ (moves.astype(np.int64) << report.joint),
+        false=false,
+        weights=weights,
+        told=told,
+        positions=report.positions,
+        moved=float(weights @ moves),
+    )
+
+
+def _shown(belief: Belief, report: Report) -> NDArray[np.bool_]:
+    """Whether the positions told are as each kind and interlock would have it, shape (kinds, interlocks)."""
+    if report.positions is None:
+        return np.ones_like(belief.possible)
+    bit = 1 << report.joint
+    differs = belief.configuration ^ report.positions ^ (report.moved * bit)
+    if belief.noise.naive:  # it takes the target to be at rest, whatever is told of it
+        differs &= ~1
+    repeated = belief.positions is None or (report.positions ^ belief.positions) & ~bit == 0
+    shown = {"transient": differs == 0, "sticky": (differs & bit == 0) & repeated}
+    return np.stack([shown[kind] for kind in belief.noise.kinds])
+
+
+def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64], told: int) -> Floats | None:
+    """The posterior of the counts of false reports, shape (interlocks,); None if nothing is possible."""
+    logs = np.where(possible.any(axis=0), _log_likelihood(noise.p, told)[false], -inf)
+    most = float(logs.max())
+    if most == -inf:
+        return None
+    weights: Floats = np.exp(logs - most) * possible.sum(axis=0)
+    weights /= weights.sum()
+    return weights
+
+
+@lru_cache(maxsize=4096)
+def _log_likelihood(p: float | None, told: int) -> Floats:
+    """Of 0, 1, ... false reports among ``told``, shape (told + 1,)."""
+    counts = range(told + 1)
+    if p is None:
+        return np.array([lgamma(k + 1) + lgamma(told - k + 1) - lgamma(told + 2) for k in counts])
+    odds = (log(p) if p > 0 else -inf, log(1 - p) if p < 1 else -inf)
+    return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
+
+
+def _afterwards(again: Belief, before: int, report: Report) -> Belief:
+    """The prior where the report says that the box is now; the target stays where it was."""
+    now = before ^ (report.moved << report.joint) & ~1
+    fresh = _anew(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
+    return _only(fresh, opens=False) or fresh if report.joint == 0 else fresh
+
+
+def opened(belief: Belief) -> Belief:
+    """What is known once the box has opened: the target was attempted, and moved."""
+    again = _again(belief, belief.likeliest)
+    return replace(_only(belief, opens=True) or _only(again, opens=True) or again, moved=1.0)
+
+
+def _only(belief: Belief, *, opens: bool) -> Belief | None:
+    """The belief if it is known whether the target moves when attempted; None if that is impossible."""
+    moves = belief.interlocks.may_move(belief.configuration)[:, 0]
+    possible = belief.possible & (moves == opens)
+    weights = belief.weights * (moves == opens)
+    total = float(weights.sum())
+    return replace(belief, possible=possible, weights=weights / total) if total else None
+
+
+def entropy(belief: Belief) -> float:
+    """How much is unknown of the interlock, in bits, from 0."""
+    sure = belief.weights[belief.weights > 0.0]
+    return float(-(sure * np.log2(sure)).sum()) + 0.0

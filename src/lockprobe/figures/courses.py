@@ -1,0 +1,31 @@
+"""Which agents' success rises over p, which falls, which both: one small panel each, loops beside it."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.figures.frame import ACCENT, SUBJECTS, Style, agent_label, counts, p_axis, share_axis, title
+from lockprobe.figures.marks import bars, means
+
+__all__ = ["draw_course"]
+
+_SUCCESS = Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)
+_LOOPS = Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)
+
+
+def draw_course(axes: Axes, agent: AgentSummary) -> None:
+    """Success and loop rate by flip probability, with the course that the tests bear out."""
+    share_axis(axes, "share of trials")
+    played = [condition for condition in agent.conditions if condition.success.n]
+    p_axis(axes, agent.conditions)
+    x = [condition.p for condition in played]
+    for style, shares, label in (
+        (_SUCCESS, [condition.success for condition in played], "solved"),
+        (_LOOPS, [condition.behaviour.loops for condition in played], "with an action loop"),
+    ):
+        means(axes, x, shares, style, line=True)
+        bars(axes, x, shares, style, label=label)
+    found = agent.inference.course
+    kind = "the same at every p" if agent.blind else found.kind if found else ""
+    title(axes, agent_label(agent, 34), f"{kind}; {counts(played)} per p")

@@ -1,0 +1,73 @@
+"""How numbers and cells are written: for the page, as CSV and as TeX."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Sequence
+
+from lockprobe.errors import printable
+
+__all__ = ["NONE", "Table", "as_csv", "as_tex", "minus", "percent"]
+
+NONE = "\N{EN DASH}"
+"""A cell without a value."""
+
+Table = list[list[str]]
+"""Rows of cells, the first row with the names of the columns."""
+
+_TEX = {
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "±": r"$\pm$",
+    "\N{EN DASH}": "--",
+    "\N{MINUS SIGN}": "$-$",
+    "≈": r"$\approx$",
+}
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+def percent(value: float | None, digits: int = 1) -> str:
+    """A share in per cent, or a dash where there is none."""
+    return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
+
+
+def minus(text: str) -> str:
+    """The text with minus signs for hyphens, and none before a nought."""
+    return re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text).replace("-", "\N{MINUS SIGN}")
+
+
+def as_csv(table: Sequence[Sequence[str]]) -> str:
+    """The table as CSV. A cell that a spreadsheet would take for a formula is led by an apostrophe."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerows(["'" * cell.startswith(_FORMULA) + printable(cell) for cell in row] for row in table)
+    return out.getvalue()
+
+
+def as_tex(table: Sequence[Sequence[str]]) -> str:
+    """The table for LaTeX with booktabs. Rows begin with ``{}``, lest one be read as an argument of the rule above."""
+    head, *rows = [
+        "{}" + " & ".join("".join(_TEX.get(c, c) for c in printable(cell)) for cell in row) + r" \\" for row in table
+    ]
+    lines = [
+        rf"\begin{{tabular}}{{{'l' * len(table[0])}}}",
+        r"\toprule",
+        head,
+        r"\midrule",
+        *rows,
+        r"\bottomrule",
+        r"\end{tabular}",
+    ]
+    return "\n".join(lines) + "\n"

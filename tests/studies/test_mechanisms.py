@@ -1,0 +1,37 @@
+"""The study of mechanisms that ships: it can be had by its name, and tells rises from declines."""
+
+from dataclasses import replace
+
+import pytest
+from builders import play_study
+
+from lockprobe.analysis.summary import summarise
+from lockprobe.studies.studyfile import SHIPPED, study
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_what_ships_is_a_study(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = study(name)
+    assert found.p == tuple(round(0.1 * i, 1) for i in range(11))
+    assert found.repetitions * found.trials >= 300
+
+
+def test_a_file_of_the_same_name_here_goes_before(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mechanisms.toml").write_text('study = "flips"\nagent = ["random"]\np = [0.3]\n')
+    assert study("mechanisms.toml").p == (0.3,)
+
+
+def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
+    kinds = {
+        "human-inspired": "falls",
+        "ideal-observer": "no change detectable",
+        "cognitive:perseverant": "rises",
+        "cognitive:random-map?window=1&avoid=last": "rises and falls",
+    }
+    whole = study("mechanisms.toml")
+    assert set(kinds) <= set(whole.agents)
+    part = replace(whole, agents=tuple(kinds), p=(0.0, 0.25, 0.5, 0.75, 1.0), repetitions=1, trials=120)
+    found = {agent.agent: agent.inference.course.kind for agent in summarise(play_study(part), part.box).agents}
+    assert found == kinds
