@@ -22,17 +22,20 @@ if TYPE_CHECKING:
     from lockprobe.export import tidy_rows
     from lockprobe.lockbox.families import box
     from lockprobe.studies.journal import load
+    from lockprobe.studies.montecarlo import population, propagate
     from lockprobe.studies.runner import run_study
     from lockprobe.studies.stage import run_trial
     from lockprobe.studies.studyfile import study
 
-__all__ = ["__version__", "box", "load", "run_study", "run_trial", "study", "tidy_rows"]
+__all__ = ["__version__", "box", "load", "population", "propagate", "run_study", "run_trial", "study", "tidy_rows"]
 
 __version__ = version("lockprobe")
 
 _HOMES = {
     "box": "lockprobe.lockbox.families",
     "load": "lockprobe.studies.journal",
+    "population": "lockprobe.studies.montecarlo",
+    "propagate": "lockprobe.studies.montecarlo",
     "run_study": "lockprobe.studies.runner",
     "run_trial": "lockprobe.studies.stage",
     "study": "lockprobe.studies.studyfile",

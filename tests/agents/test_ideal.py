@@ -11,7 +11,7 @@ from lockprobe.agents.ideal import IdealObserver
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
-from lockprobe.studies.propagation import propagate
+from lockprobe.studies.montecarlo.propagation import propagate
 
 NAIVE = IdealObserver(noise="naive")
 

@@ -42,7 +42,8 @@ def _described(kind: type[Any]) -> str:
 
 _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
-    "ideal-observer": "Concludes all that can be from what it was told, and plans by it. Options: prior, noise, plan, persistence.",
+    "ideal-observer": "Concludes all that can be from what it was told, and plans by it. "
+    "Options: prior, noise, plan, persistence.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
     "llm:local": "The embedded language model.",

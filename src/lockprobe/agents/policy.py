@@ -1,9 +1,9 @@
 """Agents whose whole memory is one small value.
 
 A policy begins with a memory, changes it with every report, and gives every joint a probability from it. Because the
-memory is a hashable value, the same policy can be played here step by step, propagated exactly
-(:mod:`lockprobe.studies.propagation`), compiled (:mod:`lockprobe.studies.montecarlo`) and fitted
-(:mod:`lockprobe.fit`). Joints are numbers here: places in ``Task.joints``, the order in which they are listed.
+memory is a hashable value, the same policy can be played here step by step, propagated exactly or sampled by the
+thousand (:mod:`lockprobe.studies.montecarlo`), and fitted (:mod:`lockprobe.fit`). Joints are numbers here: places in
+``Task.joints``, the order in which they are listed.
 """
 
 from __future__ import annotations
