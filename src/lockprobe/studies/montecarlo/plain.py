@@ -16,6 +16,7 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.heuristic import HumanInspired
+from lockprobe.agents.ideal import IdealObserver
 from lockprobe.agents.policy import Policy, Told, View
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
@@ -166,4 +167,4 @@ def heeds_order(policy: Policy[Any]) -> bool:
     """Whether the order of the listing may matter to a policy; to one that is not known here it may."""
     if type(policy) is SoftmaxMemory:
         return policy.position != 0
-    return type(policy) not in (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap)
+    return type(policy) not in (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver)

@@ -1,0 +1,174 @@
+"""``lockprobe fit``."""
+
+from __future__ import annotations
+
+import json as json_
+import sys
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import IO, Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from lockprobe.errors import BadFile, UserMistake
+from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
+from lockprobe.fit.contest import Tell
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import box
+from lockprobe.studies.journal import load
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.studyfile import parse_p
+
+__all__ = ["fit"]
+
+WIDTH = 100
+"""Columns where there is no terminal."""
+
+
+def fit(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
+    agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
+    p: Annotated[str | None, typer.Option(help="Only these flip probabilities, for example 0,0.4.")] = None,
+    models: Annotated[str | None, typer.Option(help=f"Only these, with commas between: {', '.join(RIVALS)}.")] = None,
+    folds: Annotated[int, typer.Option(help="Parts of the trials that are left out in turn.")] = 10,
+    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip probability on its own.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
+    out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise.")] = None,
+) -> None:
+    """Which simple mechanism predicts an agent's choices, given what it had been told, and how well.
+
+    Every model is fitted to the choices of every agent, of all conditions together, and judged by trials that it was
+    not fitted to.
+    """
+    if out is not None:
+        _check(out, directory)
+    trials = load(directory)
+    report = fit_agents(
+        trials,
+        agents=agent or None,
+        p=None if p is None else parse_p(p),
+        models=None if models is None else [name.strip() for name in models.split(",")],
+        folds=folds,
+        by_p=by_p,
+        boxes=_boxes(directory, {trial.box for trial in trials}),
+        tell=_progress(),
+    )
+    if out is None:
+        _write(report, sys.stdout, json=json)
+        return
+    try:
+        with out.open("w", encoding="utf-8") as file:
+            _write(report, file, json=json)
+    except OSError as error:
+        raise BadFile(out, f"cannot be written ({error.strerror})") from None
+
+
+def _check(out: Path, directory: Path) -> None:
+    from lockprobe.cli.results import STUDY_FILES
+
+    if out.resolve().parent == directory.resolve() and out.name in STUDY_FILES:
+        raise BadFile(out, "a file of the study itself; choose another")
+
+
+def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:
+    """The boxes of some trials, as far as they are known: by name, or from the settings of the study."""
+    found = {}
+    for name in names:
+        with suppress(UserMistake):
+            found[name] = box(name)
+    with suppress(UserMistake):
+        own = read_study(directory).box
+        found[own.name] = own
+    return found
+
+
+def _progress() -> Tell:
+    """Plain lines on standard error, at most one in two seconds, none if all is done sooner."""
+    last = time.monotonic()
+
+    def tell(said: str) -> None:
+        nonlocal last
+        if (now := time.monotonic()) - last > 2:
+            last = now
+            print(f"fitting {said}", file=sys.stderr)
+
+    return tell
+
+
+def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
+    if json:
+        print(json_.dumps({"schema": 1} | asdict(report), indent=1, allow_nan=False), file=file)
+        return
+    console = Console(file=file, highlight=False, width=None if file.isatty() else WIDTH)
+    for one in report.agents:
+        _print_agent(console, one)
+    console.print(
+        "\nThe best model by BIC comes first. AICc and BIC are of the log-likelihood divided by how many choices say "
+        "as much as one: those of a trial, and of trials with equal labels, flips and draws, may repeat each other. "
+        "Bits per choice better than chance, the probability of the joint chosen (geometric mean) and "
+        "the share of choices that were the likeliest are those of trials left out, one part of "
+        f"{report.folds} at a time. {report.caution}"
+    )
+
+
+def _print_agent(console: Console, one: AgentFit) -> None:
+    counted = f"{one.trials} trials, {one.choices} choices, p = {', '.join(f'{p:g}' for p in one.p)}"
+    said = [
+        f"{one.left_out} left out that ended as an error or without a step" if one.left_out else "",
+        f"{one.passed_over} more not needed" if one.passed_over else "",
+        f"{one.repeats:.1f} choices say as much as one" if one.repeats > 1.05 else "",
+    ]
+    console.print(f"\n[bold]{escape(one.agent)}[/bold]  {'; '.join([counted, *filter(None, said)])}")
+    console.print(escape(one.finding))
+    console.print(_table(one))
+    best = one.rivals[0]
+    if best.parameters:
+        console.print(f"\n{escape(best.version)}, with 95 % intervals:")
+        for parameter in best.parameters:
+            console.print("  " + escape(_parameter(parameter)))
+    if best.spec and best.parameters:
+        console.print(f"  To play it: --agent '{escape(best.spec)}'", soft_wrap=True)
+
+
+def _table(one: AgentFit) -> Table:
+    table = Table(show_edge=False, pad_edge=False, box=None, padding=(0, 2, 0, 0))
+    table.add_column("model", max_width=26)
+    for name in ("par.", "log-lik.", "AICc", "BIC", "behind", "bits, left out", "prob.", "hits"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for rival in one.rivals:
+        table.add_row(*_row(rival))
+    return table
+
+
+def _row(rival: RivalFit) -> list[str]:
+    version = rival.version.removeprefix(rival.model)[1:].replace("&", " ")
+    chosen = f"\n[dim]{escape(version)}, best of {rival.versions}[/dim]" if rival.versions > 1 else ""
+    aside = rival.held_out
+    interval = "" if aside is None or aside.low is None else f" [{_two(aside.low)}, {_two(aside.high)}]"
+    return [
+        rival.model + chosen,
+        str(len(rival.parameters)),
+        f"{rival.log_likelihood:.1f}",
+        "-" if rival.aicc is None else f"{rival.aicc:.1f}",
+        f"{rival.bic:.1f}",
+        f"{rival.behind:.1f}",
+        "-" if aside is None else f"{_two(aside.gain)}{escape(interval)}",
+        "-" if aside is None else f"{aside.probability:.2f}",
+        "-" if aside is None else f"{100 * aside.hits:.0f} %",
+    ]
+
+
+def _two(value: float | None) -> str:
+    """Two digits, and no minus before nothing; ``any`` where there is no end."""
+    return "any" if value is None else f"{round(value, 2) + 0.0:.2f}"
+
+
+def _parameter(one: Parameter) -> str:
+    note = "  at its bound" if one.at_bound else ""
+    return f"{one.name:20}  {_two(one.value):>6}  [{_two(one.low)}, {_two(one.high)}]{note}"

@@ -1,0 +1,241 @@
+"""The choices of one agent's trials as arrays, beside all that it had been told when it made them.
+
+Joints are places in the listing, as for :class:`lockprobe.agents.policy.Policy`. A box of fewer joints than the largest
+is filled up with joints that are not ``present``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.agents.policy import Policy, Told, View, opened_after
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.record import Step, Trial
+
+__all__ = ["Choices", "Heard", "choices_of", "hear", "rule"]
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+Memory = TypeVar("Memory")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Heard:
+    """One trial as a policy would have lived it.
+
+    Attributes:
+        view: The task in numbers.
+        told: The report after each step.
+    """
+
+    view: View
+    told: tuple[Told, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choices:
+    """What was chosen, and what was known. Arrays have the shape (choices,) or (choices, joints).
+
+    Attributes:
+        trial: The trial of each choice, from 0.
+        cluster: Its cluster of luck: trials of equal repetition and trial have equal labels, flips and draws.
+        chosen: The joint chosen.
+        present: Which joints there are.
+        target: Which is the target.
+        label: What each joint is called, by place in ``labels``.
+        closed: Which were where they had been at the start, as told.
+        age: Steps since each joint failed last, 0 if it has just done so; -1 if it never did.
+        moves: Perceived moves since then.
+        attempt: What was heard of the step before: ``2 * joint + moved``; -1 before the first.
+        reported: Joints reported away from where they were, bit j for joint j; 0 where positions are not told.
+        failed: Joints that failed since the last perceived move, bit j for joint j.
+        own: Probabilities that the agent itself recorded; of no rows if it did not do so at every step.
+        labels: All labels, in alphabetical order.
+    """
+
+    trial: Integers
+    cluster: Integers
+    chosen: Integers
+    present: Flags
+    target: Flags
+    label: Integers
+    closed: Flags
+    age: Integers
+    moves: Integers
+    attempt: Integers
+    reported: Integers
+    failed: Integers
+    own: Array
+    labels: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.chosen)
+
+    @property
+    def joints(self) -> Integers:
+        """How many joints there were to choose from."""
+        count: Integers = self.present.sum(axis=1)
+        return count
+
+    @property
+    def last(self) -> Flags:
+        """Which joint was attempted last."""
+        last: Flags = (self.attempt >> 1)[:, None] == np.arange(self.present.shape[1])
+        return last
+
+    @property
+    def stayed(self) -> Flags:
+        """Which joint was attempted last and moved, as told."""
+        return self.last & (self.attempt & 1 > 0)[:, None]
+
+    @property
+    def place(self) -> Array:
+        """Where each joint stands in the listing, from 0 (first) to 1 (last)."""
+        return np.arange(self.present.shape[1]) / np.maximum(self.joints - 1, 1)[:, None]
+
+    def at(self, rows: Flags) -> Choices:
+        """Some of the choices, by a boolean array of shape (choices,)."""
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "labels"}
+        return replace(self, **{name: array[rows] if len(array) else array for name, array in arrays.items()})
+
+
+def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
+    """A trial as a policy would have lived it.
+
+    The positions before the first step are the true ones: no channel changes them, as nothing has been attempted.
+
+    Args:
+        trial: The trial.
+        boxes: Name -> box, for policies that look at the panel; one with other joints than the trial's is passed over.
+    """
+    panel = [trial.labels.index(label) for label in trial.listing]
+    box = (boxes or {}).get(trial.box)
+    target = trial.labels[trial.joints.index(trial.target)]
+    return Heard(
+        view=View(
+            joints=len(panel),
+            target=trial.listing.index(target),
+            places=tuple(box.joints[i].place for i in panel) if box and set(box.names) == set(trial.joints) else (),
+        ),
+        told=tuple(
+            Told(
+                joint=trial.listing.index(step.decision.joint),
+                moved=step.told_moved,
+                shifted=_shifted(step, trial.steps[0].state, panel),
+            )
+            for step in trial.steps
+        ),
+    )
+
+
+def _shifted(step: Step, start: str, panel: Sequence[int]) -> int | None:
+    if step.told_state is None:
+        return None
+    return sum((step.told_state[i] != start[i]) << j for j, i in enumerate(panel))
+
+
+def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
+    """All choices of some trials.
+
+    Args:
+        trials: Of one agent.
+        heard: The same trials as heard.
+    """
+    widest = max((one.view.joints for one in heard), default=0)
+    rows = [row for one in heard for row in _rows(one.view.joints, one.told)]
+    sizes = [len(one.told) for one in heard]
+    labels = tuple(sorted({label for trial in trials for label in trial.listing}))
+    keys = np.array([(trial.repetition, trial.trial) for trial in trials], dtype=np.int64).reshape(-1, 2)
+    called = [[labels.index(label) for label in trial.listing] for trial in trials]
+
+    def each(values: object) -> Integers:
+        return np.repeat(np.asarray(values, dtype=np.int64), sizes, axis=0)
+
+    return Choices(
+        trial=each(np.arange(len(trials))),
+        cluster=each(np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)),
+        chosen=np.array([told.joint for one in heard for told in one.told], dtype=np.int64),
+        present=np.arange(widest) < each([one.view.joints for one in heard])[:, None],
+        target=np.arange(widest) == each([one.view.target for one in heard])[:, None],
+        label=each(_filled(called, widest, -1)),
+        closed=(np.array([row.opened for row in rows], dtype=np.int64)[:, None] >> np.arange(widest)) & 1 == 0,
+        age=_filled([row.age for row in rows], widest, -1),
+        moves=_filled([row.moves for row in rows], widest, 0),
+        attempt=np.array([row.attempt for row in rows], dtype=np.int64),
+        reported=np.array([row.reported for row in rows], dtype=np.int64),
+        failed=np.array([row.failed for row in rows], dtype=np.int64),
+        own=_own(trials, widest),
+        labels=labels,
+    )
+
+
+class _Row(NamedTuple):
+    """What was known at one choice."""
+
+    opened: int
+    age: list[int]
+    moves: list[int]
+    attempt: int
+    reported: int
+    failed: int
+
+
+def _rows(joints: int, reports: Sequence[Told]) -> Iterator[_Row]:
+    """What was known at each choice of a trial: nothing, then what the first report said, and so on."""
+    known = _Row(opened=0, age=[-1] * joints, moves=[0] * joints, attempt=-1, reported=0, failed=0)
+    for told in reports:
+        yield known
+        age, moves = [a + (a >= 0) for a in known.age], [m + told.moved for m in known.moves]
+        if not told.moved:
+            age[told.joint] = moves[told.joint] = 0
+        known = _Row(
+            opened=opened_after(known.opened, told),
+            age=age,
+            moves=moves,
+            attempt=2 * told.joint + told.moved,
+            reported=told.shifted or 0,
+            failed=0 if told.moved else known.failed | 1 << told.joint,
+        )
+
+
+def _filled(rows: Sequence[Sequence[int]], width: int, blank: int) -> Integers:
+    filled = [[*row, *[blank] * (width - len(row))] for row in rows]
+    return np.array(filled, dtype=np.int64).reshape(-1, width)
+
+
+def _own(trials: Sequence[Trial], width: int) -> Array:
+    stated = [step.decision.probabilities for trial in trials for step in trial.steps]
+    if not all(stated):
+        return np.empty((0, width))
+    return np.array([[*(row or ()), *[0.0] * (width - len(row or ()))] for row in stated]).reshape(-1, width)
+
+
+def rule(policy: Policy[Memory], heard: Sequence[Heard]) -> Array:
+    """What a policy would have chosen in the place of an agent, shape (choices, joints).
+
+    Args:
+        policy: The policy.
+        heard: The agent's trials.
+    """
+    later: dict[tuple[View, Memory, Told], Memory] = {}
+    chances: dict[tuple[View, Memory], tuple[float, ...]] = {}
+    width = max((one.view.joints for one in heard), default=0)
+    found = []
+    for one in heard:
+        view, memory = one.view, policy.begin(one.view)
+        for told in one.told:
+            if (row := chances.get((view, memory))) is None:
+                row = policy.probabilities(view, memory)
+                row = chances[view, memory] = (*row, *[0.0] * (width - len(row)))
+            found.append(row)
+            if (after := later.get((view, memory, told))) is None:
+                after = later[view, memory, told] = policy.remember(view, memory, told)
+            memory = after
+    return np.array(found, dtype=np.float64).reshape(-1, width)

@@ -1,0 +1,164 @@
+"""All models fitted to the trials of some agents."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lockprobe.analysis.outcomes import ended
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.fit.choices import Choices, choices_of, hear
+from lockprobe.fit.contest import Competitor, Tell, contest
+from lockprobe.fit.finding import finding
+from lockprobe.fit.held_out import folds_of, held_out, predicted
+from lockprobe.fit.intervals import parameters
+from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
+from lockprobe.fit.rivals import Rival, chosen_rivals
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.record import Trial
+from lockprobe.seeds import generator
+
+__all__ = ["ENOUGH_CHOICES", "fit_agents"]
+
+ENOUGH_CHOICES = 20_000
+"""Of more choices than this whole clusters of luck are drawn, by lot with a fixed seed."""
+
+
+def fit_agents(
+    trials: Sequence[Trial],
+    *,
+    agents: Iterable[str] | None = None,
+    p: Iterable[float] | None = None,
+    models: Iterable[str] | None = None,
+    folds: int = 10,
+    by_p: bool = False,
+    boxes: Mapping[str, Lockbox] | None = None,
+    tell: Tell = lambda said: None,
+) -> FitReport:
+    """Fit models to the choices of agents, given what they had been told.
+
+    Args:
+        trials: Of any agents; those that ended as an error are left out and counted.
+        agents: Only these; all in the order of their names without it.
+        p: Only these flip probabilities.
+        models: Only these models, and ``random``.
+        folds: Parts of the trials that are left out in turn, at least 2.
+        by_p: Whether each flip probability is fitted on its own.
+        boxes: Name -> box, for models that look at the panel.
+        tell: Called with what is being fitted.
+
+    Raises:
+        UnknownName: If there is no such agent or model; the message lists those that exist.
+        BadValue: If there are no trials of an agent at such p, or ``folds`` is below 2.
+    """
+    if folds < 2:
+        raise BadValue("folds", folds, "a whole number of at least 2")
+    rivals = chosen_rivals(models)
+    found = [
+        _fit(agent, mine, rivals, folds, boxes or {}, tell) for agent, mine in _groups(trials, agents, p, by_p=by_p)
+    ]
+    return FitReport(agents=tuple(found), folds=folds)
+
+
+def _groups(
+    trials: Sequence[Trial], agents: Iterable[str] | None, p: Iterable[float] | None, *, by_p: bool
+) -> list[tuple[str, list[Trial]]]:
+    """The trials of each agent, or of each agent at each p."""
+    there = sorted({trial.agent for trial in trials})
+    asked = there if agents is None else list(dict.fromkeys(agents))
+    known = sorted({trial.p for trial in trials})
+    kept = known if p is None else sorted(set(p))
+    for agent in asked:
+        if agent not in there:
+            raise UnknownName("agent in these trials", agent, there)
+    for value in kept:
+        if value not in known:
+            raise BadValue("p", value, f"one of {', '.join(f'{one:g}' for one in known)}")
+    groups = []
+    for agent in asked:
+        for values in [[value] for value in kept] if by_p else [kept]:
+            mine = [trial for trial in trials if trial.agent == agent and trial.p in values]
+            if mine:
+                groups.append((agent, mine))
+    if not groups:
+        raise BadValue("trials", 0, "at least one of an agent")
+    return groups
+
+
+def _fit(
+    agent: str, trials: Sequence[Trial], rivals: Sequence[Rival], folds: int, boxes: Mapping[str, Lockbox], tell: Tell
+) -> AgentFit:
+    """All rivals for the trials of one agent, the best first."""
+    counted = [trial for trial in ended(trials) if trial.steps]
+    if not counted:
+        raise BadValue(f"trials of {agent}", f"{len(trials)} that ended as an error", "at least one that was played")
+    used = _some(counted)
+    heard = [hear(trial, boxes) for trial in used]
+    choices = choices_of(used, heard)
+    found = contest(choices, heard, rivals, lambda name: tell(f"{agent}: {name}"))
+    rows = []
+    for one in found.competitors:
+        tell(f"{agent}: {one.rival.name}, intervals and trials left out")
+        rows.append(_row(one, choices, folds))
+    least = min(row.bic for row in rows)
+    ranked = sorted((replace(row, behind=row.bic - least) for row in rows), key=lambda row: row.behind)
+    fit = AgentFit(
+        agent=agent,
+        p=tuple(sorted({trial.p for trial in used})),
+        trials=len(used),
+        left_out=len(trials) - len(counted),
+        passed_over=len(counted) - len(used),
+        choices=len(choices),
+        clusters=len(np.unique(choices.cluster)),
+        repeats=found.repeats,
+        chance_bits=float(np.log2(choices.joints).mean()),
+        rivals=tuple(ranked),
+        own=predicted(choices, choices.own) if len(choices.own) else None,
+        finding="",
+    )
+    return replace(fit, finding=finding(fit))
+
+
+def _row(one: Competitor, choices: Choices, folds: int) -> RivalFit:
+    found, fold, aside = parameters(one.model, one.best, choices), folds_of(choices.cluster, folds), None
+    if fold.max() > 0:
+        aside = predicted(choices, held_out(one.versions, one.fitted, fold, choices.present))
+    return RivalFit(
+        model=one.rival.name,
+        says=one.rival.says,
+        version=one.version,
+        versions=len(one.versions),
+        spec=_spec(one.rival.agent.format(version=one.version), found),
+        parameters=found,
+        log_likelihood=one.best.log_likelihood,
+        charged=one.charged,
+        aicc=one.aicc,
+        bic=one.bic,
+        behind=0.0,
+        held_out=aside,
+    )
+
+
+def _some(trials: Sequence[Trial]) -> list[Trial]:
+    """All trials, or as many whole clusters of luck, by lot, as hold enough choices."""
+    if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
+        return list(trials)
+    clusters: dict[tuple[int, int], list[Trial]] = {}
+    for trial in trials:
+        clusters.setdefault((trial.repetition, trial.trial), []).append(trial)
+    keys, drawn, choices = sorted(clusters), list[Trial](), 0
+    for place in generator(0, "fit", "some").permutation(len(keys)):
+        mine = clusters[keys[place]]
+        choices += sum(len(trial.steps) for trial in mine)
+        if drawn and choices > ENOUGH_CHOICES:
+            break
+        drawn += mine
+    return drawn
+
+
+def _spec(agent: str, parameters: Sequence[Parameter]) -> str | None:
+    """The spec of an agent that acts as fitted."""
+    fitted = "&".join(f"{one.name}={one.value:.4g}" for one in parameters)
+    return f"{agent}{'&' if '?' in agent else '?'}{fitted}" if agent and fitted else agent or None

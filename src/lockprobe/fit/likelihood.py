@@ -1,0 +1,191 @@
+"""How likely an agent's choices are under a model with free parameters, and which way the parameters should go.
+
+There are two shapes. A :class:`Softmax` weighs joints by a sum of pulls; with the traces held fixed it is a conditional
+logit (McFadden 1974) and concave in the pulls. A :class:`Lapse` follows a rule but for a share of its choices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["BOUND", "Lapse", "Model", "Slope", "Softmax"]
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+BOUND = 15.0
+"""Pulls are sought up to this size. It makes a choice three million times as likely; more could not be told apart."""
+
+_LEAST_LAPSE = 1e-9
+_TINY = 1e-300
+
+
+class Slope(NamedTuple):
+    """A log-likelihood and its derivatives.
+
+    Attributes:
+        terms: Log-probability of each choice, shape (choices,).
+        scores: Their derivatives, shape (choices, parameters).
+        information: How sharply the sum bends, shape (parameters, parameters), positive semi-definite.
+    """
+
+    terms: Array
+    scores: Array
+    information: Array
+
+
+class Model(Protocol):
+    """A family of probabilities for the same choices."""
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """The least and the greatest value of each parameter, in order."""
+
+    @property
+    def starts(self) -> tuple[tuple[float, ...], ...]:
+        """Where to begin the search for the maximum."""
+
+    def probabilities(self, values: Array) -> Array:
+        """The probability of each joint at each choice, shape (choices, joints)."""
+
+    def slope(self, values: Array) -> Slope:
+        """The log-likelihood with its derivatives."""
+
+    def at(self, rows: Flags) -> Model:
+        """The same for some of the choices, by a boolean array of shape (choices,)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Softmax:
+    """Joint j with probability proportional to exp(sum of pull k times feature k of j).
+
+    With ``traces`` the last two parameters are ``decay`` and ``reset``, and the feature called ``failure`` is minus
+    the failure trace ``decay ** age * (1 - reset) ** moves`` of :class:`lockprobe.agents.cognitive.SoftmaxMemory`.
+
+    Attributes:
+        names: Names of the pulls.
+        features: Shape (choices, joints, pulls).
+        chosen: Shape (choices,).
+        present: Which joints there are, shape (choices, joints).
+        traces: Age of each joint's last failure (-1: none) and perceived moves since; None without ``failure``.
+    """
+
+    names: tuple[str, ...]
+    features: Array
+    chosen: Integers
+    present: Flags
+    traces: tuple[Integers, Integers] | None = None
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """Pulls within :data:`BOUND`, shares within [0, 1]."""
+        shares = {"decay": (0.0, 1.0), "reset": (0.0, 1.0)} if self.traces else {}
+        return dict.fromkeys(self.names, (-BOUND, BOUND)) | shares
+
+    @property
+    def starts(self) -> tuple[tuple[float, ...], ...]:
+        """No pulls, with short and long memories that a move does or does not wipe out."""
+        memories = [(0.3, 0.5), (0.9, 0.1), (0.9, 0.9), (1.0, 1.0)] if self.traces else [()]
+        return tuple((*[0.0] * len(self.names), *memory) for memory in memories)
+
+    def probabilities(self, values: Array) -> Array:
+        """The softmax of the pulls."""
+        return self._softmax(self._design(values), values)
+
+    def slope(self, values: Array) -> Slope:
+        """The log-likelihood; the information is the expected one, given what had been told."""
+        design = self._design(values)
+        chances = self._softmax(design, values)
+        rows = np.arange(len(self.chosen))
+        mean = np.einsum("cj,cjk->ck", chances, design)
+        flat = design.reshape(chances.size, -1) if len(values) else np.empty((chances.size, 0))
+        return Slope(
+            terms=np.log(np.maximum(chances[rows, self.chosen], _TINY)),
+            scores=design[rows, self.chosen] - mean,
+            information=(flat * chances.reshape(-1, 1)).T @ flat - mean.T @ mean,
+        )
+
+    def at(self, rows: Flags) -> Softmax:
+        """The same for some of the choices."""
+        return replace(
+            self,
+            features=self.features[rows],
+            chosen=self.chosen[rows],
+            present=self.present[rows],
+            traces=(self.traces[0][rows], self.traces[1][rows]) if self.traces else None,
+        )
+
+    def _softmax(self, design: Array, values: Array) -> Array:
+        pulls = np.where(self.present, design[:, :, : len(self.names)] @ values[: len(self.names)], -np.inf)
+        weights = np.exp(pulls - pulls.max(axis=1, keepdims=True))
+        chances: Array = weights / weights.sum(axis=1, keepdims=True)
+        return chances
+
+    def _design(self, values: Array) -> Array:
+        """Derivatives of the summed pulls, shape (choices, joints, parameters)."""
+        if self.traces is None:
+            return self.features
+        (age, moves), (decay, reset) = self.traces, values[-2:]
+        powers = np.arange(max(age.max(initial=0), moves.max(initial=0)) + 1)
+        fading, kept = decay**powers, (1 - reset) ** powers
+        ever, steps, earlier = age >= 0, np.maximum(age, 0), np.maximum(age - 1, 0)
+        place = self.names.index("failure")
+        design = np.empty((*age.shape, len(self.names) + 2))
+        design[:, :, :-2] = self.features
+        design[:, :, place] = -1.0 * ever * fading[steps] * kept[moves]
+        design[:, :, -2] = -values[place] * ever * steps * fading[earlier] * kept[moves]
+        design[:, :, -1] = values[place] * ever * fading[steps] * moves * kept[np.maximum(moves - 1, 0)]
+        return design
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lapse:
+    """A rule, but for a share ``lapse`` of choices, in which any joint is as likely as any other.
+
+    Attributes:
+        follows: What the rule alone would choose, shape (choices, joints).
+        chosen: Shape (choices,).
+        present: Which joints there are, shape (choices, joints).
+    """
+
+    follows: Array
+    chosen: Integers
+    present: Flags
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """A share; above 0 if some choice is against the rule."""
+        return {"lapse": (0.0 if self._followed.all() else _LEAST_LAPSE, 1.0)}
+
+    @property
+    def starts(self) -> tuple[tuple[float, ...], ...]:
+        """The likelihood is concave, so that one is enough."""
+        return ((0.2,),)
+
+    @property
+    def _followed(self) -> Array:
+        followed: Array = self.follows[np.arange(len(self.chosen)), self.chosen]
+        return followed
+
+    def probabilities(self, values: Array) -> Array:
+        """The rule mixed with chance."""
+        chance: Array = self.present / self.present.sum(axis=1, keepdims=True)
+        lapse = float(values[0])
+        return lapse * chance + (1 - lapse) * self.follows
+
+    def slope(self, values: Array) -> Slope:
+        """The log-likelihood; the information is the observed one."""
+        chance = 1 / self.present.sum(axis=1)
+        likely = values[0] * chance + (1 - values[0]) * self._followed
+        scores = ((chance - self._followed) / likely)[:, None]
+        return Slope(terms=np.log(likely), scores=scores, information=scores.T @ scores)
+
+    def at(self, rows: Flags) -> Lapse:
+        """The same for some of the choices."""
+        return Lapse(follows=self.follows[rows], chosen=self.chosen[rows], present=self.present[rows])

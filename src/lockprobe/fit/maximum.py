@@ -1,0 +1,179 @@
+"""The maximum of a likelihood, and how far its parameters could lie from there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.fit.likelihood import Model
+
+__all__ = ["ENOUGH", "Maximum", "SharedLuck", "ends", "maximise", "maximum", "shared_luck"]
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_ITERATIONS = 200
+_LEAST_DAMPING = 1e-7
+_SMALL = 3
+"""Steps of no gain to speak of, either way, after which the climb is over."""
+ENOUGH = 1e-6
+"""Gain in log-likelihood below which a step is the last."""
+
+
+@dataclass(frozen=True, slots=True)
+class Maximum:
+    """Where a log-likelihood is greatest.
+
+    Attributes:
+        values: The parameters, shape (parameters,).
+        log_likelihood: Its greatest value, natural logarithm.
+    """
+
+    values: Array
+    log_likelihood: float
+
+
+def maximum(model: Model) -> Maximum:
+    """The greatest of the maxima that are reached from the model's own starts."""
+    found = [maximise(model, np.array(start, dtype=np.float64)) for start in model.starts]
+    return max(found, key=lambda one: one.log_likelihood)
+
+
+def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None, *, enough: float = ENOUGH) -> Maximum:
+    """Climb to a maximum within the bounds by scoring (Fisher), damped as by Levenberg and Marquardt.
+
+    Args:
+        model: What is fitted.
+        start: Where to begin, shape (parameters,).
+        held: Parameters that stay at a value, by their place.
+        enough: Gain in log-likelihood below which a step is the last.
+    """
+    low, high = np.array(list(model.bounds.values()), dtype=np.float64).reshape(-1, 2).T
+    free = np.array([k not in (held or {}) for k in range(len(low))], dtype=np.bool_)
+    values = np.clip(start, low, high)
+    for place, value in (held or {}).items():
+        values[place] = value
+    now, damping, small = model.slope(values), 1e-3, 0
+    for _ in range(_ITERATIONS):
+        uphill = now.scores.sum(axis=0)
+        moving = free & ~((values <= low) & (uphill <= 0)) & ~((values >= high) & (uphill >= 0))
+        if small == _SMALL or damping > 1e9 or not moving.any():
+            break
+        bend = now.information[np.ix_(moving, moving)]
+        bend = bend + damping * np.diag(np.diag(bend) + 1e-6)
+        there = values.copy()
+        there[moving] += np.linalg.solve(bend, uphill[moving])
+        there = np.clip(there, low, high)
+        then = model.slope(there)
+        gain = float(then.terms.sum() - now.terms.sum())
+        small += abs(gain) < enough
+        if gain < 0:
+            damping *= 10
+        else:
+            values, now, damping = there, then, max(damping / 10, _LEAST_DAMPING)
+    return Maximum(values, float(now.terms.sum()))
+
+
+@dataclass(frozen=True, slots=True)
+class SharedLuck:
+    """What choices with shared luck say less than independent ones.
+
+    Attributes:
+        parameters: How much larger each parameter's variance is, >= 1, shape (parameters,).
+        overall: How much larger the log-likelihood's differences are, >= 1.
+    """
+
+    parameters: Array
+    overall: float
+
+
+def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
+    """Design effects from the scores summed by cluster (Liang and Zeger 1986).
+
+    With H the information and J the variance of the summed scores, a parameter's variance is that of ``H^-1 J H^-1``
+    in place of ``H^-1``, and a difference in log-likelihood is ``trace(J H^-1) / rank(H)`` times as large as that of
+    independent choices (Varin and Vidoni 2005). All are 1 with a single cluster, or where the choices say nothing.
+
+    Args:
+        model: What was fitted.
+        values: Its maximum.
+        clusters: The cluster of each choice, shape (choices,).
+    """
+    labels, place = np.unique(clusters, return_inverse=True)
+    effects = np.ones(len(values))
+    if len(labels) < 2 or not len(values):
+        return SharedLuck(effects, 1.0)
+    slope = model.slope(values)
+    sums = np.zeros((len(labels), len(values)))
+    np.add.at(sums, place.reshape(-1), slope.scores)
+    sums -= sums.mean(axis=0)
+    squares = sums.T @ sums * len(labels) / (len(labels) - 1)
+    variance = _inverse(slope.information)
+    alone = np.diag(variance)
+    np.divide(np.diag(variance @ squares @ variance), alone, out=effects, where=alone > 0)
+    rank = round(float(np.trace(variance @ slope.information)))
+    overall = float(np.trace(squares @ variance)) / rank if rank else 1.0
+    return SharedLuck(np.maximum(effects, 1.0), max(overall, 1.0))
+
+
+def _inverse(information: Array) -> Array:
+    """Of the directions of which the choices say anything."""
+    return np.asarray(np.linalg.pinv(information, rcond=1e-8, hermitian=True), dtype=np.float64)
+
+
+def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | None, float | None]:
+    """The least and the greatest value of a parameter that the choices do not rule out; None where none is too far.
+
+    They are where twice the log-likelihood, with all other parameters at their best, has fallen by ``cut``.
+
+    Args:
+        model: What was fitted.
+        best: Its maximum.
+        place: The parameter.
+        cut: How far it may fall, > 0.
+    """
+    variance = _inverse(model.slope(best.values).information)
+    own = max(0.0, float(variance[place, place]))
+    along = variance[:, place] / own if own else np.zeros(len(variance))
+    low, high = list(model.bounds.values())[place]
+    step = float(np.sqrt(cut * own)) or (high - low) / 4
+    profile = _Profile(model, best, place, along)
+    return profile.end(cut, low, step), profile.end(cut, high, step)
+
+
+class _Profile:
+    """The log-likelihood over one parameter, with all others at their best."""
+
+    def __init__(self, model: Model, best: Maximum, place: int, along: Array) -> None:
+        self._model = model
+        self._best = best
+        self._place = place
+        self._along = along
+        self._centre = float(best.values[place])
+
+    def end(self, cut: float, bound: float, step: float) -> float | None:
+        """Where it has fallen by half of ``cut`` on the way to a bound; None if it has not when it is there."""
+        from scipy.optimize import brentq
+
+        start, known = self._best.values, {self._centre: -float(np.sqrt(cut))}
+
+        def beyond(value: float) -> float:
+            """Nearly straight where the log-likelihood is nearly quadratic; the same if asked again."""
+            nonlocal start
+            if value not in known:
+                guess = start + self._along * (value - start[self._place])
+                found = maximise(self._model, guess, {self._place: value}, enough=1e-5)
+                start, fallen = found.values, 2 * (self._best.log_likelihood - found.log_likelihood)
+                known[value] = float(np.sqrt(max(0.0, fallen)) - np.sqrt(cut))
+            return known[value]
+
+        inside, value = self._centre, self._centre
+        while value != bound:
+            value = min(value + step, bound) if bound > self._centre else max(value - step, bound)
+            if beyond(value) > 0:
+                return float(brentq(beyond, inside, value, xtol=0.01 * step))
+            inside, step = value, 2 * step
+        return None

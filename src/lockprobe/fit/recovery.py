@@ -1,0 +1,203 @@
+"""Are fits right: parameters and models found again in trials of agents of which they are known.
+
+recover_parameters({"target": 0.5, "failure": 2.0, "decay": 0.7, "reset": 0.5}, sets=200)
+recover_models({"random": "random", "human-inspired": "human-inspired?lapse=0.15"}, sets=40)
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.channels.noise import FlipKind, OutcomeFlip
+from lockprobe.fit.choices import choices_of, hear
+from lockprobe.fit.contest import Competitor, contest
+from lockprobe.fit.intervals import parameters
+from lockprobe.fit.maximum import maximum
+from lockprobe.fit.result import Parameter
+from lockprobe.fit.rivals import RIVALS, chosen_rivals
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import box
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.record import Trial
+from lockprobe.trial import Plan, play
+
+__all__ = ["Design", "Recovered", "Won", "recover_models", "recover_parameters", "simulate"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """Which trials are played; the paper's flip study without anything said.
+
+    Attributes:
+        box: The box.
+        p: Flip probabilities.
+        flip: Kind of outcome flip.
+        repetitions: Repetitions.
+        trials: Trials per repetition and p.
+        budget: Steps of a trial.
+    """
+
+    box: Lockbox = field(default_factory=box)
+    p: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    flip: FlipKind = "transient"
+    repetitions: int = 3
+    trials: int = 10
+    budget: int = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recovered:
+    """One parameter, fitted many times.
+
+    Attributes:
+        name: Its name.
+        truth: Its true value.
+        median: Of the fitted values.
+        spread: Their standard deviation.
+        covered: Share of 95 % intervals that hold the truth, [0, 1].
+        error: Monte Carlo standard error of that share.
+    """
+
+    name: str
+    truth: float
+    median: float
+    spread: float
+    covered: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Won:
+    """Which models won for one kind of agent.
+
+    Attributes:
+        model: The true one.
+        sets: Studies played.
+        bic: Model -> how often it was the best by BIC.
+        aicc: The same by AICc.
+    """
+
+    model: str
+    sets: int
+    bic: Mapping[str, int]
+    aicc: Mapping[str, int]
+
+
+def simulate(spec: str, design: Design, seed: int) -> list[Trial]:
+    """One study of an agent.
+
+    Args:
+        spec: Its spec; it has to cost no time to speak of.
+        design: Which trials.
+        seed: Seed of the study.
+    """
+    agent = resolve(spec).make()
+    plans = [
+        Plan(
+            key=f"recovery/{spec}/p={p:g}/rep={repetition}/trial={trial}",
+            study="recovery",
+            agent=spec,
+            box=design.box,
+            modality="symbolic",
+            p=p,
+            flip=design.flip,
+            repetition=repetition,
+            trial=trial,
+            seed=seed,
+            budget=design.budget,
+        )
+        for p in design.p
+        for repetition in range(1, design.repetitions + 1)
+        for trial in range(1, design.trials + 1)
+    ]
+
+    async def all_of_them() -> list[Trial]:
+        return [
+            await play(
+                plan,
+                plant=SymbolicPlant(plan.box),
+                channels=(OutcomeFlip(p=plan.p, persistence=plan.flip),),
+                agent=agent,
+            )
+            for plan in plans
+        ]
+
+    return asyncio.run(all_of_them())
+
+
+def recover_parameters(
+    truth: Mapping[str, float], *, sets: int, design: Design | None = None, seed: int = 1
+) -> list[Recovered]:
+    """How well the softmax over a fading memory is found again, parameter by parameter.
+
+    Args:
+        truth: Its parameters; those left out have their default.
+        sets: Studies to play and fit.
+        design: Which trials each has; the paper's without it.
+        seed: Of the first; the others follow.
+    """
+    model = "softmax-memory"
+    spec = f"cognitive:{model}?{'&'.join(f'{name}={value!r}' for name, value in truth.items())}"
+    known = {"decay": 1.0, "reset": 1.0} | dict(truth)
+    found = []
+    for trials in _studies(spec, sets, design or Design(), seed):
+        heard = [hear(trial) for trial in trials]
+        choices = choices_of(trials, heard)
+        fitted = RIVALS[model].versions(choices, heard)[model]
+        found.append(parameters(fitted, maximum(fitted), choices))
+    return [_recovered(known.get(same[0].name, 0.0), same) for same in zip(*found, strict=True)]
+
+
+def _studies(spec: str, sets: int, design: Design, seed: int) -> Iterator[list[Trial]]:
+    return (simulate(spec, design, seed + i) for i in range(sets))
+
+
+def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
+    values = np.array([one.value for one in same])
+    held = [(one.low is None or one.low <= truth) and (one.high is None or truth <= one.high) for one in same]
+    covered = sum(held) / len(held)
+    return Recovered(
+        name=same[0].name,
+        truth=truth,
+        median=float(np.median(values)),
+        spread=float(values.std()),
+        covered=covered,
+        error=math.sqrt(covered * (1 - covered) / len(held)),
+    )
+
+
+def recover_models(agents: Mapping[str, str], *, sets: int, design: Design | None = None, seed: int = 1) -> list[Won]:
+    """How often the true model wins against all others.
+
+    Args:
+        agents: True model -> spec of an agent that acts by it.
+        sets: Studies to play and fit for each.
+        design: Which trials each has; the paper's without it.
+        seed: Of the first study of each; the others follow.
+
+    Raises:
+        UnknownName: If there is no such model.
+    """
+    chosen_rivals(agents)
+    asked, found = design or Design(), []
+    for model, spec in agents.items():
+        bic: Counter[str] = Counter()
+        aicc: Counter[str] = Counter()
+        for trials in _studies(spec, sets, asked, seed):
+            heard = [hear(trial, {asked.box.name: asked.box}) for trial in trials]
+            held = contest(choices_of(trials, heard), heard, chosen_rivals())
+            bic[held.best.rival.name] += 1
+            aicc[min(held.competitors, key=_aicc).rival.name] += 1
+        found.append(Won(model=model, sets=sets, bic=dict(bic), aicc=dict(aicc)))
+    return found
+
+
+def _aicc(one: Competitor) -> float:
+    return math.inf if one.aicc is None else one.aicc

@@ -1,0 +1,87 @@
+"""``lockprobe fit``, as typed."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from builders import small_study, write_study
+
+from lockprobe.cli import main
+
+QUICK = ("--models", "no-repeat,human-inspired,softmax-memory", "--folds", "4")
+
+
+def lockprobe(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "lockprobe", *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    return write_study(tmp_path_factory.mktemp("study"), small_study(p=(0.0, 0.4), trials=6))
+
+
+def test_the_sentence_comes_first_then_the_table_within_100_columns(study):
+    done = lockprobe("fit", study, "--agent", "human-inspired", *QUICK)
+    assert done.returncode == 0, done.stderr
+    assert all(line.startswith("fitting human-inspired: ") for line in done.stderr.splitlines())
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines)) <= 100
+    said = " ".join(done.stdout.split())
+    assert "human-inspired is best described by human-inspired:target-first" in said
+    assert said.index("is best described by") < said.index("log-lik.") < said.index("with 95 % intervals")
+    assert "target-first, best of 6" in said
+    assert "--agent 'human-inspired:target-first?lapse=0'" in said
+    assert "Models are compared only with each other" in said
+    assert "-0.00" not in said
+    assert "\x1b" not in done.stdout
+
+
+def test_json_holds_every_number(study, tmp_path):
+    path = tmp_path / "fit.json"
+    done = lockprobe("fit", study, *QUICK, "--p", "0,0.4", "--by-p", "--json", "--out", path)
+    assert (done.returncode, done.stdout) == (0, "")
+    found = json.loads(path.read_text("utf-8"))
+    assert (found["schema"], found["folds"]) == (1, 4)
+    assert [(one["agent"], one["p"]) for one in found["agents"]] == [
+        (agent, [p]) for agent in ("human-inspired", "random") for p in (0.0, 0.4)
+    ]
+    for one in found["agents"]:
+        rivals = {rival["model"]: rival for rival in one["rivals"]}
+        assert set(rivals) == {"random", "no-repeat", "human-inspired", "softmax-memory"}
+        assert one["finding"]
+        assert rivals["human-inspired"]["versions"] == 6  # the nearest joint is known, for the box is
+        assert len(rivals["softmax-memory"]["parameters"]) == 8
+        assert set(rivals["no-repeat"]["parameters"][0]) == {"name", "value", "low", "high", "at_bound"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--agent", "gpt"), "no agent in these trials is called 'gpt'; there are: human-inspired, random"),
+        (("--models", "markov,random"), "no model is called 'markov'; there are: random, favourite-places"),
+        (("--p", "x"), "numbers from 0 to 1"),
+        (("--p", "0.3"), "p: got 0.3, expected one of 0, 0.4"),
+        (("--folds", "1"), "folds: got 1"),
+        (("--out", "DIR/trials.jsonl"), "a file of the study itself"),
+        (("--models", "random", "--agent", "random", "--out", "DIR/no/fit.txt"), "cannot be written"),
+    ],
+)
+def test_mistakes_are_one_line(study, capsys, monkeypatch, arguments, message):
+    typed = [argument.replace("DIR", str(study)) for argument in arguments]
+    monkeypatch.setattr(sys, "argv", ["lockprobe", "fit", str(study), *typed])
+    with pytest.raises(SystemExit) as done:
+        main()
+    said = capsys.readouterr()
+    assert (done.value.code, said.out) == (2, "")
+    assert message in said.err
+    assert said.err.count("\n") == 1
+
+
+def test_a_directory_without_trials_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["lockprobe", "fit", str(tmp_path)])
+    with pytest.raises(SystemExit):
+        main()
+    assert "is it the directory of a study?" in capsys.readouterr().err
