@@ -12,9 +12,10 @@ from lockprobe.channels.text import TextChannel
 from lockprobe.errors import Missing, UserMistake
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
+from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision
-from lockprobe.trial import Plan, play
+from lockprobe.trial import play
 
 PLAN = Plan(
     key="test", study="test", agent="fake", box=box(), modality="symbolic", p=0.0, flip="transient",

@@ -11,7 +11,7 @@ import hashlib
 
 import numpy as np
 
-__all__ = ["generator", "integer_seed"]
+__all__ = ["generator", "integer_seed", "trial_stream"]
 
 
 def _entropy(seed: int, path: tuple[str | int, ...]) -> int:
@@ -35,3 +35,15 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
 def integer_seed(seed: int, *path: str | int) -> int:
     """A seed in [0, 2**31) for a place of the tree, for runtimes that take a number."""
     return _entropy(seed, path) % 2**31
+
+
+def trial_stream(seed: int, repetition: int, trial: int, name: str) -> np.random.Generator:
+    """One of a trial's streams, by its name; the same for every condition and agent.
+
+    Args:
+        seed: Seed of the study.
+        repetition: From 1.
+        trial: From 1.
+        name: ``layout``, ``labels``, ``channel-0`` and so on, or ``agent``.
+    """
+    return generator(seed, "rep", repetition, "trial", trial, name)

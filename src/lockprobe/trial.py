@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, is_dataclass, replace
+from dataclasses import asdict, is_dataclass, replace
 
-import numpy as np
-
-from lockprobe.channels.noise import FlipKind
 from lockprobe.errors import (
     ChannelFault,
     LockprobeError,
@@ -19,7 +16,8 @@ from lockprobe.errors import (
     TrialFault,
     without_secrets,
 )
-from lockprobe.lockbox.box import Configuration, Lockbox, bits
+from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.plan import Names, Plan
 from lockprobe.record import (
     Decision,
     Ending,
@@ -28,92 +26,13 @@ from lockprobe.record import (
     Situation,
     Snapshot,
     Step,
-    Task,
     Trial,
     TrialError,
     Turn,
 )
 from lockprobe.seams import Agent, Channel, Plant
-from lockprobe.seeds import generator
 
-__all__ = ["LABELS", "Plan", "broken", "play"]
-
-LABELS = "ABCDEFGH"
-"""Neutral labels; a box has at most this many joints."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
-    """One trial that is to be played.
-
-    Attributes:
-        key: Its readable name.
-        study: Name of the study.
-        agent: Agent spec.
-        box: The box.
-        modality: How it is shown.
-        p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
-        repetition: From 1.
-        trial: From 1.
-        seed: Seed of the study.
-        budget: Steps; the paper gives 20.
-        shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
-            labels run along the panel, and a model's preference for a name or a place is confounded with the box.
-    """
-
-    key: str
-    study: str
-    agent: str
-    box: Lockbox
-    modality: str
-    p: float
-    flip: FlipKind
-    repetition: int
-    trial: int
-    seed: int
-    budget: int = 20
-    shuffle: bool = True
-
-    def stream(self, name: str) -> np.random.Generator:
-        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""
-        return generator(self.seed, "rep", self.repetition, "trial", self.trial, name)
-
-
-class _Names:
-    """How the agent's labels and listing correspond to the box's joints in panel order."""
-
-    def __init__(self, plan: Plan) -> None:
-        joints = plan.box.names
-        rng = plan.stream("labels")
-        dealt, listed = rng.permutation(len(joints)), rng.permutation(len(joints))
-        if not plan.shuffle:
-            dealt = listed = np.arange(len(joints))
-        self.labels = tuple(LABELS[i] for i in dealt)
-        self._order = tuple(int(i) for i in listed)
-        self.listing = tuple(self.labels[i] for i in self._order)
-
-    def task(self, plan: Plan) -> Task:
-        places = tuple(plan.box.joints[i].place for i in self._order)
-        return Task(joints=self.listing, target=self.labels[plan.box.target_index], budget=plan.budget, places=places)
-
-    def index(self, label: str) -> int:
-        return self.labels.index(label)
-
-    def percept(self, snapshot: Snapshot) -> Percept:
-        """The truth in the agent's terms."""
-        return Percept(
-            joint=None if snapshot.joint is None else self.labels[snapshot.joint],
-            outcome=snapshot.outcome,
-            positions=tuple(snapshot.configuration[i] for i in self._order),
-        )
-
-    def told_state(self, percept: Percept) -> str | None:
-        """Reported positions as a bit string in panel order."""
-        if percept.positions is None:
-            return None
-        told = dict(zip(self.listing, percept.positions, strict=True))
-        return bits(tuple(told[label] for label in self.labels))
+__all__ = ["broken", "play"]
 
 
 @contextmanager
@@ -150,7 +69,7 @@ async def play(
     Raises:
         UserMistake: If the agent cannot be had at all, for example for want of a key.
     """
-    names = _Names(plan)
+    names = Names(plan)
     loop = _Loop(plan, names, plant, channels, agent)
     error: TrialError | None = None
     ending: Ending = "budget"
@@ -177,7 +96,7 @@ async def play(
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
     """The record of a trial that broke before anything could be written down, for example with its process."""
-    return replace(_blank(plan, _Names(plan), "error"), error=_error(fault, 1))
+    return replace(_blank(plan, Names(plan), "error"), error=_error(fault, 1))
 
 
 def _error(fault: TrialFault, step: int) -> TrialError:
@@ -185,7 +104,7 @@ def _error(fault: TrialFault, step: int) -> TrialError:
     return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=replies)
 
 
-def _blank(plan: Plan, names: _Names, ending: Ending) -> Trial:
+def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
     return Trial(
         key=plan.key,
         study=plan.study,
@@ -242,7 +161,7 @@ def _facts_of(channel: Channel) -> dict[str, Fact]:
 class _Loop:
     """The state of one trial while it runs."""
 
-    def __init__(self, plan: Plan, names: _Names, plant: Plant, channels: Sequence[Channel], agent: Agent) -> None:
+    def __init__(self, plan: Plan, names: Names, plant: Plant, channels: Sequence[Channel], agent: Agent) -> None:
         self.steps: list[Step] = []
         self.opening = ""
         self._names = names

@@ -18,9 +18,9 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import read_box
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import box as named_box
+from lockprobe.plan import LABELS, Plan
 from lockprobe.record import Percept, Task
 from lockprobe.seams import Channel
-from lockprobe.trial import LABELS, Plan
 
 __all__ = ["CHANNELS", "LONGEST_BUDGET", "OBSERVATIONS", "PLANTS", "Settings", "read_settings", "whole"]
 

@@ -12,15 +12,15 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
 from lockprobe.channels.text import TextChannel
-from lockprobe.environment.luck import listing
 from lockprobe.environment.observation import Vector, vector
 from lockprobe.environment.place import Place, read_place
 from lockprobe.environment.settings import Settings, read_settings
 from lockprobe.errors import BadValue, ChannelFault, PlantFault, UnknownName
+from lockprobe.plan import Names, Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision, Fact, Percept, Situation, Task, Trial
 from lockprobe.seams import Channel
-from lockprobe.trial import Plan, play
+from lockprobe.trial import play
 
 __all__ = ["RENDER_MODES", "LockboxEnv"]
 
@@ -197,7 +197,7 @@ class _Episode:
     def truth(self) -> dict[str, Any]:
         """What really is, in the order of the listing, and whether the last attempt moved its joint."""
         configuration = np.array(self._plant.observe().configuration, dtype=np.int8)
-        return {"positions": configuration[listing(self._plan)], "moved": self._moved}
+        return {"positions": configuration[list(Names(self._plan).order)], "moved": self._moved}
 
     def _note(self, moved: bool) -> None:
         self._moved = moved

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.channels.text import TextChannel
-from lockprobe.environment.luck import listing, numbers
 from lockprobe.environment.observation import BLOCKED, Vector
 from lockprobe.environment.place import Place, read_place
 from lockprobe.environment.settings import Settings, read_settings, whole
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.plan import Names
 
 __all__ = ["LockboxVectorEnv", "free_to_move"]
 
@@ -181,9 +181,9 @@ class _Boxes:
             for i, place in zip(rows.tolist(), places, strict=True):
                 plan = settings.plan(place.seed, place.repetition, place.trial)
                 for k, at in drawn:
-                    self._luck[k, i, :-1] = numbers(plan, at)
+                    self._luck[k, i, :-1] = plan.stream(f"channel-{at}").random(plan.budget)
                 if settings.shuffle:
-                    self._listing[i] = listing(plan)
+                    self._listing[i] = Names(plan).order
         self._code[rows] = self._start
         self._positions[rows] = self._told[rows] = self._initial[self._listing[rows]]
         self._moved[rows] = self.over[rows] = False

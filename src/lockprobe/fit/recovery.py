@@ -24,9 +24,10 @@ from lockprobe.fit.result import Parameter
 from lockprobe.fit.rivals import RIVALS, chosen_rivals
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
+from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Trial
-from lockprobe.trial import Plan, play
+from lockprobe.trial import play
 
 __all__ = ["Design", "Recovered", "Won", "recover_models", "recover_parameters", "simulate"]
 

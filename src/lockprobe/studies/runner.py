@@ -15,13 +15,13 @@ from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.errors import Missing, SettingsChanged
+from lockprobe.plan import Plan
 from lockprobe.record import Step, Trial
 from lockprobe.seams import Closable
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
-from lockprobe.trial import Plan
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run stops."""

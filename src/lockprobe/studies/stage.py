@@ -13,12 +13,13 @@ from lockprobe.channels.text import TextChannel
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import box as named_box
+from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Step, Trial
 from lockprobe.seams import Agent, Channel, Closable
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.study import LayoutKind, Study
-from lockprobe.trial import Plan, play
+from lockprobe.trial import play
 
 __all__ = ["channels_for", "play_timed", "run_trial"]
 

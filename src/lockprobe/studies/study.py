@@ -13,9 +13,9 @@ from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
+from lockprobe.plan import Plan
 from lockprobe.record import Trial
-from lockprobe.seeds import generator
-from lockprobe.trial import Plan
+from lockprobe.seeds import trial_stream
 
 __all__ = ["IDENTITY_VERSION", "LATER", "LayoutKind", "Study"]
 
@@ -127,7 +127,7 @@ class Study:
         """One trial of the study."""
         box = self.box
         if self.layout == "shuffled":
-            box = redealt(box, generator(self.seed, "rep", repetition, "trial", trial, "layout"))
+            box = redealt(box, trial_stream(self.seed, repetition, trial, "layout"))
         return Plan(
             key=f"{self.name}/{agent}/p={p:g}/rep={repetition}/trial={trial}",
             study=self.name,

@@ -17,10 +17,11 @@ from typing import cast
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import Missing, ModelFault, UserMistake
+from lockprobe.plan import Plan
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.stage import play_timed
-from lockprobe.trial import Plan, broken
+from lockprobe.trial import broken
 
 __all__ = ["play_in_workers"]
 

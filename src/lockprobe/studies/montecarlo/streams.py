@@ -12,7 +12,8 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.seeds import generator
+from lockprobe.plan import drawn_orders
+from lockprobe.seeds import generator, trial_stream
 from lockprobe.studies.montecarlo.compiled import SPAN, below, joints_in, uniform
 from lockprobe.studies.montecarlo.rules import Integers, Numbers
 
@@ -58,7 +59,7 @@ class Source(Protocol):
 
 
 class FromTree:
-    """The streams of a study's trials, as :class:`lockprobe.trial.Plan` has them.
+    """The streams of a study's trials, as :class:`lockprobe.plan.Plan` has them.
 
     Args:
         seed: Seed of the study.
@@ -70,7 +71,7 @@ class FromTree:
     """
 
     def __init__(self, seed: int, repetition: int, joints: int, *, shuffle: bool, flips: int, draws: int) -> None:
-        self._path = ("rep", repetition, "trial")
+        self._repetition = repetition
         self._seed = seed
         self._joints = joints
         self._shuffle = shuffle
@@ -98,14 +99,12 @@ class FromTree:
         return numbers
 
     def _stream(self, trial: int, name: str) -> np.random.Generator:
-        return generator(self._seed, *self._path, trial + 1, name)
+        return trial_stream(self._seed, self._repetition, trial + 1, name)
 
     def _order(self, trial: int) -> tuple[int, ...]:
         if not self._shuffle:
             return tuple(range(self._joints))
-        rng = self._stream(trial, "labels")
-        rng.permutation(self._joints)  # the labels, which no policy sees
-        return tuple(map(int, rng.permutation(self._joints)))
+        return drawn_orders(self._joints, self._stream(trial, "labels"))[1]
 
 
 class Counted:

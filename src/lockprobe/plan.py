@@ -1,0 +1,110 @@
+"""One trial that is to be played, and by which names its joints go there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lockprobe.channels.noise import FlipKind
+from lockprobe.lockbox.box import Lockbox, bits
+from lockprobe.record import Percept, Snapshot, Task
+from lockprobe.seeds import trial_stream
+
+__all__ = ["LABELS", "Names", "Plan", "drawn_orders"]
+
+LABELS = "ABCDEFGH"
+"""Neutral labels; a box has at most this many joints."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """One trial that is to be played.
+
+    Attributes:
+        key: Its readable name.
+        study: Name of the study.
+        agent: Agent spec.
+        box: The box.
+        modality: How it is shown.
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        repetition: From 1.
+        trial: From 1.
+        seed: Seed of the study.
+        budget: Steps; the paper gives 20.
+        shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
+            labels run along the panel, and a model's preference for a name or a place is confounded with the box.
+    """
+
+    key: str
+    study: str
+    agent: str
+    box: Lockbox
+    modality: str
+    p: float
+    flip: FlipKind
+    repetition: int
+    trial: int
+    seed: int
+    budget: int = 20
+    shuffle: bool = True
+
+    def stream(self, name: str) -> np.random.Generator:
+        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""
+        return trial_stream(self.seed, self.repetition, self.trial, name)
+
+
+def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """What the stream ``labels`` decides: which label each joint gets, and in which order joints are listed.
+
+    Args:
+        joints: How many there are.
+        rng: The stream.
+
+    Returns:
+        For each joint in panel order the number of its label; for each place in the listing a joint in panel order.
+    """
+    dealt, listed = rng.permutation(joints), rng.permutation(joints)
+    return tuple(dealt.tolist()), tuple(listed.tolist())
+
+
+class Names:
+    """How the agent's labels and listing correspond to the box's joints in panel order.
+
+    Attributes:
+        labels: For each joint in panel order its label.
+        order: For each place in the listing a joint, by place in panel order.
+        listing: The labels as they are listed to the agent.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        joints = len(plan.box.joints)
+        in_panel_order = tuple(range(joints))
+        dealt, self.order = drawn_orders(joints, plan.stream("labels")) if plan.shuffle else (in_panel_order,) * 2
+        self.labels = tuple(LABELS[i] for i in dealt)
+        self.listing = tuple(self.labels[i] for i in self.order)
+
+    def task(self, plan: Plan) -> Task:
+        """What the agent knows before it begins."""
+        places = tuple(plan.box.joints[i].place for i in self.order)
+        return Task(joints=self.listing, target=self.labels[plan.box.target_index], budget=plan.budget, places=places)
+
+    def index(self, label: str) -> int:
+        """The joint of a label, by place in panel order."""
+        return self.labels.index(label)
+
+    def percept(self, snapshot: Snapshot) -> Percept:
+        """The truth in the agent's terms."""
+        return Percept(
+            joint=None if snapshot.joint is None else self.labels[snapshot.joint],
+            outcome=snapshot.outcome,
+            positions=tuple(snapshot.configuration[i] for i in self.order),
+        )
+
+    def told_state(self, percept: Percept) -> str | None:
+        """Reported positions as a bit string in panel order."""
+        if percept.positions is None:
+            return None
+        told = dict(zip(self.listing, percept.positions, strict=True))
+        return bits(tuple(told[label] for label in self.labels))
