@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from lockprobe.channels.noise import FlipKind
 from lockprobe.lockbox.box import Lockbox, bits
+from lockprobe.pictures.frame import Frame
 from lockprobe.record import Percept, Snapshot, Task
 from lockprobe.seeds import trial_stream
 
@@ -33,6 +36,7 @@ class Plan:
         trial: From 1.
         seed: Seed of the study.
         budget: Steps; the paper gives 20.
+        plant: What is acted on, as its spec.
         shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
             labels run along the panel, and a model's preference for a name or a place is confounded with the box.
     """
@@ -48,6 +52,7 @@ class Plan:
     trial: int
     seed: int
     budget: int = 20
+    plant: str = "symbolic"
     shuffle: bool = True
 
     def stream(self, name: str) -> np.random.Generator:
@@ -100,7 +105,13 @@ class Names:
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
             positions=tuple(snapshot.configuration[i] for i in self.order),
+            look=None if snapshot.look is None else partial(self._in_the_listing, snapshot.look),
         )
+
+    def _in_the_listing(self, look: Callable[[], Frame]) -> Frame:
+        """What is seen, its handles in the order in which joints are listed."""
+        frame = look()
+        return replace(frame, handles=frame.handles[list(self.order)])
 
     def told_state(self, percept: Percept) -> str | None:
         """Reported positions as a bit string in panel order."""

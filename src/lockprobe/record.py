@@ -7,11 +7,13 @@ the same seed gives the same bytes. How a record is written is :mod:`lockprobe.j
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from lockprobe.errors import Boundary
+from lockprobe.pictures.frame import Frame
+from lockprobe.pictures.picture import Picture, PictureKind
 
 __all__ = [
     "SCHEMA_VERSION",
@@ -67,11 +69,15 @@ class Snapshot:
         configuration: One position per joint in panel order.
         joint: The joint just attempted, by place in panel order; None before the first attempt.
         outcome: What that attempt really did.
+        sensed: What a robot measured of it, its own verdict among them; it may be wrong.
+        look: Takes a picture now; it has to be called before the next attempt. None where there is no camera.
     """
 
     configuration: tuple[bool, ...]
     joint: int | None = None
     outcome: Outcome | None = None
+    sensed: Mapping[str, Fact] = field(default_factory=dict)
+    look: Callable[[], Frame] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,12 +89,19 @@ class Percept:
         outcome: The outcome as reported.
         positions: Positions as reported, aligned with ``Task.joints``; None where they are not told.
         text: The observation as sentences.
+        pictures: The observation as pictures.
+        handles: For each joint of ``Task.joints`` where in the pictures its handle is seen, (column, row), at position
+            0 and at position 1; for scripted agents that look at pictures. It is in no text.
+        look: Takes a picture of the truth, handles in the order of ``Task.joints``; for channels, never for agents.
     """
 
     joint: str | None = None
     outcome: Outcome | None = None
     positions: tuple[bool, ...] | None = None
     text: str = ""
+    pictures: tuple[Picture, ...] = ()
+    handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
+    look: Callable[[], Frame] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,10 +169,12 @@ class Step:
         state: True configuration before the step, a bit string in panel order.
         joint: The joint attempted, by its name in the box.
         moved: Whether it really moved.
-        told_moved: What the report afterwards said of it.
+        told_moved: What the report afterwards said of it. A picture of the box says what happened.
         told_state: The configuration as reported afterwards, a bit string in panel order; None if not told.
         told: The report afterwards as the agent saw it.
         decision: What the agent answered; ``decision.claimed`` is about the *previous* step.
+        sensed: What a robot measured, its own verdict (moved, blocked, failed) among it; empty without a robot.
+        pictures: File names of the pictures taken afterwards, by kind.
     """
 
     step: int
@@ -170,6 +185,8 @@ class Step:
     told_state: str | None
     told: str
     decision: Decision
+    sensed: Mapping[str, Fact] = field(default_factory=dict)
+    pictures: Mapping[PictureKind, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,6 +232,8 @@ class Trial:
         steps: The steps.
         ending: ``solved``, ``budget`` or ``error``. An error is never a failure to solve.
         error: Why, if the ending is ``error``.
+        plant: What the plant was: its settings, engine, renderer; empty for the symbolic plant.
+        opening_pictures: File names of the pictures taken before the first step, by kind.
         schema: Version of this layout.
     """
 
@@ -239,6 +258,8 @@ class Trial:
     steps: tuple[Step, ...]
     ending: Ending
     error: TrialError | None = None
+    plant: Mapping[str, Fact] = field(default_factory=dict)
+    opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     schema: int = SCHEMA_VERSION
 
     @property

@@ -16,12 +16,21 @@ __all__ = ["Agent", "Channel", "Closable", "Plant"]
 class Plant(Protocol):
     """What is acted on: a simulation, a twin, a robot. Calls may block."""
 
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """What it is, for the record: settings, engine, renderer. Empty where its name says it all."""
+        ...
+
     def observe(self) -> Snapshot:
         """The truth before the first attempt."""
         ...
 
     def attempt(self, joint: int) -> Snapshot:
         """Attempt a joint, by place in panel order, and report what *really* happened."""
+        ...
+
+    def close(self) -> None:
+        """Let go of engines and devices. Nothing is called afterwards."""
         ...
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass, replace
 
@@ -17,6 +17,7 @@ from lockprobe.errors import (
     without_secrets,
 )
 from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.record import (
     Decision,
@@ -53,6 +54,7 @@ async def play(
     channels: Sequence[Channel],
     agent: Agent,
     on_step: Callable[[Step], None] | None = None,
+    keep: Callable[[Picture], None] | None = None,
 ) -> Trial:
     """Play one trial to its end.
 
@@ -65,12 +67,13 @@ async def play(
         channels: In the order in which they act.
         agent: Who decides.
         on_step: Called after every step.
+        keep: Called with every picture that the record will name; without it they are lost.
 
     Raises:
         UserMistake: If the agent cannot be had at all, for example for want of a key.
     """
     names = Names(plan)
-    loop = _Loop(plan, names, plant, channels, agent)
+    loop = _Loop(plan, names, plant, channels, agent, keep)
     error: TrialError | None = None
     ending: Ending = "budget"
     try:
@@ -86,11 +89,13 @@ async def play(
         ending, error = "error", _error(fault, len(loop.steps) + 1)
     return replace(
         _blank(plan, names, ending),
-        facts={str(name): _fact(value) for name, value in agent.facts.items()},
+        facts=_facts(agent.facts),
         channels=tuple(_facts_of(channel) for channel in channels),
         opening=loop.opening,
         steps=tuple(loop.steps),
         error=error,
+        plant=_facts(plant.facts),
+        opening_pictures=loop.opening_pictures,
     )
 
 
@@ -129,6 +134,10 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
     )
 
 
+def _facts(facts: Mapping[str, object]) -> dict[str, Fact]:
+    return {str(name): _fact(value) for name, value in facts.items()}
+
+
 def _fact(value: object) -> Fact:
     plain = value is None or isinstance(value, str | int | bool) or (isinstance(value, float) and math.isfinite(value))
     return value if plain else str(value)  # type: ignore[return-value]
@@ -161,9 +170,19 @@ def _facts_of(channel: Channel) -> dict[str, Fact]:
 class _Loop:
     """The state of one trial while it runs."""
 
-    def __init__(self, plan: Plan, names: Names, plant: Plant, channels: Sequence[Channel], agent: Agent) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        names: Names,
+        plant: Plant,
+        channels: Sequence[Channel],
+        agent: Agent,
+        keep: Callable[[Picture], None] | None,
+    ) -> None:
         self.steps: list[Step] = []
         self.opening = ""
+        self.opening_pictures: Mapping[PictureKind, str] = {}
+        self._keep = keep
         self._names = names
         self._plant = plant
         self._agent = agent
@@ -181,14 +200,20 @@ class _Loop:
             snapshot = self._plant.observe()
         self._configuration = snapshot.configuration
         self._percept = self._tell(snapshot)
-        self.opening = self._percept.text
+        self.opening, self.opening_pictures = self._percept.text, self._kept(self._percept)
 
     def _tell(self, snapshot: Snapshot) -> Percept:
         percept = self._names.percept(snapshot)
         with _boundary(ChannelFault):
             for channel, rng in self._channels:
                 percept = channel.perceive(percept, self._percept, self._task, rng)
-        return percept
+        return replace(percept, look=None)
+
+    def _kept(self, percept: Percept) -> dict[PictureKind, str]:
+        if self._keep is not None:
+            for picture in percept.pictures:
+                self._keep(picture)
+        return {picture.kind: picture.name for picture in percept.pictures}
 
     async def step(self) -> Step:
         """Ask the agent, attempt its joint, tell it what happened."""
@@ -208,10 +233,12 @@ class _Loop:
             state=bits(self._configuration),
             joint=self._joints[joint],
             moved=snapshot.outcome == "moved",
-            told_moved=told.outcome == "moved",
+            told_moved=(snapshot if told.pictures else told).outcome == "moved",
             told_state=self._names.told_state(told),
             told=told.text,
             decision=decision,
+            sensed=_facts(snapshot.sensed),
+            pictures=self._kept(told),
         )
         self.steps.append(step)
         self._past = (*self._past, Turn(percept=self._percept, decision=decision))

@@ -17,15 +17,18 @@ from typing import Any, Literal
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
-from lockprobe.agents.options import read_options, with_options
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.options import read_options, with_options
 from lockprobe.seams import Agent
 
-__all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
+__all__ = ["AgentSource", "Engine", "Senses", "known_specs", "resolve"]
 
 Engine = Literal["inline", "process", "network"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else."""
+
+Senses = Literal["reports", "pictures"]
+"""What it can take in: reports in words only, or pictures too."""
 
 _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random": RandomAgent,
@@ -60,6 +63,7 @@ class AgentSource:
     Attributes:
         spec: Its spec.
         engine: Where its time goes.
+        senses: What it can take in.
         make: Builds it; may load a model, and may raise :class:`lockprobe.errors.UserMistake`.
         check: Finds out cheaply whether ``make`` can work, with the same errors.
     """
@@ -68,6 +72,7 @@ class AgentSource:
     engine: Engine
     make: Callable[[], Agent]
     check: Callable[[], None] = lambda: None
+    senses: Senses = "reports"
 
 
 def known_specs() -> dict[str, str]:
@@ -91,7 +96,11 @@ def resolve(spec: str) -> AgentSource:
         return _language_model(spec, rest)
     if head == "python":
         return AgentSource(
-            spec=spec, engine="inline", make=lambda: _own_class(spec, rest), check=lambda: _can_be_made(spec, rest)
+            spec=spec,
+            engine="inline",
+            senses="pictures",
+            make=lambda: _own_class(spec, rest),
+            check=lambda: _can_be_made(spec, rest),
         )
     raise UnknownName("agent", spec, known_specs())
 
@@ -135,6 +144,7 @@ def _language_model(spec: str, name: str) -> AgentSource:
         return AgentSource(
             spec=spec,
             engine="network",
+            senses="pictures",
             make=lambda: llm.HostedModel(name),
             check=lambda: llm.check(name),
         )

@@ -13,13 +13,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.agents.options import with_options
 from lockprobe.agents.policy import Policy, Told, View, draw
 from lockprobe.beliefs.exact import planner
 from lockprobe.beliefs.planning import Plan, best_joints
 from lockprobe.beliefs.posterior import Belief, Persistence, Report, begin, noise_model, update
 from lockprobe.beliefs.structures import PRIORS, interlocks
 from lockprobe.errors import UnknownName
+from lockprobe.options import with_options
 from lockprobe.record import Decision, Fact, Outcome, Situation
 
 __all__ = ["IdealObserver"]

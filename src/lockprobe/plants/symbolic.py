@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.record import Snapshot
+from lockprobe.record import Fact, Snapshot
 
 __all__ = ["SymbolicPlant"]
 
 
 class SymbolicPlant:
     """A box that is acted on without body, time or noise."""
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
 
     def __init__(self, box: Lockbox) -> None:
         self._box = box
@@ -23,3 +28,6 @@ class SymbolicPlant:
         """Attempt a joint, by place in panel order."""
         self._configuration, moved = self._box.attempt(self._configuration, joint)
         return Snapshot(configuration=self._configuration, joint=joint, outcome="moved" if moved else "blocked")
+
+    def close(self) -> None:
+        """Nothing to let go of."""

@@ -3,8 +3,8 @@
 import pytest
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.options import read_options
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.options import read_options
 
 
 def test_a_spec_without_options_has_none():

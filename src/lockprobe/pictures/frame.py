@@ -1,0 +1,63 @@
+"""What a camera sees at one moment, and where in it things are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Camera", "Frame"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Camera:
+    """A pinhole camera that looks at a panel.
+
+    The frame of the panel: x to the right and y up as one sees it, z out of the board; the origin is the middle of
+    the board's front. The frame of the camera: x to the right, y down, z away from it.
+
+    Attributes:
+        width: Pixels.
+        height: Pixels.
+        focal: Focal length in pixels.
+        panel: Pose of the panel in the frame of the camera, shape (4, 4), metres.
+    """
+
+    width: int
+    height: int
+    focal: float
+    panel: NDArray[np.float64]
+
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where points of the panel's frame are seen.
+
+        Args:
+            points: Shape (..., 3), metres.
+
+        Returns:
+            Shape (..., 3): column and row in pixels, from the middle of the top left pixel, and depth in metres.
+        """
+        seen = points @ self.panel[:3, :3].T + self.panel[:3, 3]
+        middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
+        return np.concatenate([middle + self.focal * seen[..., :2] / seen[..., 2:], seen[..., 2:]], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frame:
+    """An aligned pair of a colour and a depth image.
+
+    Attributes:
+        rgb: Shape (height, width, 3), 0 to 255.
+        depth: Shape (height, width), metres along the optical axis; 0 where there is no reading.
+        camera: Where they were taken from, as far as is known.
+        handles: Where the top of each joint's handle is at position 0 and at position 1, shape (joints, 2, 3), metres
+            in the frame of the panel; a fact of the panel, whatever the joint's position.
+        renderer: What made it.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    camera: Camera
+    handles: NDArray[np.float64]
+    renderer: str

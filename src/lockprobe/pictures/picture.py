@@ -1,0 +1,32 @@
+"""A picture as a file."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import Literal
+
+__all__ = ["Picture", "PictureKind"]
+
+PictureKind = Literal["rgb", "depth", "depth16"]
+"""Colours; depth as an agent is shown it; depth in millimetres, as it was measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Picture:
+    """One picture in a percept.
+
+    Attributes:
+        kind: Of what.
+        png: The file.
+        shown: Whether the agent sees it; what is not shown is kept for the record.
+    """
+
+    kind: PictureKind
+    png: bytes = field(repr=False)
+    shown: bool = True
+
+    @property
+    def name(self) -> str:
+        """Its file name, which says what is in it: equal names are equal pictures."""
+        return f"{hashlib.sha256(self.png).hexdigest()[:20]}.png"

@@ -1,0 +1,1 @@
+"""A robot arm with hand and force sensor, simulated or real."""

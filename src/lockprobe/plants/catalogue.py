@@ -1,0 +1,97 @@
+"""From a plant's spec to the plant. Nothing heavy is imported before it is asked for.
+
+Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor).
+Options follow a question mark: ``twin?pose_error=0.004&looks=varied``.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.options import read_options, with_options
+from lockprobe.plants.settings import SceneSettings, TwinSettings
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.seams import Plant
+
+__all__ = ["PLANTS", "PlantSource", "known_plants", "resolve_plant"]
+
+PLANTS = ("symbolic", "fast-twin", "twin")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantSource:
+    """How to get a plant.
+
+    Attributes:
+        spec: Its spec.
+        has_camera: Whether it can be looked at.
+        make: Builds it for one trial: the box, the labels of its joints in panel order, the trial's stream ``plant``.
+        check: Finds out cheaply whether ``make`` can work here for a box.
+    """
+
+    spec: str
+    has_camera: bool
+    make: Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
+    check: Callable[[Lockbox], None] = lambda box: None
+
+
+def known_plants() -> dict[str, str]:
+    """Every plant and what it is."""
+    options = {kind: ", ".join(field.name for field in fields(kind)) for kind in (SceneSettings, TwinSettings)}
+    return {
+        "symbolic": "The rules and nothing else.",
+        "fast-twin": f"The simulated mechanism with a camera, pushed without an arm. Options: {options[SceneSettings]}.",
+        "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options[TwinSettings]}.",
+    }
+
+
+def resolve_plant(spec: str) -> PlantSource:
+    """The plant that a spec names.
+
+    Raises:
+        UnknownName: If there is none, or an option does not exist; the message lists what exists.
+        BadValue: If an option has a value that it cannot have.
+    """
+    name, options = read_options(spec)
+    if name not in PLANTS:
+        raise UnknownName("plant", name, PLANTS)
+    if name == "symbolic":
+        if options:
+            raise BadValue("plant", spec, "symbolic without options")
+        return PlantSource(spec=spec, has_camera=False, make=lambda box, labels, rng: SymbolicPlant(box))
+    if name == "fast-twin":
+        scene = with_options(SceneSettings, name, options)
+        return PlantSource(spec=spec, has_camera=True, make=_fast_twin(scene), check=_realisable)
+    settings = with_options(TwinSettings, name, options)
+    return PlantSource(spec=spec, has_camera=True, make=_twin(settings), check=_realisable)
+
+
+def _fast_twin(settings: SceneSettings) -> Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]:
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe.plants.fast_twin import FastTwin
+
+        return FastTwin(box, labels=labels, settings=settings, rng=rng)
+
+    return make
+
+
+def _twin(settings: TwinSettings) -> Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]:
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe.plants.twin import Twin
+
+        return Twin(box, labels=labels, settings=settings, rng=rng)
+
+    return make
+
+
+def _realisable(box: Lockbox) -> None:
+    """Refuses what this machine cannot simulate, and boxes that cannot be built."""
+    for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
+        if importlib.util.find_spec(module) is None:
+            raise Missing(f"the twins need the package {package}", "pip install 'lockprobe[twin]'")
