@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.channels.noise import OutcomeFlip
@@ -12,6 +13,7 @@ from lockprobe.channels.text import TextChannel
 from lockprobe.errors import Missing, UserMistake
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
+from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision
@@ -90,6 +92,47 @@ def test_the_target_takes_every_label_and_place_equally_often():
     labels = np.bincount(["ABCD".index(t.labels[0]) for t in trials], minlength=4)
     places = np.bincount([t.listing.index(t.labels[0]) for t in trials], minlength=4)
     assert all(abs(count - 200) < 50 for count in (*labels, *places))
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """The picture's first row, as bytes, instead of a report."""
+
+    def perceive(self, percept, previous, task, rng):
+        png = percept.look().rgb[0, :4, 0].tobytes()
+        pictures = (Picture(kind="rgb", png=png), Picture(kind="depth16", png=b"depth", shown=False))
+        return replace(percept, outcome=None, positions=None, text="Look.", pictures=pictures)
+
+
+def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
+    kept = {}
+    agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
+    plan = replace(PLAN, shuffle=False, modality="rgb")
+    plant = PhotographedPlant(plan.box, sensed="failed")
+    trial = asyncio.run(
+        play(plan, plant=plant, channels=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
+    )
+    assert trial.solved
+    assert kept[trial.opening_pictures["rgb"]] == bytes(4)
+    assert [kept[step.pictures["rgb"]][::-1] for step in trial.steps] == [
+        b"\xff" * i + bytes(4 - i) for i in (1, 2, 3, 4)
+    ]
+    assert all(kept[step.pictures["depth16"]] == b"depth" for step in trial.steps)
+    assert plant.looks == 5
+    assert all(situation.percept.look is None and situation.percept.outcome is None for situation in agent.seen)
+    assert all(turn.percept.look is None for situation in agent.seen for turn in situation.past)
+    assert trial.plant == {"robot": "made up"}
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
+    agent = Fake(lambda situation: Decision(joint="ADDD"[len(situation.past)]))
+    plan = replace(PLAN, shuffle=False, modality="rgb", budget=3)
+    trial = played(agent, plan, (Photograph(),), PhotographedPlant(plan.box, sensed="moved"))
+    assert [step.moved for step in trial.steps] == [False, True, True]
+    assert [step.told_moved for step in trial.steps] == [False, True, True]
+    assert [step.sensed for step in trial.steps] == [{"verdict": "moved"}] * 3
+    assert [step.told_state for step in trial.steps] == [None] * 3
 
 
 @dataclass(frozen=True)

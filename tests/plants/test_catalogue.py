@@ -1,0 +1,52 @@
+"""From a plant's spec to the plant."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.families import box
+from lockprobe.plants.catalogue import PLANTS, known_plants, resolve_plant
+from lockprobe.plants.symbolic import SymbolicPlant
+
+
+def test_every_plant_has_a_line():
+    assert tuple(known_plants()) == PLANTS
+    assert "pose_error" in known_plants()["twin"]
+    assert "pose_error" not in known_plants()["fast-twin"]
+
+
+def test_specs_name_plants_with_options():
+    assert isinstance(resolve_plant("symbolic").make(box(), tuple("ABCD"), np.random.default_rng(1)), SymbolicPlant)
+    assert [resolve_plant(name).has_camera for name in PLANTS] == [False, True, True]
+    assert resolve_plant("twin?pose_error=0.004&looks=varied").spec == "twin?pose_error=0.004&looks=varied"
+
+
+@pytest.mark.parametrize(
+    ("spec", "error", "message"),
+    [
+        ("fast", UnknownName, "no plant is called 'fast' (did you mean 'fast-twin'?)"),
+        ("symbolic?tilt=3", BadValue, "plant: got 'symbolic?tilt=3', expected symbolic without options"),
+        ("fast-twin?pose_error=1", UnknownName, "no option of fast-twin is called 'pose_error'"),
+        ("twin?pose_error=1", BadValue, "pose_error: got 1.0, expected a number from 0 to 0.05"),
+        ("twin?tilt=steep", BadValue, "tilt: got 'steep', expected a number"),
+        ("twin?looks=odd", BadValue, "looks: got 'odd', expected one of plain, varied"),
+        ("fast-twin?width=8", BadValue, "width: got 8, expected a number from 64 to 4096"),
+        ("twin?tilt=nan", BadValue, "tilt: got nan, expected a number from 0 to 80"),
+    ],
+)
+def test_a_wrong_spec_is_refused_in_one_line(spec, error, message):
+    with pytest.raises(error) as caught:
+        resolve_plant(spec)
+    assert str(caught.value).startswith(message)
+
+
+def test_naming_plants_imports_no_engine():
+    code = (
+        "import sys, lockprobe, lockprobe.plants.catalogue as c; [c.resolve_plant(n) for n in c.PLANTS]; "
+        "print([m for m in ('mujoco', 'OpenGL', 'PIL', 'glfw') if m in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
