@@ -121,7 +121,7 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
     assert plant.looks == 5
     assert all(situation.percept.look is None and situation.percept.outcome is None for situation in agent.seen)
     assert all(turn.percept.look is None for situation in agent.seen for turn in situation.past)
-    assert trial.plant == {"robot": "made up"}
+    assert trial.plant == {"plant": "symbolic", "robot": "made up"}
     assert trial_from_json(trial_to_json(trial)) == trial
 
 

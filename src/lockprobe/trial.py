@@ -94,7 +94,7 @@ async def play(
         opening=loop.opening,
         steps=tuple(loop.steps),
         error=error,
-        plant=_facts(plant.facts),
+        plant=_facts({"plant": plan.plant, **plant.facts}) if plant.facts else {},
         opening_pictures=loop.opening_pictures,
     )
 

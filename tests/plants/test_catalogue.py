@@ -6,9 +6,10 @@ import sys
 import numpy as np
 import pytest
 
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.plants.catalogue import PLANTS, known_plants, resolve_plant
+from lockprobe.plants.rendering.probing import Probed
 from lockprobe.plants.symbolic import SymbolicPlant
 
 
@@ -50,3 +51,19 @@ def test_naming_plants_imports_no_engine():
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", ["fast-twin", "twin"])
+def test_a_plant_is_checked_before_a_study(name, monkeypatch):
+    resolve_plant(name).check(box("chain-4"))
+    with pytest.raises(Missing, match="^renderer osmesa does not work here"):
+        monkeypatch.setattr(
+            "lockprobe.plants.rendering.probing.probe_one", lambda name: Probed(name=name, ok=False, detail="gone")
+        )
+        resolve_plant(f"{name}?renderer=osmesa").check(box("chain-4"))
+
+
+def test_without_the_engine_the_remedy_is_named(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda module: None)
+    with pytest.raises(Missing, match=r"the twins need the package mujoco.*pip install 'lockprobe\[twin\]'"):
+        resolve_plant("twin").check(box())

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
@@ -19,9 +20,12 @@ from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.seams import Plant
 
-__all__ = ["PLANTS", "PlantSource", "known_plants", "resolve_plant"]
+__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "resolve_plant"]
 
 PLANTS = ("symbolic", "fast-twin", "twin")
+
+
+Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,12 +36,12 @@ class PlantSource:
         spec: Its spec.
         has_camera: Whether it can be looked at.
         make: Builds it for one trial: the box, the labels of its joints in panel order, the trial's stream ``plant``.
-        check: Finds out cheaply whether ``make`` can work here for a box.
+        check: Finds out whether ``make`` can work here for a box, with the same errors.
     """
 
     spec: str
     has_camera: bool
-    make: Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
+    make: Make
     check: Callable[[Lockbox], None] = lambda box: None
 
 
@@ -65,14 +69,12 @@ def resolve_plant(spec: str) -> PlantSource:
         if options:
             raise BadValue("plant", spec, "symbolic without options")
         return PlantSource(spec=spec, has_camera=False, make=lambda box, labels, rng: SymbolicPlant(box))
-    if name == "fast-twin":
-        scene = with_options(SceneSettings, name, options)
-        return PlantSource(spec=spec, has_camera=True, make=_fast_twin(scene), check=_realisable)
-    settings = with_options(TwinSettings, name, options)
-    return PlantSource(spec=spec, has_camera=True, make=_twin(settings), check=_realisable)
+    settings = with_options(SceneSettings if name == "fast-twin" else TwinSettings, name, options)
+    make = _twin(settings) if isinstance(settings, TwinSettings) else _fast_twin(settings)
+    return PlantSource(spec=spec, has_camera=True, make=make, check=partial(_check, settings, make))
 
 
-def _fast_twin(settings: SceneSettings) -> Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]:
+def _fast_twin(settings: SceneSettings) -> Make:
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe.plants.fast_twin import FastTwin
 
@@ -81,7 +83,7 @@ def _fast_twin(settings: SceneSettings) -> Callable[[Lockbox, tuple[str, ...], n
     return make
 
 
-def _twin(settings: TwinSettings) -> Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]:
+def _twin(settings: TwinSettings) -> Make:
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe.plants.twin import Twin
 
@@ -90,8 +92,12 @@ def _twin(settings: TwinSettings) -> Callable[[Lockbox, tuple[str, ...], np.rand
     return make
 
 
-def _realisable(box: Lockbox) -> None:
-    """Refuses what this machine cannot simulate, and boxes that cannot be built."""
+def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
+    """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
     for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
         if importlib.util.find_spec(module) is None:
             raise Missing(f"the twins need the package {package}", "pip install 'lockprobe[twin]'")
+    from lockprobe.plants.rendering.probing import decide
+
+    decide(settings.renderer)
+    make(box, box.names, np.random.default_rng(0)).close()

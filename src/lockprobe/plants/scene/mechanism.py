@@ -1,0 +1,166 @@
+"""The joints of a compiled scene: reading them, setting them, pushing them. It knows nothing of an arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.lockbox.box import Configuration
+from lockprobe.plants.scene.board import Scene
+from lockprobe.plants.scene.gates import STROKE, Literal
+from lockprobe.plants.scene.hidden import LIFT
+
+__all__ = ["RESTING", "Mechanism"]
+
+RESTING = 0.08
+"""How far from an end a resting joint may be, as a fraction of its travel."""
+
+_ARRIVED = 0.02
+_HELD_SPEED, _HELD_STEPS = 0.02, 15
+_QUIET_SPEED, _QUIET_STEPS = 0.004, 5
+_SETTLE_SECONDS = 1.0
+_FROZEN = 0.005
+
+
+class _Bolt:
+    """A bolt or a lifter: its places in the state, and where it is in a configuration."""
+
+    def __init__(self, model: mujoco.MjModel, name: str, literals: Sequence[Literal], out: float) -> None:
+        joint = model.joint(name)
+        self.place, self.dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        self._literals, self._out = literals, out
+
+    def position(self, configuration: Configuration) -> float:
+        """Out as soon as one of its literals holds, metres."""
+        return self._out if any(configuration[joint] == wanted for joint, wanted in self._literals) else 0.0
+
+
+class Mechanism:
+    """The joints of a lockbox in a model that may hold more than the lockbox.
+
+    Args:
+        model: The compiled model.
+        data: Its state.
+        scene: What it was compiled from.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: Scene) -> None:
+        self._model, self._data, self._scene = model, data, scene
+        fittings = scene.panel.fittings
+        joints = [model.joint(f"joint-{i}") for i in range(len(fittings))]
+        self._ids = np.array([joint.id for joint in joints])
+        self._places = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
+        self._travel = np.array([fitting.travel for fitting in fittings])
+        self._arm = np.array([fitting.reach or 1.0 for fitting in fittings])
+        self._bolts = self._find_bolts()
+        self._all_dofs = np.array([*self._dofs, *(bolt.dof for bolt in self._bolts)])
+        # Speeds are compared at handles, in metres per second.
+        self._scale = np.concatenate([self._arm, np.ones(len(self._bolts))])
+        self._ranges: tuple[bool, ...] | None = None
+
+    def fractions(self) -> NDArray[np.float64]:
+        """How far each joint is from position 0, as a fraction of its travel, in panel order."""
+        fractions: NDArray[np.float64] = self._data.qpos[self._places] / self._travel
+        return fractions
+
+    def configuration(self) -> Configuration:
+        """The position to which each joint is nearer."""
+        return tuple(bool(fraction > 0.5) for fraction in self.fractions())
+
+    def resting(self) -> bool:
+        """Whether every joint is at an end of its travel, or nearly."""
+        fractions = self.fractions()
+        return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
+
+    def set_configuration(self, configuration: Configuration) -> None:
+        """Put every joint at an end of its travel, at rest, and every bolt where it then belongs."""
+        data = self._data
+        data.qpos[self._places] = np.where(configuration, self._travel, 0.0)
+        for bolt in self._bolts:
+            data.qpos[bolt.place] = bolt.position(configuration)
+        data.qvel[self._all_dofs] = 0
+        self._ranges = None
+        self._switch_ranges()
+        mujoco.mj_forward(self._model, data)
+
+    def step(self) -> None:
+        """One step of the simulation."""
+        self.before_step()
+        mujoco.mj_step(self._model, self._data)
+
+    def before_step(self) -> None:
+        """What has to be done before every step by whoever steps the simulation: nothing unless it is ideal."""
+        if self._scene.ideal:
+            self._switch_ranges()
+
+    def push(self, joint: int, newtons: float = 30.0, seconds: float = 0.6) -> bool:
+        """Push a handle along its way towards the end where it is not, then let everything come to rest.
+
+        Args:
+            joint: By place in panel order.
+            newtons: Force at the handle.
+            seconds: The longest push; it ends as soon as the joint has arrived, or is held.
+
+        Returns:
+            Whether the joint is now nearer to the other end.
+        """
+        data, dof = self._data, self._dofs[joint]
+        before = self.configuration()[joint]
+        data.qfrc_applied[dof] = newtons * self._arm[joint] * (-1 if before else 1)
+        held = 0
+        for _ in range(self._steps(seconds)):
+            self.step()
+            fraction = float(data.qpos[self._places[joint]]) / self._travel[joint]
+            slow = abs(float(data.qvel[dof])) * self._arm[joint] < _HELD_SPEED
+            held = held + 1 if slow else 0
+            if held >= _HELD_STEPS or (slow and abs(fraction - (not before)) < _ARRIVED):
+                break
+        data.qfrc_applied[dof] = 0
+        self.settle()
+        return self.configuration()[joint] != before
+
+    def settle(self) -> None:
+        """Step until nothing moves, at most a second."""
+        quiet = 0
+        for _ in range(self._steps(_SETTLE_SECONDS)):
+            self.step()
+            fast = np.abs(self._data.qvel[self._all_dofs] * self._scale).max() > _QUIET_SPEED
+            quiet = 0 if fast else quiet + 1
+            if quiet >= _QUIET_STEPS:
+                return
+
+    def _steps(self, seconds: float) -> int:
+        return round(seconds / float(self._model.opt.timestep))
+
+    def _find_bolts(self) -> list[_Bolt]:
+        if self._scene.ideal:
+            return []
+        bolts = []
+        for number, gate in enumerate(self._scene.gates):
+            bolts.append(_Bolt(self._model, f"bolt-{number}", gate.literals, STROKE))
+            if len(gate.literals) > 1:
+                for place, literal in enumerate(gate.literals):
+                    bolts.append(_Bolt(self._model, f"lifter-{number}-{place}", (literal,), LIFT))
+        return bolts
+
+    def _switch_ranges(self) -> None:
+        """Give joints that may move their whole range, and hold the others where they rest."""
+        if not self._scene.ideal:
+            return
+        configuration = self.configuration()
+        box = self._scene.box
+        fractions = self.fractions()
+        free = tuple(
+            box.may_move(configuration, joint) or RESTING < fraction < 1 - RESTING
+            for joint, fraction in enumerate(fractions)
+        )
+        if free == self._ranges:
+            return
+        self._ranges = free
+        low = np.where(np.array(free) | ~np.array(configuration), 0.0, self._travel * (1 - _FROZEN))
+        high = np.where(np.array(free) | np.array(configuration), self._travel, self._travel * _FROZEN)
+        self._model.jnt_range[self._ids] = np.column_stack([low, high])
