@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
+from lockprobe.plants.rendering.probing import VARIABLE, automatic, probe
 
 __all__ = ["Finding", "examine"]
 
@@ -36,6 +37,9 @@ def examine() -> Iterator[Finding]:
     yield _runtime()
     yield _embedded()
     yield _package("inspect_ai", "inspect-ai", "hosted models", "pip install 'lockprobe[providers]'")
+    yield _package("mujoco", "mujoco", "physical lockbox", "pip install 'lockprobe[twin]'")
+    if importlib.util.find_spec("mujoco") is not None:
+        yield from _renderers()
 
 
 def _runtime() -> Finding:
@@ -47,6 +51,24 @@ def _runtime() -> Finding:
     except UserMistake as mistake:
         return Finding(what=what, ok=False, detail=str(mistake))
     return Finding(what=what, ok=True, detail=f"xllamacpp {importlib.metadata.version('xllamacpp')}")
+
+
+def _renderers() -> Iterator[Finding]:
+    """Each renderer of pictures, and which of them is taken."""
+    probed = probe()
+    for one in probed:
+        yield Finding(
+            what=f"renderer {one.name}", ok=one.ok, detail=one.detail or "works everywhere, slower than OpenGL"
+        )
+    try:
+        taken = automatic()
+    except UserMistake as mistake:
+        yield Finding(what="renderer taken", ok=False, detail=str(mistake))
+        return
+    why = f"as {VARIABLE} says" if os.environ.get(VARIABLE) else "the first that works"
+    yield Finding(
+        what="renderer taken", ok=True, detail=f"{taken}, {why}; renderer=... in a plant's spec takes another"
+    )
 
 
 def _embedded() -> Finding:

@@ -42,6 +42,30 @@ class Camera:
         middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
         return np.concatenate([middle + self.focal * seen[..., :2] / seen[..., 2:], seen[..., 2:]], axis=-1)
 
+    def heights(self, depth: NDArray[np.floating]) -> NDArray[np.float64]:
+        """How far above the board's front things are.
+
+        Args:
+            depth: Shape (height, width), metres along the optical axis.
+
+        Returns:
+            Shape (height, width), metres; without meaning where depth is 0.
+        """
+        slope, offset = self._board()
+        return depth * slope - offset
+
+    def depth_at(self, heights: NDArray[np.floating]) -> NDArray[np.float64]:
+        """The depth of things that are so far above the board; the inverse of :meth:`heights`."""
+        slope, offset = self._board()
+        return (heights + offset) / slope
+
+    def _board(self) -> tuple[NDArray[np.float64], float]:
+        """Height above the board gained per metre of depth, for every pixel, and the board's own distance along z."""
+        z = self.panel[:3, 2]
+        right = (np.arange(self.width) - (self.width - 1) / 2) / self.focal
+        down = (np.arange(self.height) - (self.height - 1) / 2) / self.focal
+        return z[0] * right + z[1] * down[:, None] + z[2], float(z @ self.panel[:3, 3])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:

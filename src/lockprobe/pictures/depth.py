@@ -1,0 +1,182 @@
+"""Depth as pictures that can be shown: over a fixed window, so that colours mean the same in every picture.
+
+Were the window taken from each picture, its nearest and farthest point, all colours would change whenever one thing
+moves.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+from dataclasses import dataclass
+from importlib import resources
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadValue
+from lockprobe.pictures.frame import Camera
+
+__all__ = [
+    "HEIGHTS",
+    "DepthKind",
+    "Window",
+    "decode",
+    "encode",
+    "from_millimetres",
+    "legend",
+    "to_millimetres",
+    "turbo",
+]
+
+DepthKind = Literal["turbo", "gray", "height", "packed"]
+"""Colours from near to far; greys from near to far; colours by height above the board; 16 bits in three channels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """What the first and the last colour mean.
+
+    Attributes:
+        near: Metres.
+        far: Metres, more than ``near``.
+
+    Raises:
+        BadValue: If that is not so.
+    """
+
+    near: float
+    far: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.near < self.far <= 65:
+            raise BadValue("depth window", (self.near, self.far), "0 <= near < far <= 65 metres")
+
+
+HEIGHTS = (-0.02, 0.06)
+"""The window of pictures by height, metres above the board: handles end at 0.05, and what lies below the board's edge
+is told from the board."""
+
+_MOST_MILLIMETRES = 2**16 - 1
+
+
+def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
+    """Depth as a picture. Whatever lies outside the window has the colour of its end.
+
+    Args:
+        depth: Shape (height, width), metres; 0 where there is no reading, which is black.
+        kind: How.
+        window: Of depth, for ``turbo`` and ``gray``. Heights have a window of their own, :data:`HEIGHTS`.
+        camera: Where the board is, for ``height``.
+
+    Returns:
+        Shape (height, width) for ``gray``, (height, width, 3) otherwise.
+    """
+    _known(kind)
+    if kind == "packed":
+        return _packed(depth)
+    if kind == "height":
+        return _painted(depth, np.take(turbo(), _level(camera.heights(depth), *HEIGHTS), axis=0))
+    levels = _level(depth, window.far, window.near)
+    if kind == "gray":
+        return _painted(depth, np.maximum(levels, 1))
+    return _painted(depth, np.take(turbo(), levels, axis=0))
+
+
+def decode(image: NDArray[np.uint8], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.float32]:
+    """Depth from a picture made by :func:`encode`, to within half a colour; what was outside the window is at its end.
+
+    Args:
+        image: The picture.
+        kind: How it was made.
+        window: With what window.
+        camera: Where the board was, for ``height``.
+
+    Returns:
+        Shape (height, width), metres; 0 where there was no reading, and where the colour is none that ``encode`` gives.
+    """
+    _known(kind)
+    if kind == "packed":
+        red, green, blue = np.moveaxis(image.astype(np.uint16), -1, 0)
+        return from_millimetres(256 * red + 4 * green + blue // 8)
+    if kind == "gray":
+        metres = window.far + image / 255 * (window.near - window.far)
+        return np.where(image > 0, metres, 0).astype(np.float32)
+    level = _level_of_colour(image)
+    if kind == "height":
+        heights = HEIGHTS[0] + level / 255 * (HEIGHTS[1] - HEIGHTS[0])
+        return np.where(level >= 0, camera.depth_at(heights), 0).astype(np.float32)
+    metres = window.far + level / 255 * (window.near - window.far)
+    return np.where(level >= 0, metres, 0).astype(np.float32)
+
+
+def legend(kind: DepthKind, window: Window) -> str:
+    """One sentence that says what the colours mean."""
+    _known(kind)
+    near, far = f"{window.near:g} m", f"{window.far:g} m"
+    return {
+        "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow and green to blue {far} or "
+        "farther, black no reading.",
+        "gray": f"Brightness is distance from the camera: white {near} or nearer, dark grey {far} or farther, black no "
+        "reading.",
+        "height": f"Colour is height: dark blue {-100 * HEIGHTS[0]:g} cm or more below the board, blue the board, "
+        f"through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading.",
+        "packed": "Distance from the camera in millimetres is 256 R + 4 G + B / 8 of a pixel's red, green and blue, "
+        "black no reading.",
+    }[kind]
+
+
+def to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Metres as whole millimetres; 0, no reading, for what is 65.536 m away or farther."""
+    millimetres = np.rint(depth * np.float32(1000))
+    return np.where(millimetres <= _MOST_MILLIMETRES, millimetres, 0).astype(np.uint16)
+
+
+def from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Whole millimetres as metres."""
+    return millimetres.astype(np.float32) / np.float32(1000)
+
+
+@functools.cache
+def turbo() -> NDArray[np.uint8]:
+    """Google's turbo colours from dark blue to dark red, shape (256, 3); none of them is black."""
+    text = resources.files("lockprobe.pictures").joinpath("turbo.json").read_text(encoding="utf-8")
+    colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
+    colours.setflags(write=False)
+    return colours
+
+
+def _known(kind: str) -> None:
+    if kind not in get_args(DepthKind):
+        raise BadValue("depth", kind, f"one of {', '.join(get_args(DepthKind))}")
+
+
+def _level(values: NDArray[np.floating], first: float, last: float) -> NDArray[np.uint8]:
+    """0 at ``first`` and beyond, 255 at ``last`` and beyond."""
+    share = (values - first) / (last - first)
+    level: NDArray[np.uint8] = np.rint(np.clip(share, 0, 1) * 255).astype(np.uint8)
+    return level
+
+
+def _painted(depth: NDArray[np.float32], colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    colours[depth <= 0] = 0
+    return colours
+
+
+def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """As SpatialBot packs it (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel."""
+    millimetres = to_millimetres(depth)
+    channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
+    return np.stack(channels, axis=-1).astype(np.uint8)
+
+
+def _level_of_colour(image: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Which of turbo's colours a pixel has; -1 for none of them."""
+    weights = np.array([65536, 256, 1])
+    known = turbo().astype(np.int64) @ weights
+    order = np.argsort(known)
+    asked = image.astype(np.int64) @ weights
+    place = order[np.clip(np.searchsorted(known[order], asked), 0, 255)]
+    level: NDArray[np.int64] = np.where(known[place] == asked, place, -1)
+    return level

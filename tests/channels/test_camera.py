@@ -1,0 +1,103 @@
+"""The camera shows the box and says nothing about it."""
+
+import numpy as np
+import pytest
+
+from lockprobe.channels.camera import CameraChannel
+from lockprobe.errors import BadValue
+from lockprobe.pictures.depth import Window, decode
+from lockprobe.pictures.frame import Camera, Frame
+from lockprobe.pictures.png import from_png
+from lockprobe.record import Percept, Task
+
+TASK = Task(joints=("B", "A"), target="A", budget=20)
+PANEL = np.array([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.72], [0, 0, 0, 1.0]])
+CAMERA = Camera(width=40, height=30, focal=50.0, panel=PANEL)
+HANDLES = np.array([[[0, 0, 0.05], [0, 0.06, 0.05]], [[0.1, 0, 0.05], [0.16, 0, 0.05]]])
+RNG = np.random.default_rng(4)
+FRAME = Frame(
+    rgb=RNG.integers(0, 256, (30, 40, 3), dtype=np.uint8),
+    depth=np.where(RNG.random((30, 40)) < 0.1, 0, RNG.uniform(0.65, 0.77, (30, 40))).astype(np.float32),
+    camera=CAMERA,
+    handles=HANDLES,
+    renderer="a fake",
+)
+MOVED = Percept(joint="B", outcome="moved", positions=(True, False), look=lambda: FRAME)
+
+
+def told(percept, channel):
+    return channel.perceive(percept, None, TASK, np.random.default_rng(1))
+
+
+def test_rgb_is_one_picture_and_one_sentence():
+    first = told(Percept(positions=(True, False), look=lambda: FRAME), CameraChannel())
+    assert first.text == "The picture shows the box."
+    assert [(picture.kind, picture.shown) for picture in first.pictures] == [("rgb", True)]
+    np.testing.assert_array_equal(from_png(first.pictures[0].png), FRAME.rgb)
+    assert told(MOVED, CameraChannel()).text == "You attempted B. The picture shows the box now."
+
+
+@pytest.mark.parametrize("depth", ["none", "turbo", "gray", "height", "packed"])
+def test_what_happened_is_not_told(depth):
+    blocked = Percept(joint="B", outcome="blocked", positions=(False, True), look=lambda: FRAME)
+    moved, same = told(MOVED, CameraChannel(depth=depth)), told(blocked, CameraChannel(depth=depth))
+    assert (moved.outcome, moved.positions, moved.joint) == (None, None, "B")
+    assert moved.text == same.text
+    assert moved.pictures == same.pictures
+
+
+@pytest.mark.parametrize("depth", ["turbo", "gray", "height", "packed"])
+def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
+    channel = CameraChannel(depth=depth)
+    percept = told(MOVED, channel)
+    assert [(picture.kind, picture.shown) for picture in percept.pictures] == [
+        ("rgb", True),
+        ("depth", True),
+        ("depth16", False),
+    ]
+    millimetres = from_png(percept.pictures[2].png)
+    assert millimetres.dtype == np.uint16
+    assert np.abs(millimetres / 1000 - FRAME.depth).max() < 0.00051
+    window = Window(near=channel.near, far=channel.far)
+    read = decode(from_png(percept.pictures[1].png), depth, window, CAMERA)
+    np.testing.assert_array_equal(read == 0, millimetres == 0)
+    if depth != "height":
+        assert np.abs(read - millimetres / 1000).max() < 0.0007
+
+
+def test_the_legend_stands_in_the_first_report_only():
+    channel = CameraChannel(depth="turbo", near=0.5, far=0.9)
+    first = told(Percept(look=lambda: FRAME), channel).text
+    assert first.startswith("The first picture shows the box, the second its depth. Colour is distance")
+    assert "red 0.5 m" in first
+    assert "blue 0.9 m" in first
+    assert told(MOVED, channel).text == "You attempted B. The first picture shows the box now, the second its depth."
+
+
+def test_handles_are_places_in_the_picture_in_the_listed_order():
+    handles = told(MOVED, CameraChannel()).handles
+    assert handles[0][0] == pytest.approx((19.5, 14.5))
+    assert handles[0][1] == pytest.approx((19.5, 14.5 - 50 * 0.06 / 0.67))
+    assert handles[1][0] == pytest.approx((19.5 + 50 * 0.1 / 0.67, 14.5))
+    assert all(isinstance(number, float) for joint in handles for place in joint for number in place)
+
+
+def test_nothing_is_drawn():
+    rng = np.random.default_rng(9)
+    CameraChannel(depth="turbo").perceive(MOVED, None, TASK, rng)
+    assert rng.random() == np.random.default_rng(9).random()
+
+
+@pytest.mark.parametrize(("depth", "modality"), [("none", "rgb"), ("turbo", "rgbd")])
+def test_without_a_camera_it_says_which_plants_have_one(depth, modality):
+    with pytest.raises(
+        BadValue, match=f"modality: got '{modality}', expected a plant with a camera: fast-twin or twin"
+    ):
+        told(Percept(positions=(True, False)), CameraChannel(depth=depth))
+
+
+def test_bad_settings_are_refused():
+    with pytest.raises(BadValue, match="depth: got 'jet'"):
+        CameraChannel(depth="jet")
+    with pytest.raises(BadValue, match="depth window: got"):
+        CameraChannel(depth="turbo", near=0.8, far=0.7)
