@@ -1,5 +1,6 @@
 """An OpenAI-compatible server on loopback whose answers a test decides."""
 
+import base64
 import json
 import threading
 from contextlib import contextmanager
@@ -64,10 +65,28 @@ def refusal(status, message):
     return status, {"error": {"message": message, "type": "error", "code": status}}
 
 
+def words(message):
+    """The text of a message, whether pictures come with it or not."""
+    content = message["content"]
+    return content if isinstance(content, str) else " ".join(part["text"] for part in content if part["type"] == "text")
+
+
+def pictures(message):
+    """The pictures of a message: (file, media type, detail) of each."""
+    if isinstance(message["content"], str):
+        return []
+    found = []
+    for part in message["content"]:
+        if part["type"] == "image_url":
+            media, _, data = part["image_url"]["url"].partition(";base64,")
+            found.append((base64.b64decode(data, validate=True), media, part["image_url"]["detail"]))
+    return found
+
+
 def truthful(request):
     """A well-formed reply: it repeats what it was told and goes through the joints in the order listed."""
-    listing = request["messages"][0]["content"].split(" joints: ")[1].split(".")[0].split(", ")
-    told = request["messages"][-1]["content"]
+    listing = words(request["messages"][0]).split(" joints: ")[1].split(".")[0].split(", ")
+    told = words(request["messages"][-1])
     first = len(request["messages"]) == 1
     said = "none" if first else "did not move" if "did not move" in told else "moved"
     turn = sum(message["role"] == "assistant" for message in request["messages"])

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.catalogue import known_specs, resolve
 from lockprobe.errors import BadValue, UnknownName
 
 
@@ -25,12 +25,57 @@ def test_strategies_resolve(spec):
         ("human-inspired:fast", "no preset of human-inspired is called 'fast'; there are: target-first"),
         ("llm:gpt", "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
         ("random:x", "no agent is called 'random:x'"),
+        ("viewers", "no agent is called 'viewers'"),
+        ("viewer:llm:local", "no strategy of viewer is called 'llm:local'; there are: random, random-no-repeat"),
+        ("viewer:viewer", "no strategy of viewer is called 'viewer'; there are: random"),
+        ("viewer:python:os:abort", "no strategy of viewer is called 'python:os:abort'; there are: random"),
+        ("viewer:human-inspired:fast", "no preset of human-inspired is called 'fast'"),
+        (
+            "viewer?acuty=9",
+            "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, doubt, ",
+        ),
+        ("viewer:random?lapse=0.1", "no option of viewer:random is called 'lapse'; there are: acuity, doubt"),
     ],
 )
 def test_an_unknown_spec_lists_what_exists(spec, message):
     with pytest.raises(UnknownName) as mistake:
         resolve(spec)
     assert str(mistake.value).startswith(message)
+
+
+def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
+    one = resolve("viewer:human-inspired:proximity?acuity=12&lapse=0.1&doubt=0.2").make()
+    other = resolve("viewer:human-inspired:proximity?lapse=0.1&doubt=0.2&acuity=12").make()
+    assert one == other
+    assert (one.sight.acuity, one.sight.doubt, one.strategy.lapse, one.strategy.nearest) == (12, 0.2, 0.1, True)
+    assert one.strategy == resolve("human-inspired:proximity?lapse=0.1").make()
+    assert resolve("viewer").make() == resolve("viewer:human-inspired:target-first").make()
+
+
+@pytest.mark.parametrize(
+    ("spec", "senses"),
+    [
+        ("random", "reports"),
+        ("human-inspired", "reports"),
+        ("ideal-observer", "reports"),
+        ("cognitive:careful", "reports"),
+        ("llm:local", "reports"),
+        ("llm:gguf:some.gguf", "reports"),
+        ("viewer", "pictures"),
+        ("viewer:random?acuity=9", "pictures"),
+        ("llm:openai/gpt-4o?images=4", "pictures"),
+        ("python:any:Thing", "pictures"),
+    ],
+)
+def test_a_source_says_what_it_can_take_in(spec, senses):
+    assert resolve(spec).senses == senses
+
+
+def test_every_kind_of_agent_is_described():
+    described = known_specs()
+    assert all(described.values())
+    assert "acuity, doubt" in described["viewer[:STRATEGY]"]
+    assert "images" in described["llm:PROVIDER/MODEL"]
 
 
 def test_your_own_class(tmp_path, monkeypatch):
@@ -57,7 +102,8 @@ def test_strategies_import_no_engine():
     """A study of strategies stays light: neither a model runtime nor a provider's library is imported."""
     code = (
         "import sys, lockprobe.cli; from lockprobe.agents.catalogue import resolve; resolve('random').make();"
-        "print([m for m in ('xllamacpp', 'inspect_ai', 'matplotlib', 'openai') if m in sys.modules])"
+        "resolve('viewer').make();"
+        "print([m for m in ('xllamacpp', 'inspect_ai', 'matplotlib', 'openai', 'PIL', 'mujoco') if m in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
 

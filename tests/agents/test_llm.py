@@ -1,16 +1,26 @@
 """Hosted models over HTTP: the same loop, runner and journal; faults are bounded and attributed."""
 
+import asyncio
+import json
 import os
 import subprocess
 import sys
+from dataclasses import dataclass, replace
 
 import pytest
-from openai_server import Server, completion, refusal, truthful
+from openai_server import Server, completion, pictures, refusal, truthful, words
 
-from lockprobe.errors import BadValue, Missing
+from lockprobe.agents.catalogue import resolve
+from lockprobe.channels.text import TextChannel
+from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.lockbox.families import box
+from lockprobe.pictures.picture import Picture
+from lockprobe.plan import Plan
+from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.studyfile import Request, study
+from lockprobe.trial import play
 
 llm = pytest.importorskip("lockprobe.agents.llm")
 SPEC = "llm:openai-api/fake/model"
@@ -162,3 +172,113 @@ def test_a_missing_key_is_one_clear_line_on_the_command_line(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr == "lockprobe: llm:openai/gpt-4o needs OPENAI_API_KEY: export OPENAI_API_KEY=… and run again\n"
+
+
+@dataclass(frozen=True)
+class Photographs:
+    """Made-up files for pictures: which configuration they are of stands in them, and is told nowhere else."""
+
+    depth: bool = False
+
+    def perceive(self, percept, previous, task, rng):
+        state = bytes(percept.positions)
+        shown = [Picture(kind="rgb", png=b"\x89PNG colours \xff" + state)]
+        if self.depth:
+            shown.append(Picture(kind="depth", png=b"\x89PNG depth \xff" + state))
+        hidden = Picture(kind="depth16", png=b"measured" + state, shown=False)
+        text = "The picture shows the box." if percept.joint is None else f"You attempted {percept.joint}."
+        return replace(percept, outcome=None, positions=None, text=text, pictures=(*shown, hidden))
+
+
+def shown(monkeypatch, answer, channel, spec=SPEC):
+    """One trial of a model that is shown pictures: the trial and the requests that arrived."""
+    plan = Plan(
+        key="k", study="s", agent=spec, box=box(), modality="rgb", p=0, flip="transient", repetition=1, trial=1, seed=1
+    )
+
+    async def played():
+        agent = resolve(spec).make()
+        try:
+            return await play(plan, plant=SymbolicPlant(plan.box), channels=[channel], agent=agent)
+        finally:
+            await agent.aclose()
+
+    with Server(answer).running() as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        return asyncio.run(played()), server.requests
+
+
+@pytest.mark.parametrize("depth", [False, True])
+def test_every_observation_arrives_with_its_pictures_as_they_are(monkeypatch, depth):
+    trial, requests = shown(monkeypatch, truthful, Photographs(depth=depth))
+    assert trial.solved
+    states = [*(step.state for step in trial.steps)]
+    for turn, request in enumerate(requests):
+        told = [message for message in request["messages"] if message["role"] == "user"]
+        assert len(told) == turn + 1
+        for message, state in zip(told, states, strict=False):
+            by_label = dict(zip(trial.labels, state, strict=True))
+            marks = bytes(int(by_label[label]) for label in trial.listing)
+            expected = [(b"\x89PNG colours \xff" + marks, "data:image/png", "high")]
+            if depth:
+                expected.append((b"\x89PNG depth \xff" + marks, "data:image/png", "high"))
+            assert pictures(message) == expected
+            assert [part["type"] for part in message["content"]] == ["text"] + ["image_url"] * (1 + depth)
+    assert words(requests[0]["messages"][0]).endswith("The picture shows the box.")
+    assert words(requests[1]["messages"][-1]) == f"You attempted {trial.listing[0]}."
+    assert b"measured" not in json.dumps(requests).encode()
+
+
+def test_older_pictures_leave_the_conversation_if_asked(monkeypatch):
+    trial, requests = shown(monkeypatch, truthful, Photographs(), f"{SPEC}?images=2&detail=low")
+    last = [message for message in requests[-1]["messages"] if message["role"] == "user"]
+    assert len(last) == len(trial.steps) > 4
+    assert [len(pictures(message)) for message in last] == [0] * (len(last) - 2) + [1, 1]
+    assert all(words(message).endswith("(picture no longer shown)") for message in last[:-2])
+    assert [detail for message in last for _, _, detail in pictures(message)] == ["low", "low"]
+    assert (trial.facts["model"], trial.facts["images"], trial.facts["detail"]) == ("openai-api/fake/model", 2, "low")
+
+
+def test_a_repair_keeps_the_pictures(monkeypatch):
+    def answer(request):
+        repaired = "could not be used" in words(request["messages"][-1])
+        return truthful({"messages": request["messages"][:-2]}) if repaired else completion("a knob")
+
+    trial, requests = shown(monkeypatch, answer, Photographs())
+    assert trial.solved
+    assert len(trial.steps[0].decision.replies) == 2
+    assert [len(pictures(message)) for message in requests[1]["messages"]] == [1, 0, 0]
+
+
+def test_a_model_that_cannot_see_is_a_fault_of_the_model_as_any_other(monkeypatch):
+    def answer(request):
+        return refusal(400, "Invalid content type. image_url is only supported by certain models.")
+
+    trial, _ = shown(monkeypatch, answer, Photographs())
+    assert (trial.ending, trial.error.boundary, trial.steps) == ("error", "model", ())
+    assert "image_url is only supported by certain models" in trial.error.message
+    assert "base64" not in trial.error.message
+
+
+def test_a_model_that_is_told_reports_is_asked_and_recorded_as_before_there_were_pictures(monkeypatch):
+    """The fingerprint of the prompt and the other facts are compared when a study is resumed."""
+    trial, requests = shown(monkeypatch, truthful, TextChannel())
+    assert trial.facts["prompt"] == "chat a78a7663d4a6"
+    assert sorted(trial.facts) == ["model", "prompt", "repairs", "runtime", "temperature"]
+    assert all(isinstance(message["content"], str) for request in requests for message in request["messages"])
+
+
+@pytest.mark.parametrize(
+    ("options", "mistake", "message"),
+    [
+        ("image=4", UnknownName, "no option of llm:openai-api/fake/model is called 'image' (did you mean 'images'?)"),
+        ("images=-1", BadValue, "images: got -1, expected how many observations keep their pictures, 0 for all"),
+        ("images=few", BadValue, "images: got 'few', expected a whole number"),
+        ("detail=fine", BadValue, "detail: got 'fine', expected one of auto, low, high"),
+    ],
+)
+def test_an_option_that_cannot_be_is_one_line(options, mistake, message):
+    with pytest.raises(mistake) as wrong:
+        llm.check(f"openai-api/fake/model?{options}")
+    assert str(wrong.value).startswith(message)

@@ -7,6 +7,7 @@ import pytest
 from lockprobe.agents.prompt import conversation, instructions, parse_reply, reply_schema
 from lockprobe.errors import ReplyFault
 from lockprobe.lockbox.families import box
+from lockprobe.pictures.picture import Picture
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
 
 TASK = Task(joints=("C", "A", "D", "B"), target="D", budget=20)
@@ -35,6 +36,22 @@ def test_it_is_the_same_for_every_trial_up_to_names():
 def test_only_the_observation_sentence_follows_the_modality():
     told, hidden = instructions(TASK, positions=True), instructions(TASK, positions=False)
     assert told.replace(", and which joints are now at position 1", "") == hidden
+
+
+def test_where_pictures_are_shown_positions_have_no_names_and_outcomes_are_to_be_inferred():
+    told, seen = instructions(TASK, positions=True), instructions(TASK, positions=False, pictures=1)
+    words = "Then you are told whether it moved, and which joints are now at position 1."
+    before, after = told.replace("two positions, 0 and 1.", "two positions.").split(words)
+    assert seen.startswith(before)
+    assert seen.endswith(after)
+    said = seen[len(before) : -len(after)]
+    assert "a picture of the box, always taken from the same place" in said
+    assert "its label is painted" in said
+    assert "not told whether a joint moved: find out by comparing successive pictures." in said
+    both = instructions(TASK, positions=False, pictures=2)
+    assert both == seen.replace(
+        "a picture of the box", "two pictures of the box, one of its colours and one of its depth"
+    )
 
 
 def test_it_leaks_neither_names_nor_structure_of_the_box():
@@ -81,3 +98,37 @@ def test_a_reply_of_another_form_is_refused_with_the_reason(text, reason):
 def test_the_schema_offers_what_can_be_said():
     assert reply_schema(FIRST)["properties"]["last_action"]["enum"] == ["none"]
     assert reply_schema(LATER)["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]
+
+
+def looked(*shown):
+    """Six steps of pictures, of the kinds shown and one that is not."""
+    percepts = []
+    for step in range(6):
+        pictures = [Picture(kind=kind, png=f"{kind} {step}".encode()) for kind in shown]
+        hidden = Picture(kind="depth16", png=b"measured", shown=False)
+        percepts.append(Percept(joint="A" if step else None, text=f"Look {step}.", pictures=(*pictures, hidden)))
+    past = tuple(Turn(percept=percept, decision=Decision(joint="A", replies=("good",))) for percept in percepts[:-1])
+    return Situation(task=TASK, past=past, percept=percepts[-1])
+
+
+def test_pictures_stay_with_the_observation_that_showed_them_and_hidden_ones_are_kept_back():
+    messages = [message for message in conversation(looked("rgb", "depth")) if message.role == "user"]
+    assert [[p.png.decode() for p in m.pictures] for m in messages] == [[f"rgb {i}", f"depth {i}"] for i in range(6)]
+    assert messages[0].text == instructions(TASK, positions=False, pictures=2) + "\n\nLook 0."
+    assert [message.text for message in messages[1:]] == [f"Look {i}." for i in range(1, 6)]
+
+
+@pytest.mark.parametrize(("shown", "gone"), [(("rgb",), "(picture no"), (("rgb", "depth"), "(pictures no")])
+@pytest.mark.parametrize("images", [1, 4, 6, 9])
+def test_only_the_newest_observations_keep_their_pictures(images, shown, gone):
+    messages = [message for message in conversation(looked(*shown), images=images) if message.role == "user"]
+    whole = [message for message in conversation(looked(*shown)) if message.role == "user"]
+    assert messages[-images:] == whole[-images:]
+    for message, full in list(zip(messages, whole, strict=True))[:-images]:
+        assert message.pictures == ()
+        assert message.text == f"{full.text} {gone} longer shown)"
+
+
+def test_reports_are_told_as_ever_whatever_is_asked_of_pictures():
+    assert conversation(LATER, images=1) == conversation(LATER)
+    assert all(message.pictures == () for message in conversation(LATER))

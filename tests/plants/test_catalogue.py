@@ -56,11 +56,11 @@ def test_naming_plants_imports_no_engine():
 @pytest.mark.parametrize("name", ["fast-twin", "twin"])
 def test_a_plant_is_checked_before_a_study(name, monkeypatch):
     resolve_plant(name).check(box("chain-4"))
+    gone = lambda renderer: Probed(name=renderer, ok=False, detail="gone")  # noqa: E731
+    monkeypatch.setattr("lockprobe.plants.rendering.probing.probe_one", gone)
+    source = resolve_plant(f"{name}?renderer=osmesa")
     with pytest.raises(Missing, match="^renderer osmesa does not work here"):
-        monkeypatch.setattr(
-            "lockprobe.plants.rendering.probing.probe_one", lambda name: Probed(name=name, ok=False, detail="gone")
-        )
-        resolve_plant(f"{name}?renderer=osmesa").check(box("chain-4"))
+        source.check(box("chain-4"))
 
 
 def test_without_the_engine_the_remedy_is_named(monkeypatch):

@@ -1,9 +1,10 @@
 """From an agent's spec to the agent. Nothing heavy is imported before it is asked for.
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
-``cognitive:MODEL``, ``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any
-model name of Inspect AI), ``python:module:Name`` (your own class). Options follow a question mark:
-``human-inspired:proximity?lapse=0.1``.
+``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
+model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``python:module:Name``
+(your own class). Options follow a question mark: ``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its
+strategy stand side by side: ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
 
 from __future__ import annotations
@@ -11,24 +12,24 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Literal
+from urllib.parse import urlencode
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
+from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.options import read_options, with_options
 from lockprobe.seams import Agent
 
-__all__ = ["AgentSource", "Engine", "Senses", "known_specs", "resolve"]
+__all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
 
 Engine = Literal["inline", "process", "network"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else."""
-
-Senses = Literal["reports", "pictures"]
-"""What it can take in: reports in words only, or pictures too."""
 
 _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random": RandomAgent,
@@ -36,6 +37,7 @@ _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "round-robin": RoundRobin,
 }
 _PARAMETRIC = ("human-inspired", "cognitive", "ideal-observer")
+_VIEWED = "human-inspired:target-first"
 
 
 def _described(kind: type[Any]) -> str:
@@ -49,9 +51,12 @@ _OTHERS = {
     "Options: prior, noise, plan, persistence.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
+    "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
+    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Sight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
-    "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o.",
+    "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
+    "Options, where it is shown pictures: images (how many observations keep theirs), detail.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
 
@@ -92,6 +97,9 @@ def resolve(spec: str) -> AgentSource:
     if spec.partition("?")[0].partition(":")[0] in _PARAMETRIC:
         agent = _parametric(spec)
         return AgentSource(spec=spec, engine="inline", make=lambda: agent)
+    if spec.partition("?")[0].partition(":")[0] == "viewer":
+        viewer = _viewer(spec)
+        return AgentSource(spec=spec, engine="inline", senses="pictures", make=lambda: viewer)
     if head == "llm":
         return _language_model(spec, rest)
     if head == "python":
@@ -125,6 +133,24 @@ def _parametric(spec: str) -> Agent:
 
         agent = IdealObserver.from_options(options)
     return agent
+
+
+def _viewer(spec: str) -> Viewer:
+    """A strategy with eyes. Of the options those that are a viewer's are the viewer's, all others its strategy's."""
+    full, options = read_options(spec)
+    name = full.partition(":")[2] or _VIEWED
+    if name not in _STRATEGIES and name.partition(":")[0] not in _PARAMETRIC:
+        raise UnknownName("strategy of viewer", name, [*_STRATEGIES, *_PARAMETRIC])
+    seeing = {field.name for field in fields(Sight)}
+    plain = resolve(name).make()
+    deciding: list[str] = [field.name for field in fields(plain)] if is_dataclass(plain) else []
+    for option in options:
+        if option not in {*seeing, *deciding}:
+            raise UnknownName(f"option of {full}", option, [*sorted(seeing), *deciding])
+    sight = with_options(Sight, "viewer", {key: text for key, text in options.items() if key in seeing})
+    rest = urlencode({key: text for key, text in options.items() if key not in seeing})
+    strategy = f"{name}?{rest}" if rest else name
+    return Viewer(strategy=resolve(strategy).make(), name=strategy, sight=sight)
 
 
 def _language_model(spec: str, name: str) -> AgentSource:

@@ -1,16 +1,24 @@
-"""Hosted language models through Inspect AI's model layer: providers, retries and usage are its work, not ours."""
+"""Hosted language models through Inspect AI's model layer: providers, retries and usage are its work, not ours.
+
+A percept's pictures are sent as they are, as PNG, after its text; those of earlier percepts stay in the conversation,
+as the paper's did, or only the newest: ``llm:openai/gpt-4o?images=4``. Whether a model can see is for its provider to
+say.
+"""
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from lockprobe.agents.prompt import conversation, example, fingerprint, parse_reply, repair, reply_schema
+from lockprobe.agents.prompt import Message, conversation, example, fingerprint, parse_reply, repair, reply_schema
 from lockprobe.errors import BadValue, Missing, ModelFault, ReplyFault
+from lockprobe.options import read_options, with_options
 from lockprobe.record import Decision, Fact, Situation, Usage
 
 try:
@@ -20,6 +28,9 @@ try:
         ChatMessage,
         ChatMessageAssistant,
         ChatMessageUser,
+        Content,
+        ContentImage,
+        ContentText,
         GenerateConfig,
         Model,
         ModelOutput,
@@ -30,7 +41,7 @@ try:
 except ImportError as error:
     raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
-__all__ = ["HostedModel", "check"]
+__all__ = ["HostedModel", "Showing", "check"]
 
 REPAIRS = 2
 """How often a malformed reply is asked for again before the trial ends as ``error``."""
@@ -38,14 +49,41 @@ REPAIRS = 2
 _CONFIG = GenerateConfig(max_retries=6, attempt_timeout=120, reasoning_summary="none", max_connections=64)
 
 
-def check(name: str) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Showing:
+    """How pictures are shown to a model: the options in its spec.
+
+    Attributes:
+        images: How many observations, the newest, keep their pictures in the conversation; 0 for all.
+        detail: How closely the provider is asked to look, where it offers that.
+
+    Raises:
+        BadValue: If ``images`` is negative.
+    """
+
+    images: int = 0
+    detail: Literal["auto", "low", "high"] = "high"
+
+    def __post_init__(self) -> None:
+        if self.images < 0:
+            raise BadValue("images", self.images, "how many observations keep their pictures, 0 for all")
+
+
+def check(spec: str) -> None:
     """Find out whether a model can be asked at all.
 
     Raises:
         Missing: If a key or a provider's package is missing.
-        BadValue: If there is no such provider.
+        BadValue: If there is no such provider, or an option has a value that it cannot have.
+        UnknownName: If there is no such option.
     """
+    name, _ = _read(spec)
     _open(name)
+
+
+def _read(spec: str) -> tuple[str, Showing]:
+    name, options = read_options(spec)
+    return name, with_options(Showing, f"llm:{name}", options)
 
 
 def _open(name: str) -> Model:
@@ -66,12 +104,13 @@ class HostedModel:
     A reply that is not of the form asked for is asked again at most :data:`REPAIRS` times; every raw reply is kept.
 
     Args:
-        name: Model name as Inspect AI knows it, for example ``openai/gpt-4o``.
+        spec: Model name as Inspect AI knows it and how pictures are shown to it, for example
+            ``openai/gpt-4o?images=4``.
     """
 
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._model = _open(name)
+    def __init__(self, spec: str) -> None:
+        self._name, self._showing = _read(spec)
+        self._model = _open(self._name)
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -82,16 +121,12 @@ class HostedModel:
             "prompt": f"chat {_prompt_fingerprint()}",
             "repairs": REPAIRS,
             "temperature": "provider default",
+            **({} if self._showing == Showing() else asdict(self._showing)),
         }
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
-        messages: list[ChatMessage] = [
-            ChatMessageUser(content=message.text)
-            if message.role == "user"
-            else ChatMessageAssistant(content=message.text)
-            for message in conversation(situation)
-        ]
+        messages = [self._sent(message) for message in conversation(situation, images=self._showing.images)]
         replies: list[str] = []
         usage = Usage()
         while True:
@@ -108,6 +143,17 @@ class HostedModel:
                     ChatMessageAssistant(content=output.completion or "(empty)"),
                     ChatMessageUser(content=repair(fault, situation)),
                 ]
+
+    def _sent(self, message: Message) -> ChatMessage:
+        if message.role == "assistant":
+            return ChatMessageAssistant(content=message.text)
+        if not message.pictures:
+            return ChatMessageUser(content=message.text)
+        content: list[Content] = [ContentText(text=message.text)]
+        for picture in message.pictures:
+            data = base64.b64encode(picture.png).decode("ascii")
+            content.append(ContentImage(image=f"data:image/png;base64,{data}", detail=self._showing.detail))
+        return ChatMessageUser(content=content)
 
     async def _ask(self, messages: list[ChatMessage], situation: Situation) -> ModelOutput:
         schema = ResponseSchema(

@@ -16,6 +16,7 @@ import numpy as np
 
 from lockprobe.agents import weights
 from lockprobe.agents.prompt import example, fingerprint
+from lockprobe.agents.senses import refuse_pictures
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Task, Turn
 
@@ -126,6 +127,7 @@ class LocalModel:
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""
+        refuse_pictures(situation.percept, "a local model")
         task, last = situation.task, situation.percept.joint
         prompt = self._prompt(situation)
         said, claim_probability, draw = "", None, float(rng.random())

@@ -14,6 +14,7 @@ from typing import ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from lockprobe.agents.senses import refuse_pictures
 from lockprobe.record import Decision, Fact, Percept, Situation, Task, Turn
 
 __all__ = ["Policy", "Told", "View", "draw", "opened_after", "pick", "tell", "view_of"]
@@ -135,8 +136,13 @@ class Policy(Generic[Memory]):
 
         The memory of the situation one step earlier is at hand if that was the last one asked for; it is used only if
         the past is the same.
+
+        Raises:
+            BadValue: If it was shown pictures instead of a report, and heeds reports.
         """
         task, past = situation.task, situation.past
+        if self.looks:
+            refuse_pictures(situation.percept, type(self).__name__)
         known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
         if not past:
             view = view_of(task)

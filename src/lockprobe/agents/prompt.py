@@ -1,7 +1,8 @@
 """What a language model is told, and the form of its reply (paper, Sec. 2.2).
 
-The instruction is the same for every trial and condition; only the sentence about the observation follows the
-modality. It states the problem, names the joints and the target, and says nothing about which joint locks which.
+The instruction is the same for every trial and condition; only what it says of the observation follows the modality.
+Where pictures are shown, positions have no names, and what an action did is for the model to find out. It states the
+problem, names the joints and the target, and says nothing about which joint locks which.
 The paper prints no prompt, so the wording is ours.
 """
 
@@ -9,12 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import ReplyFault
+from lockprobe.pictures.picture import Picture
 from lockprobe.record import Decision, Outcome, Percept, Situation, Task, Turn
 
 __all__ = [
@@ -35,7 +37,7 @@ CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked"
 
 _INSTRUCTIONS = """\
 You are trying to open a lockbox, a panel with {count} joints: {listing}.
-Every joint has two positions, 0 and 1. The joints lock each other in a hidden way: whether a joint can move \
+Every joint has two positions{names}. The joints lock each other in a hidden way: whether a joint can move \
 depends on the positions of other joints. If you attempt a joint that is not locked, it moves to its other \
 position; if it is locked, nothing happens.
 The box is open as soon as the target joint {target} moves. You have {budget} steps. In every step you choose one \
@@ -48,14 +50,20 @@ _OBSERVATION = {
     True: "Then you are told whether it moved, and which joints are now at position 1.",
     False: "Then you are told whether it moved.",
 }
+_SEEN = """\
+Before every step you are shown {pictures}, always taken from the same place; beside every joint its label is painted \
+on the panel. You are not told whether a joint moved: find out by comparing successive pictures."""
+_PICTURES = {1: "a picture of the box", 2: "two pictures of the box, one of its colours and one of its depth"}
+_GONE = {1: "(picture no longer shown)", 2: "(pictures no longer shown)"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Message:
-    """One message of a conversation."""
+    """One message of a conversation; its pictures come after its text."""
 
     role: Literal["user", "assistant"]
     text: str
+    pictures: tuple[Picture, ...] = ()
 
 
 def example() -> Situation:
@@ -82,31 +90,52 @@ class Reply(BaseModel):
     joint: str
 
 
-def instructions(task: Task, *, positions: bool) -> str:
+def instructions(task: Task, *, positions: bool, pictures: int = 0) -> str:
     """The instruction at the start of a trial.
 
     Args:
         task: What the agent may know.
         positions: Whether the observations tell positions, or outcomes only.
+        pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
+            are some, the observations tell nothing else.
     """
     return _INSTRUCTIONS.format(
         count=len(task.joints),
         listing=", ".join(task.joints),
         target=task.target,
         budget=task.budget,
-        observation=_OBSERVATION[positions],
+        names="" if pictures else ", 0 and 1",
+        observation=_SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions],
     )
 
 
-def conversation(situation: Situation) -> list[Message]:
-    """The whole conversation up to now: instruction and first observation, then reply and observation in turn."""
+def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
+    """The whole conversation up to now: instruction and first observation, then reply and observation in turn.
+
+    Args:
+        situation: The task, the past and what is to be told now.
+        images: How many observations, the newest, keep their pictures; 0 for all. Older ones say that theirs are gone.
+    """
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
-    opening = instructions(situation.task, positions=percepts[0].positions is not None)
-    messages = [Message(role="user", text=f"{opening}\n\n{percepts[0].text}".strip())]
-    for turn, percept in zip(situation.past, percepts[1:], strict=True):
-        messages.append(Message(role="assistant", text=turn.decision.replies[-1]))
-        messages.append(Message(role="user", text=percept.text))
+    told = [_observation(percept, keep=not images or i < images) for i, percept in enumerate(reversed(percepts))][::-1]
+    opening = instructions(
+        situation.task, positions=percepts[0].positions is not None, pictures=len(_shown(percepts[0]))
+    )
+    messages = [replace(told[0], text=f"{opening}\n\n{told[0].text}".strip())]
+    for turn, observation in zip(situation.past, told[1:], strict=True):
+        messages += [Message(role="assistant", text=turn.decision.replies[-1]), observation]
     return messages
+
+
+def _observation(percept: Percept, *, keep: bool) -> Message:
+    shown = _shown(percept)
+    if not shown or keep:
+        return Message(role="user", text=percept.text, pictures=shown)
+    return Message(role="user", text=f"{percept.text} {_GONE[len(shown)]}".strip())
+
+
+def _shown(percept: Percept) -> tuple[Picture, ...]:
+    return tuple(picture for picture in percept.pictures if picture.shown)
 
 
 def claims(situation: Situation) -> list[str]:

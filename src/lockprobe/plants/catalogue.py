@@ -50,7 +50,7 @@ def known_plants() -> dict[str, str]:
     options = {kind: ", ".join(field.name for field in fields(kind)) for kind in (SceneSettings, TwinSettings)}
     return {
         "symbolic": "The rules and nothing else.",
-        "fast-twin": f"The mechanism simulated, pushed without an arm, and a camera. Options: {options[SceneSettings]}.",
+        "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options[SceneSettings]}.",
         "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options[TwinSettings]}.",
     }
 

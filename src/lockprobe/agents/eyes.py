@@ -1,0 +1,190 @@
+"""Reading which way each joint stands from pictures: a small classical estimator, coarse on purpose.
+
+It knows where each joint's handle would be seen at position 0 and at position 1, and asks of which of the two places
+shows a handle. A picture is first scaled down to as many pixels across as the reader resolves, as a vision model scales
+its pictures; what is too small then is misread, as there. Where the coarse pixels come to lie follows from the picture
+itself: as good as drawn, but the same whenever it is the same picture. Two cues:
+
+* colour: a handle is more colourful than the board, or of another hue, while an empty place is wood, shadow, or a mark
+  in black and white. So what counts is how far a chromaticity lies from all mixtures of the board and grey. Brightness
+  plays no part;
+* depth: a handle stands out of the board, whose plane is fitted to the picture.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from lockprobe.pictures.depth import turbo
+from lockprobe.pictures.picture import Picture
+from lockprobe.pictures.png import from_png
+
+__all__ = ["Handles", "evidence", "gaze_at", "shrunk"]
+
+Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
+"""For each joint where its handle is seen, (column, row), at position 0 and at position 1."""
+
+_Image = NDArray[np.float64]
+_Places = NDArray[np.float64]
+
+_GREY = np.full(3, 1 / 3)
+_DISC = 0.12
+"""Size of the soft disc that is looked at, as a share of the way from position 0 to position 1."""
+
+_DIM = 0.15
+"""Sum of red, green and blue, 0 to 3, below which a colour is hardly told from grey."""
+
+_ROUNDS = 4
+"""Of fitting a plane to the board without what stands out of it."""
+
+_FARTHEST, _SPAN = 2.0, 0.14
+"""Metres: nothing farther is read from packed depth, and what counts as one there, as the usual window does."""
+
+_BLACK = 0.5 / 255
+"""Greys up to this are no reading."""
+
+_FAINT = {"rgb": 0.04, "depth": 0.03}
+"""What either cue comes to at an empty place: a difference of so much is no certainty."""
+
+
+def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) -> _Image:
+    """A picture scaled down by averaging over areas; one that is no wider stays as it is.
+
+    Args:
+        image: Shape (rows, columns, channels).
+        width: Pixels across afterwards.
+        gaze: How far the coarse pixels are shifted to the left and up, as a share of one, [0, 1). Then there is one
+            more in either direction, and those at the border are not whole.
+
+    Returns:
+        Shape (about rows * width / columns + 1, width + 1, channels).
+    """
+    rows, columns, _ = image.shape
+    if width >= columns:
+        return image
+    size = columns / width
+    across = np.einsum("ic,rck->rik", _shares(columns, size, gaze[0]), image, optimize=True)
+    small: _Image = np.einsum("jr,rik->jik", _shares(rows, size, gaze[1]), across, optimize=True)
+    return small
+
+
+def _shares(fine: int, size: float, shift: float) -> _Image:
+    """What share of each coarse pixel each fine pixel covers, shape (coarse, fine)."""
+    edges = np.clip((np.arange(math.ceil(fine / size + shift) + 1) - shift) * size, 0, fine)
+    start, end = edges[:-1, None], edges[1:, None]
+    pixel = np.arange(fine)
+    covered = np.clip(np.minimum(end, pixel + 1) - np.maximum(start, pixel), 0, None)
+    shares: _Image = covered / np.maximum(covered.sum(axis=1, keepdims=True), 1e-12)
+    return shares
+
+
+def gaze_at(picture: Picture) -> tuple[float, float]:
+    """Where the coarse pixels lie on a picture: anywhere, and the same whenever the picture is the same."""
+    return int(picture.name[:8], 16) / 2**32, int(picture.name[8:16], 16) / 2**32
+
+
+def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> tuple[float, ...]:
+    """For which position of each joint pictures of one moment speak.
+
+    Args:
+        pictures: Of colours, of depth, or both.
+        handles: Where handles would be.
+        acuity: Pixels across that are resolved.
+
+    Returns:
+        For each joint from -1 (certainly at position 0) to 1 (certainly at position 1): the mean over pictures.
+    """
+    cues = [_cue(picture, np.array(handles, dtype=float), acuity) for picture in pictures]
+    return tuple(np.mean(cues, axis=0).tolist())
+
+
+def _cue(picture: Picture, handles: _Places, acuity: int) -> _Image:
+    """For each joint from -1 to 1, shape (joints,)."""
+    file = from_png(picture.png)
+    fine = _unpacked(file) if picture.kind == "depth" else file / 255.0
+    size, gaze = max(fine.shape[1] / acuity, 1.0), gaze_at(picture) if acuity < fine.shape[1] else (0.0, 0.0)
+    image = shrunk(fine, acuity, gaze)
+    places = (handles + 0.5) / size + gaze - 0.5
+    apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
+    part, first = _around_handles(image, places, apart / 2 + 1)
+    if picture.kind == "rgb":
+        strange = _strangeness(part)
+    else:
+        board = _board(*_around_handles(fine, handles, size * apart / 2))
+        middles = (np.arange(length) + begin for length, begin in zip(part.shape[1::-1], first, strict=True))
+        columns, rows = ((middle + 0.5 - shift) * size - 0.5 for middle, shift in zip(middles, gaze, strict=True))
+        near, known = _nearness(part)
+        strange = np.where(known, near - (board[0] + board[1] * columns + board[2] * rows[:, None]), 0.0)
+    found = np.clip(_around(strange, places - first, max(_DISC * apart, 0.4)), 0, None)
+    certainty: _Image = (found[:, 1] - found[:, 0]) / (found.sum(axis=1) + _FAINT[picture.kind])
+    return certainty
+
+
+def _around_handles(image: _Image, places: _Places, margin: float) -> tuple[_Image, NDArray[np.int64]]:
+    """The part of an image in which handles lie, and its first column and row."""
+    first = np.clip(places.min(axis=(0, 1)) - margin, 0, np.array(image.shape[1::-1]) - 1).astype(np.int64)
+    last = np.ceil(places.max(axis=(0, 1)) + margin + 1).astype(np.int64)
+    return image[first[1] : last[1], first[0] : last[0]], first
+
+
+def _around(values: _Image, places: _Places, size: float) -> _Image:
+    """The mean of an image in soft discs around places, shape (joints, 2)."""
+    columns, rows = (
+        np.exp(-(((np.arange(length) - places[..., axis, None]) / size) ** 2) / 2)
+        for axis, length in enumerate(values.shape[::-1])
+    )
+    total = np.einsum("jpr,rc,jpc->jp", rows, values, columns, optimize=True)
+    mean: _Image = total / np.maximum(rows.sum(axis=-1) * columns.sum(axis=-1), 1e-12)
+    return mean
+
+
+def _strangeness(image: _Image) -> _Image:
+    """How far each pixel's chromaticity lies from all mixtures of the board and grey."""
+    brightness = image.sum(axis=-1, keepdims=True)
+    chromaticity = (image + _DIM / 3) / (brightness + _DIM)
+    across = np.median(chromaticity.reshape(-1, 3), axis=0) - _GREY
+    along = np.clip((chromaticity - _GREY) @ across / max(float(across @ across), 1e-9), 0, 1)
+    distance: _Image = np.linalg.norm(chromaticity - _GREY - along[..., None] * across, axis=-1)
+    return distance
+
+
+def _unpacked(fine: NDArray[np.uint8] | NDArray[np.uint16]) -> _Image:
+    """A picture of depth as what can be averaged: metres if it is packed, else its grey or its colours, 0 to 1."""
+    if fine.ndim == 2:
+        return fine[..., None] / 255.0
+    if not (fine % (4, 8, 8)).any():
+        metres = (256.0 * fine[..., 0] + 4.0 * fine[..., 1] + fine[..., 2] / 8.0) / 1000
+        return np.where(metres > 0, np.clip((_FARTHEST - metres) / _SPAN, 0, None), 0)[..., None]
+    return fine / 255.0
+
+
+def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
+    """How near the board is at column 0 and row 0, and what a column and a row add; all 0 if nothing is known.
+
+    A board is large, so that its plane is seen however coarsely one looks: single pixels of the fine picture are taken.
+    """
+    step = max(1, min(image.shape[:2]) // 40)
+    near, known = _nearness(image[::step, ::step])
+    row, column = np.mgrid[: near.shape[0], : near.shape[1]] * step
+    terms = np.stack([np.ones_like(near), column + first[0], row + first[1]], axis=-1)[known]
+    sample = near[known]
+    board = np.zeros(3)
+    left = np.ones(sample.shape, dtype=bool)
+    for _ in range(_ROUNDS if sample.size else 0):
+        board = np.linalg.lstsq(terms[left], sample[left], rcond=None)[0]
+        away = np.abs(sample - terms @ board)
+        left = away <= max(float(np.median(away)), 1e-4)
+    return board
+
+
+def _nearness(image: _Image) -> tuple[_Image, NDArray[np.bool_]]:
+    """How near, or how high, each pixel of a picture of depth says that things are, and whether it says so."""
+    if image.shape[-1] == 1:
+        return image[..., 0], image[..., 0] > _BLACK
+    nearest = np.asarray(KDTree(np.concatenate([turbo() / 255.0, np.zeros((1, 3))])).query(image)[1])
+    return nearest / 255.0, nearest < 256

@@ -1,0 +1,115 @@
+"""An agent without a model that really looks: it reads pictures and hands what it read to a strategy.
+
+It reads every picture it was shown (:mod:`lockprobe.agents.eyes`), writes for itself the reports that a symbolic
+observation would have held, and lets a strategy play by them. It says of its last action what it saw. Misreads come
+from the pictures alone: no number is drawn. Where no pictures are shown, it is the strategy, and says what it was told.
+
+It knows where in a picture each handle would be, so it is no test of *finding* joints.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+
+import numpy as np
+
+from lockprobe.agents.eyes import Handles, evidence
+from lockprobe.errors import BadValue
+from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
+from lockprobe.seams import Agent
+
+__all__ = ["REMEMBERED", "Sight", "Viewer"]
+
+REMEMBERED = 512
+"""Pictures whose reading is kept, so that they need not be read again at every step."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sight:
+    """How well it sees: the options of ``viewer``; all others are its strategy's.
+
+    Attributes:
+        acuity: Pixels across a picture that it resolves, from 4.
+        doubt: Evidence, from -1 to 1, that has to be exceeded for a reading; else a joint stays as it was last read.
+
+    Raises:
+        BadValue: If one is out of range.
+    """
+
+    acuity: int = 10
+    doubt: float = 0.05
+
+    def __post_init__(self) -> None:
+        if self.acuity < 4:
+            raise BadValue("acuity", self.acuity, "a whole number from 4")
+        if not 0 <= self.doubt < 1:
+            raise BadValue("doubt", self.doubt, "a number from 0, below 1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Viewer:
+    """Reads the joints' positions from pictures and plays a strategy by them.
+
+    Attributes:
+        strategy: Who decides by the reports.
+        name: Spec of the strategy.
+        sight: How well it sees.
+    """
+
+    strategy: Agent
+    name: str
+    sight: Sight = Sight()
+    _read: OrderedDict[tuple[tuple[str, ...], Handles], tuple[float, ...]] = field(
+        default_factory=OrderedDict, init=False, compare=False, repr=False
+    )
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """How it sees, and what its strategy is."""
+        return asdict(self.sight) | {"strategy": self.name} | dict(self.strategy.facts)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Look, then choose as the strategy does with reports of what was seen."""
+        reports = self.reports(situation.task, [*(turn.percept for turn in situation.past), situation.percept])
+        past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
+        decision = await self.strategy.decide(Situation(task=situation.task, past=past, percept=reports[-1]), rng)
+        return replace(decision, claimed=reports[-1].outcome)
+
+    def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
+        """What it was shown, from the first picture to the last, as reports; a percept without pictures is one.
+
+        Raises:
+            BadValue: If pictures do not say where handles are.
+        """
+        reports: list[Percept] = []
+        for percept in percepts:
+            before = reports[-1].positions if reports else None
+            reports.append(self._report(task, percept, before) if percept.pictures else percept)
+        return reports
+
+    def _report(self, task: Task, percept: Percept, before: tuple[bool, ...] | None) -> Percept:
+        found = self._evidence(percept)
+        if before is None:
+            before = tuple(number > 0 for number in found)
+        positions = tuple(
+            number > 0 if abs(number) > self.sight.doubt else earlier
+            for number, earlier in zip(found, before, strict=True)
+        )
+        outcome: Outcome | None = None
+        if percept.joint is not None:
+            j = task.joints.index(percept.joint)
+            outcome = "moved" if positions[j] != before[j] else "blocked"
+        return replace(percept, positions=positions, outcome=outcome, pictures=())
+
+    def _evidence(self, percept: Percept) -> tuple[float, ...]:
+        shown = tuple(picture for picture in percept.pictures if picture.shown)
+        if not percept.handles or not shown:
+            raise BadValue("what viewer is shown", percept.text, "pictures, and where in them handles are")
+        key = (tuple(picture.name for picture in shown), percept.handles)
+        if key not in self._read:
+            self._read[key] = evidence(shown, percept.handles, acuity=self.sight.acuity)
+            while len(self._read) > REMEMBERED:
+                self._read.popitem(last=False)
+        return self._read[key]

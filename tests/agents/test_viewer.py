@@ -1,0 +1,204 @@
+"""The viewer plays by what it reads from pictures, and by nothing else."""
+
+import asyncio
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn_board import HANDLES, coloured
+
+from lockprobe.agents import viewer
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.heuristic import HumanInspired
+from lockprobe.agents.strategies import RandomAgent
+from lockprobe.agents.viewer import Sight, Viewer
+from lockprobe.errors import BadValue
+from lockprobe.lockbox.families import box
+from lockprobe.pictures.picture import Picture
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.studies.stage import run_trial
+from lockprobe.trial import play
+
+TASK = Task(joints=("C", "A", "B"), target="B", budget=20)
+SPEC = "human-inspired:target-first"
+
+
+class Photographer:
+    """A channel that draws the box as it is; or, in the steps that are named, with the attempted joint as it was not."""
+
+    def __init__(self, wrong=()):
+        self.wrong, self.step = wrong, 0
+
+    def perceive(self, percept, previous, task, rng):
+        shown = dict(zip(task.joints, percept.positions, strict=True))
+        if self.step in self.wrong:
+            shown[percept.joint] ^= True
+        self.step += 1
+        positions = (*shown.values(), False)
+        return replace(
+            percept, outcome=None, positions=None, text="", pictures=(coloured(positions, 3),), handles=HANDLES[:4]
+        )
+
+
+def played(agent, channels, trial=1):
+    plan = Plan(
+        key="k",
+        study="s",
+        agent="",
+        box=box(),
+        modality="rgb",
+        p=0,
+        flip="transient",
+        repetition=1,
+        trial=trial,
+        seed=1,
+    )
+    return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), channels=channels, agent=agent))
+
+
+@pytest.mark.parametrize("spec", [SPEC, "human-inspired:proximity?lapse=0.3", "ideal-observer?noise=naive"])
+@pytest.mark.parametrize("trial", [1, 2])
+def test_seeing_well_it_plays_as_its_strategy_does_that_is_told(spec, trial):
+    told = run_trial(agent=spec, trial=trial)
+    seen = played(resolve(f"viewer:{spec}{'&' if '?' in spec else '?'}acuity=80").make(), [Photographer()], trial)
+    assert seen.actions == told.actions
+    assert seen.solved
+    assert [step.decision.claimed for step in seen.steps] == [None, *truth(seen)[:-1]]
+
+
+def truth(trial):
+    return ["moved" if step.moved else "blocked" for step in trial.steps]
+
+
+def test_it_says_what_the_picture_shows_and_acts_on_it():
+    """A picture that lies is believed: nothing of the truth reaches it by another way."""
+    agent = Viewer(strategy=HumanInspired(), name=SPEC, sight=Sight(acuity=80))
+    honest, fooled = played(agent, [Photographer()]), played(agent, [Photographer(wrong=(1,))])
+    assert fooled.steps[1].decision.claimed == ("blocked" if honest.steps[0].moved else "moved")
+    assert fooled.actions != honest.actions
+
+
+def test_where_reports_are_told_it_is_its_strategy_and_claims_what_it_was_told():
+    seen, told = run_trial(agent=f"viewer:{SPEC}", p=0.4), run_trial(agent=SPEC, p=0.4)
+    assert seen.actions == told.actions
+    assert [step.decision for step in seen.steps] == [step.decision for step in told.steps]
+    blind = run_trial(agent="viewer:random", p=0.4)
+    assert blind.actions == run_trial(agent="random", p=0.4).actions
+    said = ["moved" if step.told_moved else "blocked" for step in blind.steps]
+    assert [step.decision.claimed for step in blind.steps[1:]] == said[:-1]
+
+
+def readings(monkeypatch, *numbers):
+    """A situation whose pictures speak for positions as these numbers say; the agent that reads them keeps a list."""
+    monkeypatch.setattr(viewer, "evidence", lambda pictures, handles, acuity: numbers[int(pictures[0].png)])
+    percepts = [
+        Percept(joint="A" if i else None, pictures=(Picture(kind="rgb", png=str(i).encode()),), handles=HANDLES[:3])
+        for i in range(len(numbers))
+    ]
+    past = tuple(Turn(percept=percept, decision=Decision(joint="A")) for percept in percepts[:-1])
+    return Situation(task=TASK, past=past, percept=percepts[-1])
+
+
+class Listener(RandomAgent):
+    """A strategy that keeps what it was told."""
+
+    async def decide(self, situation, rng):
+        self.heard = situation
+        return Decision(joint="A", claimed=None)
+
+
+def heard(monkeypatch, *numbers):
+    listener = Listener()
+    agent = Viewer(strategy=listener, name="listener", sight=Sight(doubt=0.1))
+    decision = asyncio.run(agent.decide(readings(monkeypatch, *numbers), np.random.default_rng(1)))
+    return [*(turn.percept for turn in listener.heard.past), listener.heard.percept], decision
+
+
+def test_readings_become_reports(monkeypatch):
+    reports, decision = heard(monkeypatch, (-1, -1, 1), (-1, 1, 1), (1, 1, 1))
+    assert [r.positions for r in reports] == [(False, False, True), (False, True, True), (True, True, True)]
+    assert [r.outcome for r in reports] == [None, "moved", "blocked"]  # C changed, but A was attempted
+    assert decision.claimed == "blocked"
+    assert all(r.pictures == () for r in reports)
+
+
+def test_in_doubt_a_joint_stays_as_it_was_last_read(monkeypatch):
+    reports, _ = heard(monkeypatch, (-0.02, 0.02, 1), (0.09, -0.09, -0.09), (0.11, -0.11, -1), (0.01, 0.01, 0.01))
+    expected = [(False, True, True), (False, True, True), (True, False, False), (True, False, False)]
+    assert [r.positions for r in reports] == expected
+    assert [r.outcome for r in reports] == [None, "blocked", "moved", "blocked"]
+
+
+def test_it_reads_a_picture_once_and_looks_only_at_what_is_shown(monkeypatch):
+    asked = []
+
+    def evidence(pictures, handles, acuity):
+        asked.append(pictures)
+        return (1.0, 1.0, 1.0)
+
+    monkeypatch.setattr(viewer, "evidence", evidence)
+    hidden = Picture(kind="depth16", png=b"measured", shown=False)
+    first, second = (Percept(pictures=(Picture(kind="rgb", png=p), hidden), handles=HANDLES[:3]) for p in (b"1", b"2"))
+    agent = Viewer(strategy=Listener(), name="listener")
+    past = ()
+    for percept in (first, replace(second, joint="A"), replace(first, joint="A")):
+        asyncio.run(agent.decide(Situation(task=TASK, past=past, percept=percept), np.random.default_rng(1)))
+        past = (*past, Turn(percept=percept, decision=Decision(joint="A")))
+    assert asked == [first.pictures[:1], second.pictures[:1]]
+
+
+def test_what_it_keeps_is_bounded_and_changes_nothing(monkeypatch):
+    monkeypatch.setattr(viewer, "REMEMBERED", 2)
+    forgetful = resolve("viewer?acuity=40").make()
+    assert (
+        played(forgetful, [Photographer()]).steps == played(resolve("viewer?acuity=40").make(), [Photographer()]).steps
+    )
+    assert len(forgetful._read) == 2
+
+
+def test_it_draws_no_number():
+    """So that its strategy has the luck that it has where it is told."""
+    percept = Percept(pictures=(coloured((0, 1, 0, 1, 1)),), handles=HANDLES[:3])
+    rng = np.random.default_rng(1)
+    asyncio.run(resolve(f"viewer:{SPEC}").make().decide(Situation(task=TASK, past=(), percept=percept), rng))
+    assert rng.random() == np.random.default_rng(1).random()
+
+
+def test_the_record_says_how_it_saw_and_who_decided():
+    facts = resolve("viewer:human-inspired:proximity?acuity=40&lapse=0.1").make().facts
+    assert (facts["acuity"], facts["strategy"]) == (40, "human-inspired:proximity?lapse=0.1")
+    assert (facts["nearest"], facts["lapse"]) == (True, 0.1)
+
+
+@pytest.mark.parametrize(("setting", "value"), [("acuity", 3), ("doubt", -0.1), ("doubt", 1.0)])
+def test_sight_out_of_range_is_refused(setting, value):
+    with pytest.raises(BadValue, match=f"^{setting}: got"):
+        Sight(**{setting: value})
+
+
+def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
+    percept = Percept(text="", pictures=(coloured((0, 1, 0, 1, 1)),))
+    with pytest.raises(
+        BadValue, match="^what viewer is shown: got '', expected pictures, and where in them handles are"
+    ):
+        asyncio.run(resolve("viewer").make().decide(Situation(task=TASK, past=(), percept=percept), None))
+
+
+@pytest.mark.parametrize("spec", ["human-inspired", "ideal-observer", "cognitive:careful"])
+def test_a_strategy_that_cannot_see_says_so(spec):
+    with pytest.raises(
+        BadValue, match="^modality: got 'pictures', expected reports: .* cannot see; viewer:STRATEGY looks"
+    ):
+        played(resolve(spec).make(), [Photographer()])
+
+
+def test_names_are_those_of_the_listing():
+    """Handles come in the order in which joints are listed, as positions do."""
+    plan = Plan(
+        key="k", study="s", agent="", box=box(), modality="rgb", p=0, flip="transient", repetition=1, trial=5, seed=1
+    )
+    assert Names(plan).listing != tuple("ABCD")
+    trial = played(resolve(f"viewer:{SPEC}?acuity=80").make(), [Photographer()], trial=5)
+    assert trial.actions == run_trial(agent=SPEC, trial=5).actions

@@ -1,0 +1,69 @@
+"""Drawn pictures of a board with handles: wood with a grain, dark ways, marks at their ends, shadows, noise."""
+
+import numpy as np
+
+from lockprobe.pictures.picture import Picture
+
+WIDTH, HEIGHT = 320, 240
+HANDLES = tuple(((40.0 + 60 * i, 90.0 + 20 * (i % 2)), (40.0 + 60 * i, 140.0 + 20 * (i % 2))) for i in range(5))
+RED = (0.86, 0.13, 0.10)
+
+
+def board(positions, seed=1, *, colour=RED, wood=(0.80, 0.63, 0.43), light=0.3, noise=0.02):
+    """The picture in colours, shape (240, 320, 3), 0 to 255; ``light`` is how unevenly the board is lit."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    grain = 1 + 0.08 * np.sin(y / 3 + rng.random() * 6)
+    image = grain[..., None] * np.array(wood)
+    for place, position in zip(HANDLES, positions, strict=True):
+        (left, top), (_, bottom) = place
+        image[(abs(x - left) < 5) & (y > top) & (y < bottom)] = 0.1
+        for (column, row), shade in zip(place, (0.95, 0.12), strict=True):
+            image[(x - column) ** 2 + (y - row) ** 2 < 14**2] = 0.95
+            image[(x - column) ** 2 + (y - row) ** 2 < 11**2] = shade
+        column, row = place[position]
+        image[(x - column - 8) ** 2 + (y - row - 6) ** 2 < 11**2] *= 0.45
+        image[(x - column) ** 2 + (y - row) ** 2 < 11**2] = colour
+    angle = rng.random() * 6.28
+    lit = 1 + light * ((x / WIDTH - 0.5) * np.cos(angle) + (y / HEIGHT - 0.5) * np.sin(angle))
+    image = image * lit[..., None] + noise * rng.standard_normal(image.shape)
+    return (255 * np.clip(image, 0, 1)).astype(np.uint8)
+
+
+def depths(positions, seed=1, *, noise=0.0):
+    """Depth in metres, shape (240, 320): a tilted board, handles 5 cm above it, none outside of it."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    depth = 0.72 - 0.10 * y / HEIGHT
+    for place, position in zip(HANDLES, positions, strict=True):
+        column, row = place[position]
+        depth[(x - column) ** 2 + (y - row) ** 2 < 11**2] -= 0.05
+    depth += noise * rng.standard_normal(depth.shape)
+    depth[:8] = depth[-8:] = 0
+    return depth.astype(np.float32)
+
+
+def coloured(positions, seed=1, **looks):
+    """The picture as a file."""
+    from lockprobe.pictures.png import to_png
+
+    return Picture(kind="rgb", png=to_png(board(positions, seed, **looks)))
+
+
+def grey(positions, seed=1, *, noise=0.0):
+    """Depth in shades of grey, near is bright, black is no reading, as a file."""
+    from lockprobe.pictures.png import to_png
+
+    depth = depths(positions, seed, noise=noise)
+    shade = np.where(depth > 0, np.clip(255 * (0.8 - depth) / 0.3, 1, 255), 0)
+    return Picture(kind="depth", png=to_png(shade.astype(np.uint8)))
+
+
+def deep(positions, camera):
+    """Depth in metres as a camera sees it: a board, and handles that stand 5 cm out of it."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    heights = np.zeros((HEIGHT, WIDTH))
+    for place, position in zip(HANDLES, positions, strict=True):
+        column, row = place[position]
+        heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
+    return camera.depth_at(heights).astype(np.float32)
