@@ -125,7 +125,16 @@ def test_help_names_every_command():
 def test_lists():
     assert "human-inspired" in lockprobe("agents").stdout
     assert "smollm2-135m  Q4_1, 98 MB  llm:local" in lockprobe("models").stdout
-    assert all(json.loads(line)["ok"] for line in lockprobe("doctor", "--json").stdout.splitlines())
+
+
+def test_doctor_tells_what_works_and_which_renderer_is_taken():
+    found = {line["what"]: line for line in map(json.loads, lockprobe("doctor", "--json").stdout.splitlines())}
+    renderers = [what for what in found if what.startswith("renderer ")]
+    assert renderers == ["renderer egl", "renderer osmesa", "renderer rays", "renderer taken"]
+    working = [what for what in renderers[:-1] if found[what]["ok"]]
+    assert f"renderer {found['renderer taken']['detail'].split(',')[0]}" == working[0]
+    assert all(found[what]["ok"] for what in found if what not in renderers[:-1])
+    assert all(found[what]["detail"] for what in found)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +142,7 @@ def test_lists():
     [
         (
             ["run", "flip"],
-            "no study is called 'flip' (did you mean 'flips'?); there are: flips, mechanisms.toml, FILE.toml",
+            "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, mechanisms.toml, FILE.toml",
         ),
         (
             ["run", "flips", "--agent", "rando"],

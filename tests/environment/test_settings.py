@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from lockprobe.channels.camera import CameraChannel
 from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.channels.text import TextChannel
 from lockprobe.environment.settings import Settings, read_settings
@@ -27,8 +28,26 @@ door = [{ bar = 1 }]
 
 def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
     assert read_settings({}) == Settings(
-        box=box("chain-4"), channels=(), max_steps=20, shuffle=False, steps_left=False, step_cost=0.0, truth=False
-    )
+        box=box("chain-4"), observation="symbolic", plant="symbolic", channels=(), max_steps=20, shuffle=False,
+        steps_left=False, step_cost=0.0, truth=False,
+    )  # fmt: skip
+    assert read_settings({}).chain == (TextChannel(),)
+    assert not read_settings({}).has_camera
+
+
+def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
+    asked = {"plant": "twin?width=96&height=72&pose_error=0.004"}
+    seen = [read_settings(asked | {"observation": observation}) for observation in ("symbolic", "rgb", "rgbd")]
+    assert [settings.chain for settings in seen] == [
+        (TextChannel(),), (CameraChannel(),), (CameraChannel(depth="turbo"),),
+    ]  # fmt: skip
+    assert [settings.picture_size for settings in seen] == [(72, 96)] * 3
+    assert all(settings.has_camera for settings in seen)
+    plan = seen[2].plan(1, 1, 2)
+    assert (plan.plant, plan.modality) == (asked["plant"], "rgbd")
+    assert (plan.key, seen[0].plan(1, 1, 2).key) == (
+        "lockbox/gymnasium/rgbd/p=0/rep=1/trial=2", "lockbox/gymnasium/p=0/rep=1/trial=2",
+    )  # fmt: skip
 
 
 def test_a_box_is_a_name_a_value_or_a_file(tmp_path):
@@ -52,6 +71,9 @@ def test_only_what_is_told_has_entries():
     assert not read_settings(hidden).tells_positions
 
 
+SEEN = {"observation": "rgb", "plant": "fast-twin"}
+
+
 @dataclass(frozen=True)
 class NotAChannel:
     p: float = 0.5
@@ -60,9 +82,14 @@ class NotAChannel:
 @pytest.mark.parametrize(
     ("asked", "kind", "message"),
     [
-        ({"observation": "rgb"}, UnknownName, "no observation is called 'rgb'; there are: symbolic"),
-        ({"observation": "rgbd"}, UnknownName, "no observation is called 'rgbd'; there are: symbolic"),
-        ({"plant": "twin"}, UnknownName, "no plant is called 'twin'; there are: symbolic"),
+        ({"observation": "rgb"}, BadValue, "observation: got 'rgb', expected symbolic, or plant='fast-twin' or 'twin'"),
+        ({"observation": "depth"}, UnknownName, "no observation is called 'depth'; there are: symbolic, rgb, rgbd"),
+        ({"plant": "twins"}, UnknownName, "no plant is called 'twins' (did you mean 'twin'?)"),
+        ({"plant": "twin?heigth=99"}, UnknownName, "no option of twin is called 'heigth' (did you mean 'height'?)"),
+        ({"plant": "fast-twin?width=9"}, BadValue, "width: got 9, expected a number from 64 to 4096"),
+        (SEEN | {"steps_left": True}, BadValue, "steps_left: got True, expected False where pictures are seen"),
+        (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, persistence='transient'), expected none that"),
+        (SEEN | {"channels": [TextChannel()]}, BadValue, "channel: got TextChannel(), expected none that changes reports"),
         ({"max_step": 3}, UnknownName, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
         ({"box": "chain-99"}, UnknownName, "no box is called 'chain-99'"),
         ({"box": 4}, BadValue, "box: got 4, expected a name, a Lockbox or the path of a TOML file"),

@@ -224,12 +224,15 @@ def test_the_settings_can_be_written_down_and_made_again():
 
 
 def test_a_mistake_is_said_in_one_line():
-    with pytest.raises(UnknownName, match="^no observation is called 'rgb'; there are: symbolic$"):
+    with pytest.raises(BadValue, match="^observation: got 'rgb', expected symbolic, or plant='fast-twin' or 'twin'"):
         made(observation="rgb")
-    with pytest.warns(UserWarning, match="render_mode='rgb_array'"):
-        blind = made(render_mode="rgb_array")
+    with pytest.warns(UserWarning, match="render_mode='ascii'"):
+        blind = made(render_mode="ascii")
     blind.reset(seed=1)
-    with pytest.raises(UnknownName, match="^no render mode is called 'rgb_array'; there are: ansi$"):
+    with pytest.raises(
+        UnknownName,
+        match="^no render mode is called 'ascii' .did you mean 'ansi'..; there are: ansi, rgb_array, depth_array$",
+    ):
         blind.unwrapped.render()
     env = LockboxEnv()
     with pytest.raises(ResetNeeded):

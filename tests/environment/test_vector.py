@@ -153,6 +153,14 @@ def test_a_mistake_is_said_in_one_line():
     for asked, message in (
         ({"channels": [Dim()]}, 'expected an OutcomeFlip; vectorization_mode="sync" plays any other'),
         ({"render_mode": "ansi"}, 'render_mode: got .ansi., expected None; vectorization_mode="sync" renders'),
+        (
+            {"observation": "rgb", "plant": "fast-twin"},
+            "observation: got .rgb., expected symbolic; vectorization_mode=",
+        ),
+        (
+            {"plant": "twin"},
+            'plant: got .twin., expected symbolic; vectorization_mode="sync" or "async" plays all others',
+        ),
         ({"count": 0}, "num_envs: got 0, expected a whole number from 1 on"),
     ):
         with pytest.raises(BadValue, match=message):

@@ -21,7 +21,7 @@ COMMANDS = {
     "status": ("results", "status", "What is done, owed and failed."),
     "report": ("results", "report", "Write the report of a study again."),
     "export": ("results", "export", "Tidy steps, one row a step."),
-    "replay": ("results", "replay", "A finished trial, step by step, truth beside told."),
+    "replay": ("replay", "replay", "A finished trial, step by step, truth beside told, or as a film."),
     "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),
     "detectors": ("detectors", "detectors", "Other loop detectors: what each flags, and how often it is wrong."),

@@ -1,4 +1,4 @@
-"""What a study directory holds: ``status``, ``report``, ``export``, ``replay``."""
+"""What a study directory holds: ``status``, ``report``, ``export``."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.errors import BadFile, UnknownName
+from lockprobe.errors import BadFile
 from lockprobe.export import write_csv, write_jsonl
-from lockprobe.record import Trial
 from lockprobe.report import write_report
 from lockprobe.studies.journal import load, read_timings
 from lockprobe.studies.settings import read_study
 
-__all__ = ["export", "replay", "report", "status"]
+__all__ = ["export", "report", "status"]
 
 STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", "results.json")
 
@@ -82,53 +81,3 @@ def export(
                 write(trials, file)
         except OSError as error:
             raise BadFile(out, f"cannot be written ({error.strerror})") from None
-
-
-def replay(
-    directory: Directory,
-    key: Annotated[str, typer.Argument(help="Key of a trial, or the start or end of one.")],
-    json: AsJson = False,
-) -> None:
-    """A finished trial, step by step, truth beside told."""
-    trials = load(directory)
-    found = [t for t in trials if t.key == key] or [t for t in trials if t.key.startswith(key) or t.key.endswith(key)]
-    if not found:
-        raise UnknownName("trial", key, [t.key for t in trials[:12]])
-    for line in _story(found[0], json=json):
-        print(line)
-
-
-def _story(trial: Trial, *, json: bool) -> list[str]:
-    if json:
-        return [
-            json_.dumps(
-                {
-                    "step": s.step,
-                    "state": s.state,
-                    "joint": s.joint,
-                    "moved": s.moved,
-                    "told_moved": s.told_moved,
-                    "told_state": s.told_state,
-                    "told": s.told,
-                    "claimed": s.decision.claimed,
-                    "hypothesis": s.decision.hypothesis,
-                }
-            )
-            for s in trial.steps
-        ]
-    labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
-    lines = [
-        f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
-        "step  state  joint             truth         told          then claimed",
-    ]
-    words = {True: "moved", False: "did not move"}
-    for i, s in enumerate(trial.steps):
-        later = trial.steps[i + 1].decision.claimed if i + 1 < len(trial.steps) else None
-        said = {"moved": "moved", "blocked": "did not move", None: ""}[later]
-        lines.append(
-            f"{s.step:4}  {s.state:5}  {s.joint:16}  {words[s.moved]:12}  "
-            f"{words[s.told_moved]:12}  {said}{'  <- flipped' if s.moved != s.told_moved else ''}"
-        )
-    if trial.error:
-        lines.append(f"error at {trial.error.boundary}: {trial.error.message}")
-    return lines

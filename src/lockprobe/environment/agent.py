@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lockprobe.environment.observation import Vector, so_far
+from lockprobe.environment.pictures import Images, stacked
 from lockprobe.record import Decision, Fact, Situation
 
 __all__ = ["LearnedAgent"]
@@ -21,22 +22,30 @@ class LearnedAgent:
 
     Attributes:
         facts: What it is, for the record: algorithm, training seed, file hash.
+        observation: What it learned from: ``symbolic``, or ``rgb`` or ``rgbd`` for studies of that modality.
         steps_left: Whether its observations hold the steps left.
     """
 
     facts: ClassVar[Mapping[str, Fact]] = {}
+    observation: ClassVar[str] = "symbolic"
     steps_left: ClassVar[bool] = False
 
-    def act(self, observations: Vector, rng: np.random.Generator) -> int:
+    def act(self, observations: Any, rng: np.random.Generator) -> int:
         """The joint to attempt next, by its place in the listing.
 
         Args:
-            observations: All of the trial so far, shape (1 + steps played, entries), the newest last.
+            observations: All of the trial so far on a first axis of their own, the newest last: vectors, shape
+                (1 + steps played, entries), or colours, or a mapping of colours and depth.
             rng: The agent's stream; nothing else may be random.
         """
         raise NotImplementedError
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Attempt the joint that :meth:`act` chooses."""
-        joint = self.act(so_far(situation, steps_left=self.steps_left), rng)
+        joint = self.act(self._observations(situation), rng)
         return Decision(joint=situation.task.joints[int(joint)], claimed=situation.percept.outcome)
+
+    def _observations(self, situation: Situation) -> Vector | Images:
+        if self.observation == "symbolic":
+            return so_far(situation, steps_left=self.steps_left)
+        return stacked([*(turn.percept for turn in situation.past), situation.percept], self.observation)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lockprobe.channels.camera import CameraChannel
 from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.channels.text import TextChannel
 from lockprobe.environment.observation import sizes
@@ -18,14 +19,16 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import read_box
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import box as named_box
+from lockprobe.options import read_options, with_options
 from lockprobe.plan import LABELS, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.record import Percept, Task
 from lockprobe.seams import Channel
 
-__all__ = ["CHANNELS", "LONGEST_BUDGET", "OBSERVATIONS", "PLANTS", "Settings", "read_settings", "whole"]
+__all__ = ["CHANNELS", "LONGEST_BUDGET", "OBSERVATIONS", "Settings", "read_settings", "whole"]
 
-OBSERVATIONS = ("symbolic",)
-PLANTS = ("symbolic",)
+OBSERVATIONS = ("symbolic", "rgb", "rgbd")
 LONGEST_BUDGET = 10_000
 CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
 """Channels that can be asked for as a mapping, by the name in the record."""
@@ -39,7 +42,9 @@ class Settings:
 
     Attributes:
         box: The box.
-        channels: In the order in which they act.
+        observation: ``symbolic``, ``rgb`` or ``rgbd``.
+        plant: What is acted on, as its spec.
+        channels: In the order in which they act; what the camera sees comes before them.
         max_steps: Budget in steps.
         shuffle: Whether each trial deals labels and listing anew, as studies do.
         steps_left: Whether the observation holds the steps left.
@@ -48,12 +53,33 @@ class Settings:
     """
 
     box: Lockbox
+    observation: str
+    plant: str
     channels: tuple[Channel, ...]
     max_steps: int
     shuffle: bool
     steps_left: bool
     step_cost: float
     truth: bool
+
+    @property
+    def chain(self) -> tuple[Channel, ...]:
+        """All that acts on what is told, in order: words in front of pictures, or behind reports."""
+        if self.observation == "symbolic":
+            return (*self.channels, TextChannel())
+        return (CameraChannel(depth="turbo" if self.observation == "rgbd" else "none"), *self.channels)
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether the plant can be looked at."""
+        return resolve_plant(self.plant).has_camera
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Height and width of the plant's pictures, pixels."""
+        name, options = read_options(self.plant)
+        scene = with_options(TwinSettings if name == "twin" else SceneSettings, name, options)
+        return scene.height, scene.width
 
     @property
     def tells_positions(self) -> bool:
@@ -73,18 +99,20 @@ class Settings:
     def plan(self, seed: int, repetition: int, trial: int) -> Plan:
         """The trial that a study with this seed has at this place."""
         flip = next((channel for channel in self.channels if isinstance(channel, OutcomeFlip)), _NO_FLIP)
+        shown = "" if self.observation == "symbolic" else f"{self.observation}/"
         return Plan(
-            key=f"lockbox/gymnasium/p={flip.p:g}/rep={repetition}/trial={trial}",
+            key=f"lockbox/gymnasium/{shown}p={flip.p:g}/rep={repetition}/trial={trial}",
             study="lockbox",
             agent="gymnasium",
             box=self.box,
-            modality="symbolic",
+            modality=self.observation,
             p=flip.p,
             flip=flip.persistence,
             repetition=repetition,
             trial=trial,
             seed=seed,
             budget=self.max_steps,
+            plant=self.plant,
             shuffle=self.shuffle,
         )
 
@@ -94,28 +122,29 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
 
     Args:
         given: Any of ``box`` (a name, a :class:`Lockbox` or the path of a TOML file; ``"chain-4"``), ``observation``
-            (``"symbolic"``), ``plant`` (``"symbolic"``), ``channels`` (a list of channels, or of mappings such as
-            ``{"channel": "OutcomeFlip", "p": 0.2}``; none), ``max_steps`` (20), ``shuffle`` (False), ``steps_left``
-            (False), ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``).
+            (``"symbolic"``, or ``"rgb"``, ``"rgbd"``), ``plant`` (a spec; ``"symbolic"``), ``channels`` (a list of
+            channels, or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``; none), ``max_steps`` (20),
+            ``shuffle`` (False), ``steps_left`` (False), ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``).
 
     Raises:
-        UserMistake: If a name does not exist or a value is out of range.
+        UserMistake: If a name does not exist, a value is out of range, or two of them do not go together.
     """
     known = {
-        "box": DEFAULT_BOX, "observation": OBSERVATIONS[0], "plant": PLANTS[0], "channels": (), "max_steps": 20,
+        "box": DEFAULT_BOX, "observation": "symbolic", "plant": "symbolic", "channels": (), "max_steps": 20,
         "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
     }  # fmt: skip
     for name in given:
         if name not in known:
             raise UnknownName("setting of the environment", name, known)
     asked = known | dict(given)
-    for what, exist in (("observation", OBSERVATIONS), ("plant", PLANTS)):
-        if asked[what] not in exist:
-            raise UnknownName(what, str(asked[what]), exist)
+    if asked["observation"] not in OBSERVATIONS:
+        raise UnknownName("observation", str(asked["observation"]), OBSERVATIONS)
     if asked["info"] not in (None, "truth"):
         raise BadValue("info", asked["info"], "None or 'truth'")
-    return Settings(
+    settings = Settings(
         box=_box(asked["box"]),
+        observation=asked["observation"],
+        plant=str(asked["plant"]),
         channels=_channels(asked["channels"]),
         max_steps=whole("max_steps", asked["max_steps"], LONGEST_BUDGET),
         shuffle=_flag("shuffle", asked["shuffle"]),
@@ -123,6 +152,8 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
         step_cost=_cost(asked["step_cost"]),
         truth=asked["info"] == "truth",
     )
+    _can_be_played(settings)
+    return settings
 
 
 def whole(what: str, value: object, largest: int | None = None) -> int:
@@ -130,6 +161,22 @@ def whole(what: str, value: object, largest: int | None = None) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= (largest or value):
         raise BadValue(what, value, f"a whole number from 1 {'on' if largest is None else f'to {largest}'}")
     return int(value)
+
+
+def _can_be_played(settings: Settings) -> None:
+    """Refuses what does not go together, or not with this box or machine."""
+    plant = resolve_plant(settings.plant)
+    plant.check(settings.box)
+    if settings.observation == "symbolic":
+        return
+    if not plant.has_camera:
+        with_camera = "symbolic, or plant='fast-twin' or 'twin': this one has no camera"
+        raise BadValue("observation", settings.observation, with_camera)
+    if settings.steps_left:
+        raise BadValue("steps_left", True, "False where pictures are seen")
+    for channel in settings.channels:
+        if isinstance(channel, TextChannel) or (isinstance(channel, OutcomeFlip) and channel.p > 0):
+            raise BadValue("channel", channel, "none that changes reports: pictures show what happened")
 
 
 def _flag(what: str, value: object) -> bool:

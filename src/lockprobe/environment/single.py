@@ -4,39 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
+from numpy.typing import NDArray
 
-from lockprobe.channels.text import TextChannel
 from lockprobe.environment.observation import Vector, vector
+from lockprobe.environment.pictures import FARTHEST, Images, images
 from lockprobe.environment.place import Place, read_place
+from lockprobe.environment.plant import WatchedPlant, make_plant
 from lockprobe.environment.settings import Settings, read_settings
 from lockprobe.errors import BadValue, ChannelFault, PlantFault, UnknownName
 from lockprobe.plan import Names, Plan
-from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision, Fact, Percept, Situation, Task, Trial
 from lockprobe.seams import Channel
 from lockprobe.trial import play
 
 __all__ = ["RENDER_MODES", "LockboxEnv"]
 
-RENDER_MODES = ("ansi",)
+RENDER_MODES = ("ansi", "rgb_array", "depth_array")
 
 
-class LockboxEnv(gymnasium.Env[Vector, np.int64]):
+class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     """A box, one joint per step, until the target moves or the budget is spent.
 
-    The observation is what the agent is told (:mod:`lockprobe.environment.observation`), an action the joint to
-    attempt by its place in the listing. The reward is 1 when the target really moves, less ``step_cost`` at every
-    step. ``terminated`` when the target really moves, ``truncated`` when the budget is spent before. The k-th episode
-    after ``reset(seed=s)`` has the same luck as trial k of repetition 1 of a study with seed ``s``.
+    The observation is what the agent is told (:mod:`lockprobe.environment.observation`) or shown
+    (:mod:`lockprobe.environment.pictures`), an action the joint to attempt by its place in the listing. The reward is
+    1 when the target really moves, less ``step_cost`` at every step. ``terminated`` when the target really moves,
+    ``truncated`` when the budget is spent before. The k-th episode after ``reset(seed=s)`` has the same luck as trial
+    k of repetition 1 of a study with seed ``s``.
 
     Args:
-        render_mode: ``"ansi"``, or None.
+        render_mode: ``"ansi"``, or None; for a plant with a camera also ``"rgb_array"`` and ``"depth_array"``: what it
+            sees, whatever the observation is.
         settings: As :func:`lockprobe.environment.settings.read_settings` takes them.
 
     Attributes:
@@ -49,12 +53,14 @@ class LockboxEnv(gymnasium.Env[Vector, np.int64]):
         self.render_mode = render_mode
         self.settings: Settings = read_settings(settings)
         self.action_space = spaces.Discrete(len(self.settings.box.joints))
-        self.observation_space = spaces.MultiDiscrete(list(self.settings.sizes))
+        self.observation_space = _space(self.settings)
+        shown = RENDER_MODES if self.settings.has_camera else ("ansi",)
+        self.metadata = self.metadata | {"render_modes": list(shown)}
         self.trial: Trial | None = None
         self._next: Place | None = None
         self._episode: _Episode | None = None
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Vector, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin the next trial.
 
         Args:
@@ -63,6 +69,7 @@ class LockboxEnv(gymnasium.Env[Vector, np.int64]):
 
         Raises:
             UserMistake: If an option is none of these.
+            TrialFault: If the plant or a channel breaks.
         """
         super().reset(seed=seed)
         if seed is not None:
@@ -70,17 +77,18 @@ class LockboxEnv(gymnasium.Env[Vector, np.int64]):
         elif self._next is None:
             self._next = Place(seed=int(self.np_random.integers(2**31)))
         place = read_place(self._next, options)
-        self._episode, self._next = None, place.next
+        self.close()
+        self._next = place.next
         self._episode = _Episode(self.settings, place)
         return self._observation(self._episode), self._info(self._episode)
 
-    def step(self, action: np.int64 | int) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.int64 | int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Attempt a joint.
 
         Raises:
             BadValue: If the action is no joint.
             ResetNeeded: If no trial is under way.
-            TrialFault: If a channel breaks.
+            TrialFault: If the plant or a channel breaks.
         """
         episode = self._episode
         if episode is None or episode.trial is not None:
@@ -92,33 +100,49 @@ class LockboxEnv(gymnasium.Env[Vector, np.int64]):
         reward = float(ending == "solved") - self.settings.step_cost
         return self._observation(episode), reward, ending == "solved", ending == "budget", self._info(episode)
 
-    def render(self) -> str | None:
-        """The task and the last report in words, if the render mode is ``"ansi"``.
+    def render(self) -> str | NDArray[np.uint8] | NDArray[np.float32] | None:
+        """The box now, in the render mode.
+
+        Returns:
+            ``"ansi"``: the task and the last report in words. ``"rgb_array"``: what the plant's camera sees, shape
+            (height, width, 3). ``"depth_array"``: depth, shape (height, width), metres, 0 where there is no reading.
 
         Raises:
-            UnknownName: If it is another one. Gymnasium warns of it before; tools that ask every environment for
-                pictures, and then do without, can go on.
+            UnknownName: If there is no such mode. Gymnasium warns of it before.
+            BadValue: If it needs a camera and the plant has none. It is said here and not before: tools that ask every
+                environment for pictures, and then do without, can go on.
         """
-        if self.render_mode is not None and self.render_mode not in RENDER_MODES:
-            raise UnknownName("render mode", self.render_mode, RENDER_MODES)
-        if self.render_mode is None or self._episode is None:
+        mode = self.render_mode
+        if mode is not None and mode not in RENDER_MODES:
+            raise UnknownName("render mode", mode, RENDER_MODES)
+        if mode is not None and mode not in self.metadata["render_modes"]:
+            raise BadValue("render_mode", mode, "ansi, or plant='fast-twin' or 'twin': this one has no camera")
+        if mode is None or self._episode is None:
             return None
-        episode, task = self._episode, self._episode.heard.task
-        joints = ", ".join(f"{i} {label}" for i, label in enumerate(task.joints))
-        return (
-            f"Joints: {joints}. Target: {task.target}. Steps left: {episode.steps_left}.\n{episode.heard.percept.text}"
-        )
+        if mode == "ansi":
+            return self._episode.words()
+        frame = self._episode.plant.frame()
+        return frame.rgb if mode == "rgb_array" else frame.depth
 
     def close(self) -> None:
-        """Drop the trial that is under way."""
+        """Drop the trial that is under way, and its plant."""
+        if self._episode is not None:
+            self._episode.close()
         self._episode = None
 
-    def _observation(self, episode: _Episode) -> Vector:
-        heard = episode.heard
-        return vector(heard.task, heard.percept, episode.steps_left if self.settings.steps_left else None)
+    def _observation(self, episode: _Episode) -> Vector | Images:
+        heard, settings = episode.heard, self.settings
+        if settings.observation != "symbolic":
+            return images(heard.percept, settings.observation)
+        return vector(heard.task, heard.percept, episode.steps_left if settings.steps_left else None)
 
     def _info(self, episode: _Episode) -> dict[str, Any]:
-        return {"truth": episode.truth()} if self.settings.truth else {}
+        """The truth for those who asked; with pictures what is not in them: the task."""
+        info: dict[str, Any] = {"truth": episode.truth()} if self.settings.truth else {}
+        if self.settings.observation != "symbolic":
+            task = episode.heard.task
+            info |= {"target": task.joints.index(task.target), "labels": "".join(task.joints)}
+        return info
 
     def __getstate__(self) -> dict[str, Any]:
         """A trial that is under way is kept as the actions that led there, so that the environment can be copied."""
@@ -129,9 +153,20 @@ class LockboxEnv(gymnasium.Env[Vector, np.int64]):
         self.__dict__.update(state)
         if state["_episode"] is not None:
             place, actions = state["_episode"]
+            self._episode = None
             self._episode = _Episode(self.settings, place)
             for action in actions:
                 self._episode.attempt(action)
+
+
+def _space(settings: Settings) -> spaces.Space[Any]:
+    if settings.observation == "symbolic":
+        return spaces.MultiDiscrete(list(settings.sizes))
+    height, width = settings.picture_size
+    rgb = spaces.Box(0, 255, (height, width, 3), np.uint8)
+    if settings.observation == "rgb":
+        return rgb
+    return spaces.Dict({"rgb": rgb, "depth": spaces.Box(0.0, FARTHEST, (height, width, 1), np.float32)})
 
 
 class _Listener:
@@ -168,6 +203,7 @@ class _Episode:
         place: Which trial it is.
         actions: The actions so far.
         heard: What was told last.
+        plant: What is acted on, and may be looked at.
         trial: The record, once it is finished.
     """
 
@@ -177,11 +213,12 @@ class _Episode:
         self.heard = _Listener()
         self.trial: Trial | None = None
         self._plan: Plan = settings.plan(place.seed, place.repetition, place.trial)
-        self._plant = SymbolicPlant(settings.box)
+        self._names = Names(self._plan)
+        self.plant = WatchedPlant(partial(make_plant, self._plan, self._names))
         self._moved = False
-        chain: tuple[Channel, ...] = (*settings.channels, TextChannel(), self.heard)
+        chain: tuple[Channel, ...] = (*settings.chain, self.heard)
         self._loop = play(
-            self._plan, plant=self._plant, channels=chain, agent=_Outside(), on_step=lambda step: self._note(step.moved)
+            self._plan, plant=self.plant, channels=chain, agent=_Outside(), on_step=lambda step: self._note(step.moved)
         )
         self._send(None)
 
@@ -189,15 +226,26 @@ class _Episode:
     def steps_left(self) -> int:
         return self._plan.budget - len(self.actions)
 
+    def close(self) -> None:
+        """Let go of the plant."""
+        self._loop.close()
+        self.plant.close()
+
     def attempt(self, action: int) -> Trial | None:
         """Let the loop go on to the next decision; the record if there is none."""
         self.actions.append(action)
         return self._send(Decision(joint=self.heard.task.joints[action]))
 
+    def words(self) -> str:
+        """The task, and what was told last."""
+        task = self.heard.task
+        joints = ", ".join(f"{i} {label}" for i, label in enumerate(task.joints))
+        return f"Joints: {joints}. Target: {task.target}. Steps left: {self.steps_left}.\n{self.heard.percept.text}"
+
     def truth(self) -> dict[str, Any]:
         """What really is, in the order of the listing, and whether the last attempt moved its joint."""
-        configuration = np.array(self._plant.observe().configuration, dtype=np.int8)
-        return {"positions": configuration[list(Names(self._plan).order)], "moved": self._moved}
+        configuration = np.array(self.plant.configuration, dtype=np.int8)
+        return {"positions": configuration[list(self._names.order)], "moved": self._moved}
 
     def _note(self, moved: bool) -> None:
         self._moved = moved
@@ -208,6 +256,7 @@ class _Episode:
         except StopIteration as end:
             self.trial = replace(end.value, channels=end.value.channels[:-1])  # the listener is nobody's channel
             if (error := self.trial.error) is not None:
+                self.plant.close()
                 fault = PlantFault if error.boundary == "plant" else ChannelFault
                 raise fault(error.message) from None
         return self.trial

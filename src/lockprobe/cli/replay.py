@@ -1,0 +1,127 @@
+"""A finished trial again: step by step in words, or as a film."""
+
+from __future__ import annotations
+
+import json as json_
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.film.replay import FASTEST, Film, film_trial, plan_of
+from lockprobe.film.seen import film_seen
+from lockprobe.record import Trial
+from lockprobe.studies.journal import load
+from lockprobe.studies.settings import read_study
+
+__all__ = ["replay"]
+
+_MEGABYTE = 1_000_000
+
+_PATIENCE = 2.0
+"""Seconds between two lines of progress."""
+
+
+def replay(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
+    key: Annotated[str, typer.Argument(help="Key of a trial, or the start or end of one.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Make a film: FILE.gif, FILE.mp4, or a directory for single pictures."),
+    ] = None,
+    seen: Annotated[
+        bool, typer.Option("--seen", help="The film is what the agent saw: the pictures kept with the study.")
+    ] = False,
+    speed: Annotated[int, typer.Option(min=1, max=FASTEST, help="How many times faster a robot is shown.")] = 1,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object a step, or one of the film.")] = False,
+) -> None:
+    """A finished trial, step by step, truth beside told; with --out as a film."""
+    trials = load(directory)
+    found = [t for t in trials if t.key == key] or [t for t in trials if t.key.startswith(key) or t.key.endswith(key)]
+    if not found:
+        raise UnknownName("trial", key, [t.key for t in trials[:12]])
+    trial = found[0]
+    if out is None:
+        if seen:
+            raise BadValue("--seen", "no --out", "--out FILE.gif beside it")
+        for line in _story(trial, json=json):
+            print(line)
+        return
+    if seen:
+        film = film_seen(trial, directory / "pictures", out)
+    else:
+        study = read_study(directory)
+        if study.plant == "symbolic":
+            print("The trial was played without physics; this is a fast-twin of the same box.", file=sys.stderr)
+        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
+    _announce(film, trial, json=json)
+
+
+class _Progress:
+    """Prints a line when there was none for a while."""
+
+    def __init__(self) -> None:
+        self._last = time.monotonic()
+
+    def __call__(self, said: str) -> None:
+        if (now := time.monotonic()) - self._last >= _PATIENCE:
+            print(f"Film: {said}", file=sys.stderr, flush=True)
+            self._last = now
+
+
+def _announce(film: Film, trial: Trial, *, json: bool) -> None:
+    size = sum(part.stat().st_size for part in (film.path.iterdir() if film.path.is_dir() else (film.path,)))
+    facts: dict[str, object] = {
+        "film": str(film.path),
+        "pictures": film.pictures,
+        "bytes": size,
+        "plant": film.plant or None,
+        "differs": film.differs,
+    }
+    if film.differs is not None:
+        print(f"lockprobe: {film.differs}", file=sys.stderr)
+    if json:
+        print(json_.dumps(facts))
+        return
+    agrees = f", every one of {len(trial.steps)} steps as recorded" if film.plant and film.differs is None else ""
+    megabytes = f"{size / 1e6:.2g} MB" if size >= _MEGABYTE / 10 else f"{size / 1e3:.0f} kB"
+    print(f"Film: {film.path} ({film.pictures} pictures, {megabytes}{agrees})")
+
+
+def _story(trial: Trial, *, json: bool) -> list[str]:
+    if json:
+        return [
+            json_.dumps(
+                {
+                    "step": s.step,
+                    "state": s.state,
+                    "joint": s.joint,
+                    "moved": s.moved,
+                    "told_moved": s.told_moved,
+                    "told_state": s.told_state,
+                    "told": s.told,
+                    "claimed": s.decision.claimed,
+                    "hypothesis": s.decision.hypothesis,
+                }
+            )
+            for s in trial.steps
+        ]
+    labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
+    lines = [
+        f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
+        "step  state  joint             truth         told          then claimed",
+    ]
+    words = {True: "moved", False: "did not move"}
+    for i, s in enumerate(trial.steps):
+        later = trial.steps[i + 1].decision.claimed if i + 1 < len(trial.steps) else None
+        said = {"moved": "moved", "blocked": "did not move", None: ""}[later]
+        lines.append(
+            f"{s.step:4}  {s.state:5}  {s.joint:16}  {words[s.moved]:12}  "
+            f"{words[s.told_moved]:12}  {said}{'  <- flipped' if s.moved != s.told_moved else ''}"
+        )
+    if trial.error:
+        lines.append(f"error at {trial.error.boundary}: {trial.error.message}")
+    return lines

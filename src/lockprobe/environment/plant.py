@@ -1,0 +1,93 @@
+"""The plant of an episode: made where it is safe, and looked at once per moment at most."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from lockprobe.environment.elsewhere import PlantElsewhere, must_live_elsewhere
+from lockprobe.errors import BadValue, PlantFault
+from lockprobe.lockbox.box import Configuration
+from lockprobe.pictures.frame import Frame
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.record import Fact, Snapshot
+from lockprobe.seams import Plant
+
+__all__ = ["WatchedPlant", "make_plant"]
+
+
+def make_plant(plan: Plan, names: Names) -> Plant:
+    """A fresh plant for a trial, with the trial's own stream, as studies make it."""
+    source = resolve_plant(plan.plant)
+    rng = plan.stream("plant")
+    if source.has_camera and must_live_elsewhere():
+        return PlantElsewhere(plan.plant, plan.box, names.labels, rng)
+    return source.make(plan.box, names.labels, rng)
+
+
+_ABANDONED: list[Plant] = []
+"""Plants of a process from which this one was forked. To let go of their OpenGL here would hang."""
+
+
+class WatchedPlant:
+    """A plant that remembers how it stands now, and the picture of it, which is taken at most once.
+
+    Args:
+        make: Makes it at the first observation, where what breaks is the plant's fault.
+
+    Attributes:
+        configuration: How it stands, in panel order.
+    """
+
+    def __init__(self, make: Callable[[], Plant]) -> None:
+        self.configuration: Configuration = ()
+        self._make = make
+        self._plant: Plant | None = None
+        self._process = 0
+        self._now: Snapshot | None = None
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Those of the plant; none before it is made."""
+        return {} if self._plant is None else self._plant.facts
+
+    def observe(self) -> Snapshot:
+        """The truth before the first attempt."""
+        self._plant, self._process = self._make(), os.getpid()
+        return self._noted(self._plant.observe())
+
+    def attempt(self, joint: int) -> Snapshot:
+        """Attempt a joint, by place in panel order."""
+        assert self._plant is not None
+        if self._process != os.getpid():
+            raise PlantFault("it belongs to the process from which this one was forked: call reset()")
+        return self._noted(self._plant.attempt(joint))
+
+    def frame(self) -> Frame:
+        """What its camera sees now.
+
+        Raises:
+            BadValue: If it has none.
+        """
+        if self._now is None or self._now.look is None:
+            raise BadValue("plant", type(self._plant).__name__, "one that can be looked at now")
+        return self._now.look()
+
+    def close(self) -> None:
+        """Let go of it; a second time does nothing."""
+        plant, self._plant, self._now = self._plant, None, None
+        if plant is None:
+            return
+        if self._process == os.getpid():
+            plant.close()
+        else:
+            _ABANDONED.append(plant)
+
+    def _noted(self, snapshot: Snapshot) -> Snapshot:
+        look = None if snapshot.look is None else functools.cache(snapshot.look)
+        self._now = replace(snapshot, look=look)
+        self.configuration = snapshot.configuration
+        return self._now

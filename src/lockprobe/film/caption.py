@@ -1,0 +1,120 @@
+"""The strip under a film's picture: what is attempted, truth beside told, what the agent says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.record import Trial
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+    from PIL.ImageFont import FreeTypeFont, ImageFont
+
+__all__ = ["WIDTH", "Line", "captioned", "opening_lines", "outcome_lines", "step_lines"]
+
+WIDTH = 480
+"""Of a film, pixels."""
+
+HEIGHT = 72
+_PAPER, _INK, _FALSE = (250, 248, 242), (30, 30, 30), (190, 30, 30)
+_TEXT = 15
+_LINE = 22
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the strip.
+
+    Attributes:
+        text: What it says.
+        alarming: Whether something in it is not as it really is.
+    """
+
+    text: str
+    alarming: bool = False
+
+
+def opening_lines(trial: Trial) -> tuple[Line, ...]:
+    """What is played."""
+    target = trial.labels[trial.joints.index(trial.target)]
+    return (
+        Line(f"{trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"),
+        Line(f"Target: {target} ({trial.target}); {trial.budget} steps"),
+    )
+
+
+def step_lines(trial: Trial, at: int) -> tuple[Line, ...]:
+    """What is attempted in a step, counted from 0."""
+    step = trial.steps[at]
+    label = trial.labels[trial.joints.index(step.joint)]
+    return (Line(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
+
+
+def outcome_lines(trial: Trial, at: int) -> tuple[Line, ...]:
+    """The same with what came of it: truth beside told, the robot's verdict, and what the agent then says.
+
+    Where pictures are shown nothing is told.
+    """
+    step = trial.steps[at]
+    truth = _word(step.moved)
+    verdict = step.sensed.get("verdict")
+    robot = f", robot says {verdict}" if verdict in ("moved", "blocked", "failed") else ""
+    told = "" if step.pictures else f", told {_word(step.told_moved)}"
+    false = step.moved != step.told_moved or (bool(robot) and verdict != truth)
+    later = trial.steps[at + 1].decision.claimed if at + 1 < len(trial.steps) else None
+    last = "solved" if step.moved and step.joint == trial.target else ""
+    said = f"the agent then says {later}" if later in ("moved", "blocked") else last
+    return (
+        *step_lines(trial, at),
+        Line(f"truth {truth}{told}{robot}", alarming=false),
+        Line(said, alarming=later is not None and later != truth),
+    )
+
+
+def captioned(picture: NDArray[np.uint8], lines: Sequence[Line], corner: str = "") -> NDArray[np.uint8]:
+    """A picture, scaled to the width of a film, with a strip under it.
+
+    Args:
+        picture: Shape (height, width, 3).
+        lines: At most three.
+        corner: A few characters at the right of the first line.
+
+    Returns:
+        Shape (even number, WIDTH, 3).
+    """
+    from PIL import Image, ImageDraw
+
+    height = 2 * round(picture.shape[0] * WIDTH / picture.shape[1] / 2)
+    image = Image.fromarray(picture)
+    if image.size != (WIDTH, height):
+        image = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
+    whole = Image.new("RGB", (WIDTH, height + HEIGHT), _PAPER)
+    whole.paste(image)
+    draw = ImageDraw.Draw(whole)
+    for i, line in enumerate(lines):
+        _write(draw, line, height + 4 + i * _LINE)
+    if corner:
+        draw.text((WIDTH - 8, height + 4), corner, _INK, font=_font(), anchor="ra")
+    return np.asarray(whole)
+
+
+def _write(draw: ImageDraw, line: Line, top: int) -> None:
+    font, text = _font(), line.text
+    while draw.textlength(text, font=font) > WIDTH - 50:
+        text = f"{text[:-4]}..."
+    draw.text((8, top), text, _FALSE if line.alarming else _INK, font=font)
+
+
+def _font() -> FreeTypeFont | ImageFont:
+    from PIL import ImageFont as Fonts
+
+    return Fonts.load_default(_TEXT)
+
+
+def _word(moved: bool) -> str:
+    return "moved" if moved else "blocked"

@@ -1,0 +1,210 @@
+"""Films as files: GIF, MP4, or a directory of pictures, picture by picture as they come."""
+
+from __future__ import annotations
+
+import importlib.util
+import zlib
+from collections.abc import Generator, Iterator
+from itertools import islice, product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.pictures.png import to_png
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+__all__ = ["RATES", "FilmFile", "open_film"]
+
+RATES = {".gif": 12.5, ".mp4": 25.0, "": 12.5}
+"""Pictures per second by the ending of the file's name; a name without one is a directory of pictures."""
+
+_STRONG = (*product((0, 255), repeat=3), (190, 30, 30))
+"""Colours that every GIF has besides those of its first picture, for what comes later."""
+
+_SAME = 255
+"""Of the colours of a GIF the one that says that a pixel stays as it is."""
+
+
+class FilmFile(Protocol):
+    """A film while it is written."""
+
+    def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
+        """One more picture.
+
+        Args:
+            picture: Shape (height, width, 3), the same for all.
+            seconds: How long it is shown.
+        """
+        ...
+
+    def close(self) -> None:
+        """Finish the file. What is not closed leaves no file behind."""
+        ...
+
+    def drop(self) -> None:
+        """Let go of everything; after :meth:`close` it does nothing."""
+        ...
+
+
+def open_film(path: Path) -> FilmFile:
+    """A film to be written; the ending of the name says in which form.
+
+    Raises:
+        BadValue: If the ending is none of those that exist.
+        BadFile: If it cannot be written there.
+        Missing: If a package for it is missing.
+    """
+    kind = path.suffix.lower()
+    if kind not in RATES:
+        raise BadValue("out", str(path), "a name that ends in .gif or .mp4, or a directory's")
+    if not path.parent.is_dir():
+        raise BadFile(path, "its directory does not exist")
+    if importlib.util.find_spec("PIL") is None:
+        raise Missing("films need the package pillow", "pip install 'lockprobe[twin]'")
+    if kind == ".gif":
+        return _Gif(path)
+    if kind == ".mp4":
+        return _Mp4(path)
+    return _Directory(path)
+
+
+class _Gif:
+    """Pictures of few colours, the same for all, so that what stays still costs nothing."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._colours: list[int] = []
+        self._palette: Image | None = None
+        self._size = (0, 0)
+        self._frames: list[tuple[bytes, int]] = []
+
+    def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
+        from PIL import Image
+
+        image = Image.fromarray(picture)
+        if self._palette is None:
+            self._colours, self._size = _colours(image), image.size
+            self._palette = Image.new("P", (1, 1))
+            self._palette.putpalette(self._colours)
+        few = np.asarray(image.quantize(palette=self._palette, dither=Image.Dither.NONE))
+        few = np.where(few == _SAME, 0, few).astype(np.uint8)
+        self._frames.append((zlib.compress(few.tobytes(), 1), round(100 * seconds) * 10))
+
+    def close(self) -> None:
+        if not self._frames:
+            return
+        draft = _draft(self._path)
+        frames = self._images()
+        next(frames).save(
+            draft,
+            "GIF",
+            save_all=True,
+            append_images=frames,
+            palette=bytes(self._colours),
+            transparency=_SAME,
+            optimize=True,
+            disposal=1,
+            loop=0,
+        )
+        draft.replace(self._path)
+        self.drop()
+
+    def drop(self) -> None:
+        self._frames = []
+        _draft(self._path).unlink(missing_ok=True)
+
+    def _images(self) -> Iterator[Image]:
+        from PIL import Image
+
+        for packed, milliseconds in self._frames:
+            image = Image.frombytes("P", self._size, zlib.decompress(packed))
+            image.putpalette(self._colours)
+            image.info["duration"] = milliseconds
+            yield image
+
+
+def _colours(image: Image) -> list[int]:
+    """The 256 colours of a GIF, all different, one number after the other."""
+    found = iter(image.quantize(_SAME - len(_STRONG)).getpalette() or [])
+    chosen = list(dict.fromkeys([*_STRONG, *zip(found, found, found, strict=True)]))
+    spare = (colour for colour in product((255, 0), (1, 254), range(256)) if colour not in chosen)
+    return [part for colour in [*chosen, *islice(spare, _SAME + 1 - len(chosen))] for part in colour]
+
+
+class _Mp4:
+    """H.264 through the ffmpeg that the package imageio-ffmpeg brings along."""
+
+    def __init__(self, path: Path) -> None:
+        if importlib.util.find_spec("imageio_ffmpeg") is None:
+            raise Missing("MP4 needs the package imageio-ffmpeg", "pip install 'lockprobe[film]', or write a .gif")
+        self._path = path
+        self._pipe: Generator[None, Any, None] | None = None
+        self._owed = 0.0
+
+    def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
+        if self._pipe is None:
+            self._pipe = self._open(picture.shape[1], picture.shape[0])
+        self._owed += seconds * RATES[".mp4"]
+        while self._owed > 0.5:
+            self._pipe.send(np.ascontiguousarray(picture))
+            self._owed -= 1
+
+    def close(self) -> None:
+        if self._pipe is None:
+            return
+        self._pipe.close()
+        self._pipe = None
+        _draft(self._path).replace(self._path)
+
+    def drop(self) -> None:
+        if self._pipe is not None:
+            self._pipe.close()
+            self._pipe = None
+        _draft(self._path).unlink(missing_ok=True)
+
+    def _open(self, width: int, height: int) -> Generator[None, Any, None]:
+        import imageio_ffmpeg
+
+        pipe: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
+            str(_draft(self._path)),
+            (width, height),
+            fps=RATES[".mp4"],
+            codec="libx264",
+            quality=None,
+            macro_block_size=2,
+            ffmpeg_log_level="error",
+            output_params=["-crf", "23", "-movflags", "+faststart"],
+        )
+        pipe.send(None)
+        return pipe
+
+
+class _Directory:
+    """Every picture as a PNG file, numbered."""
+
+    def __init__(self, path: Path) -> None:
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise BadFile(path, "is there and not an empty directory; choose another")
+        self._path = path
+        self._count = 0
+
+    def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
+        self._path.mkdir(exist_ok=True)
+        self._count += 1
+        (self._path / f"{self._count:05}.png").write_bytes(to_png(picture))
+
+    def close(self) -> None:
+        """Every file is finished."""
+
+    def drop(self) -> None:
+        """What is there stays."""
+
+
+def _draft(path: Path) -> Path:
+    """Where it is written until it is finished; the ending stays, because it says the form."""
+    return path.with_name(f".{path.stem}.draft{path.suffix}")

@@ -1,0 +1,230 @@
+"""A film of a trial: its recorded actions are played again, with the same luck, and filmed.
+
+The plant is the trial's own, made anew from its spec and its stream, so that it moves as it did. A trial on the
+symbolic plant is played on a fast-twin of the same box. Whether what happens is what was recorded is checked step by
+step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadFile, BadValue, TrialFault
+from lockprobe.film.caption import WIDTH, Line, captioned, opening_lines, outcome_lines, step_lines
+from lockprobe.film.files import RATES, FilmFile, open_film
+from lockprobe.lockbox.box import bits
+from lockprobe.options import read_options, with_options
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.settings import TwinSettings
+from lockprobe.record import Fact, Snapshot, Trial
+from lockprobe.seams import Plant
+from lockprobe.studies.study import Study
+
+if TYPE_CHECKING:
+    from lockprobe.plants.rendering.renderers import Renderer
+
+__all__ = ["FASTEST", "STAND_IN", "Film", "film_trial", "plan_of"]
+
+STAND_IN = "fast-twin"
+"""What trials on the symbolic plant are filmed on."""
+
+FASTEST = 16
+
+_HOOK_RATE = 25.0
+"""How often a twin can be filmed, per simulated second."""
+
+_HEIGHT = 360
+_HOLD = 1.2
+"""Seconds for which an outcome is shown."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """What was filmed.
+
+    Attributes:
+        path: The file, or the directory of pictures.
+        pictures: How many it has.
+        plant: Spec of the plant.
+        differs: In one line where the replay first differs from the record; None if it does nowhere.
+    """
+
+    path: Path
+    pictures: int
+    plant: str
+    differs: str | None
+
+
+def plan_of(study: Study, trial: Trial) -> Plan:
+    """The plan by which a recorded trial was played.
+
+    Raises:
+        BadFile: If the study's settings have no such trial.
+    """
+    for plan in study.plans(trial.agent):
+        if plan.key == trial.key:
+            if (plan.box.names, Names(plan).labels) != (trial.joints, trial.labels):
+                break
+            return plan
+    raise BadFile("study.json", f"its settings do not describe the trial {trial.key}")
+
+
+def film_trial(
+    trial: Trial, plan: Plan, path: Path, *, speed: int = 1, tell: Callable[[str], None] = lambda said: None
+) -> Film:
+    """Play a recorded trial again and film it.
+
+    Args:
+        trial: The record.
+        plan: By which it was played.
+        path: Where the film goes; ``.gif``, ``.mp4``, or a directory for the pictures.
+        speed: How many times faster than it really went a twin is shown, 1 to 16.
+        tell: Called with one line after every step.
+
+    Raises:
+        UserMistake: If it cannot be filmed here.
+        PlantFault: If the plant breaks where the record says nothing of it.
+    """
+    if not 1 <= speed <= FASTEST:
+        raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
+    spec = plan.plant if resolve_plant(plan.plant).has_camera else STAND_IN
+    resolve_plant(spec).check(plan.box)
+    file = open_film(path)
+    runs = read_options(spec)[0] == "twin"
+    shooting = _Shooting(file, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    try:
+        differs = _play_again(trial, plan, spec, shooting, tell)
+        file.close()
+    finally:
+        shooting.close()
+        file.drop()
+    return Film(path=path, pictures=shooting.pictures, plant=spec, differs=differs)
+
+
+def _play_again(trial: Trial, plan: Plan, spec: str, shooting: _Shooting, tell: Callable[[str], None]) -> str | None:
+    plant = _plant(plan, spec, shooting)
+    differs: str | None = None
+    try:
+        snapshot = plant.observe()
+        shooting.show(snapshot, opening_lines(trial), _HOLD)
+        for at, step in enumerate(trial.steps):
+            before = bits(snapshot.configuration)
+            shooting.begin(snapshot, step_lines(trial, at))
+            snapshot = plant.attempt(trial.joints.index(step.joint))
+            shooting.show(snapshot, outcome_lines(trial, at), _HOLD)
+            differs = differs or _difference(trial, at, before, snapshot)
+            tell(f"step {at + 1} of {len(trial.steps)}, {shooting.pictures} pictures")
+        shooting.end(snapshot)
+    except TrialFault as fault:
+        if trial.error is None or trial.error.boundary != fault.boundary:
+            raise
+        tell(f"it breaks as it did then: {fault}")
+    finally:
+        plant.close()
+    return differs
+
+
+def _plant(plan: Plan, spec: str, shooting: _Shooting) -> Plant:
+    name, options = read_options(spec)
+    labels, rng = Names(plan).labels, plan.stream("plant")
+    if name != "twin":
+        return resolve_plant(spec).make(plan.box, labels, rng)
+    from lockprobe.plants.twin import Twin
+
+    settings = with_options(TwinSettings, name, options)
+    return Twin(plan.box, labels=labels, settings=settings, rng=rng, film=shooting)
+
+
+def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
+    """What is not as recorded in a step."""
+    step = trial.steps[at]
+    pairs: list[tuple[str, Fact, Fact]] = [
+        ("configuration before it", step.state, before),
+        ("outcome", "moved" if step.moved else "blocked", snapshot.outcome),
+    ]
+    if "verdict" in step.sensed and "verdict" in snapshot.sensed:
+        pairs.append(("robot's verdict", step.sensed["verdict"], snapshot.sensed["verdict"]))
+    for what, recorded, replayed in pairs:
+        if recorded != replayed:
+            return f"step {at + 1} differs from the record: {what} {recorded} there, {replayed} here"
+    return None
+
+
+class _Shooting:
+    """Films a plant: every so many calls from a running twin, and whatever it is shown.
+
+    Attributes:
+        pictures: How many there are so far.
+    """
+
+    def __init__(self, file: FilmFile, *, runs: bool, rate: float, speed: int) -> None:
+        self.pictures = 0
+        self._runs = runs
+        self._file = file
+        self._seconds = 1 / rate
+        self._every = max(1, round(_HOOK_RATE * speed / rate))
+        self._corner = f"{speed}x" if speed > 1 else ""
+        self._calls = 0
+        self._lines: tuple[Line, ...] = ()
+        self._first: tuple[tuple[Line, ...], float] | None = None
+        self._renderer: Renderer | None = None
+        self._running: tuple[Any, Any] | None = None
+
+    def __call__(self, model: Any, data: Any) -> None:
+        """Take a picture of a running simulation; called 25 times per simulated second."""
+        self._calls += 1
+        if self._first is None and self._calls % self._every:
+            return
+        self._running = model, data
+        picture = self._oblique()
+        if self._first is not None:
+            self._add(picture, *self._first)
+            self._first = None
+        self._add(picture, self._lines, self._seconds)
+
+    def begin(self, snapshot: Snapshot, lines: tuple[Line, ...]) -> None:
+        """From here on these lines stand under what is filmed; a plant that does not run is shown as it stands."""
+        self._lines = lines
+        if not self._runs:
+            self.show(snapshot, lines, _HOLD / 2)
+
+    def show(self, snapshot: Snapshot, lines: tuple[Line, ...], seconds: float) -> None:
+        """Show for a while how the plant stands now; one that runs, and has not yet, as soon as it does."""
+        if self._running is not None:
+            self._add(self._oblique(), lines, seconds)
+        elif self._runs:
+            self._first = lines, seconds
+        elif snapshot.look is not None:
+            self._add(snapshot.look().rgb, lines, seconds)
+
+    def end(self, snapshot: Snapshot) -> None:
+        """A plant that never ran is shown as it stands."""
+        if self._first is not None and snapshot.look is not None:
+            self._add(snapshot.look().rgb, *self._first)
+
+    def close(self) -> None:
+        """Let go of the renderer."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _oblique(self) -> NDArray[np.uint8]:
+        """How the plant that runs looks at this very moment."""
+        assert self._running is not None
+        model, data = self._running
+        if self._renderer is None:
+            from lockprobe.plants.rendering.renderers import open_renderer
+
+            self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT)
+        return self._renderer.render(data, "oblique")[0]
+
+    def _add(self, picture: NDArray[np.uint8], lines: tuple[Line, ...], seconds: float) -> None:
+        self._file.add(captioned(picture, lines, self._corner), seconds)
+        self.pictures += 1

@@ -1,0 +1,66 @@
+"""What an agent saw, as a film: the pictures that a study keeps, without simulating anything."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.film.caption import captioned, opening_lines, outcome_lines
+from lockprobe.film.files import open_film
+from lockprobe.film.replay import Film
+from lockprobe.pictures.picture import PictureKind
+from lockprobe.pictures.png import from_png
+from lockprobe.record import Trial
+
+__all__ = ["film_seen"]
+
+_SECONDS = 1.2
+_NAME = re.compile(r"[0-9a-f]{20}\.png")
+
+
+def film_seen(trial: Trial, directory: Path, path: Path) -> Film:
+    """The pictures that the agent of a recorded trial was shown, in order.
+
+    Args:
+        trial: The record.
+        directory: Where the study keeps its pictures.
+        path: Where the film goes; ``.gif``, ``.mp4``, or a directory for the pictures.
+
+    Raises:
+        UserMistake: If the trial has no pictures, or they are not there.
+    """
+    if not trial.opening_pictures:
+        raise BadValue(
+            "trial", trial.key, "one in which pictures were seen (rgb, rgbd); without --seen it is played again"
+        )
+    file = open_film(path)
+    try:
+        file.add(captioned(_shown(directory, trial.opening_pictures), opening_lines(trial)), _SECONDS)
+        for at, step in enumerate(trial.steps):
+            file.add(captioned(_shown(directory, step.pictures), outcome_lines(trial, at)), _SECONDS)
+        file.close()
+    finally:
+        file.drop()
+    return Film(path=path, pictures=1 + len(trial.steps), plant="", differs=None)
+
+
+def _shown(directory: Path, names: Mapping[PictureKind, str]) -> NDArray[np.uint8]:
+    """Colours, and depth beside them where it was shown."""
+    kinds: tuple[PictureKind, ...] = ("rgb", "depth")
+    return np.concatenate([_read(directory, names[kind]) for kind in kinds if kind in names], axis=1)
+
+
+def _read(directory: Path, name: str) -> NDArray[np.uint8]:
+    path = directory / name
+    if not _NAME.fullmatch(name):
+        raise BadFile(directory, f"the record names a picture {name!r}, which is no name of a picture")
+    try:
+        picture = from_png(path.read_bytes()).astype(np.uint8, copy=False)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror or error})") from None
+    return np.stack([picture] * 3, axis=-1) if picture.ndim == 2 else picture

@@ -1,0 +1,112 @@
+"""A trial again, in words or as a film."""
+
+import asyncio
+import json
+
+import pytest
+from builders import small_study, write_study
+from painted import painted_twins
+from PIL import Image
+from typer.testing import CliRunner
+
+from lockprobe.cli import build
+from lockprobe.environment.agent import LearnedAgent
+from lockprobe.errors import BadFile, BadValue, Missing, UnknownName
+from lockprobe.film import files
+from lockprobe.lockbox.families import box
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.stage import play_timed
+from lockprobe.studies.study import Study
+
+KEY = "flips/human-inspired/p=0/rep=1/trial=1"
+
+
+@pytest.fixture(autouse=True)
+def made(monkeypatch):
+    return painted_twins(monkeypatch)
+
+
+@pytest.fixture
+def directory(tmp_path):
+    return write_study(tmp_path / "study", small_study(p=(0.0,), repetitions=1, trials=1))
+
+
+def replay(*arguments):
+    done = CliRunner().invoke(build(["replay"]), ["replay", *map(str, arguments)])
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def test_without_a_film_it_is_told_in_words(directory, made):
+    assert replay(directory, KEY).stdout.startswith(f"{KEY}: solved after ")
+    assert json.loads(replay(directory, KEY, "--json").stdout.splitlines()[0])["step"] == 1
+    assert made == []
+
+
+def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path):
+    done = replay(directory, KEY, "--out", tmp_path / "a.gif")
+    assert done.stderr == "The trial was played without physics; this is a fast-twin of the same box.\n"
+    with Image.open(tmp_path / "a.gif") as gif:
+        steps = (gif.n_frames - 1) // 2
+    size = (tmp_path / "a.gif").stat().st_size
+    assert done.stdout == (
+        f"Film: {tmp_path / 'a.gif'} ({1 + 2 * steps} pictures, {size / 1e3:.0f} kB, every one of {steps} steps as recorded)\n"
+    )
+    found = json.loads(replay(directory, KEY, "--out", tmp_path / "frames", "--json").stdout)
+    sizes = sum(path.stat().st_size for path in (tmp_path / "frames").iterdir())
+    assert found == {
+        "film": str(tmp_path / "frames"), "pictures": 1 + 2 * steps, "bytes": sizes, "plant": "fast-twin", "differs": None,
+    }  # fmt: skip
+
+
+def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
+    path = directory / "trials.jsonl"
+    lines = path.read_text("utf-8").splitlines()
+    record = json.loads(lines[-1])
+    at = next(at for at, step in enumerate(record["steps"]) if step["joint"] != record["target"])
+    record["steps"][at]["moved"] = not record["steps"][at]["moved"]
+    path.write_text("\n".join([*lines[:-1], json.dumps(record)]) + "\n", "utf-8")
+    done = replay(directory, record["key"], "--out", tmp_path / "a.gif")
+    assert f"lockprobe: step {at + 1} differs from the record: outcome " in done.stderr
+    assert "as recorded" not in done.stdout
+
+
+class Target(LearnedAgent):
+    observation = "rgb"
+
+    def act(self, observations, rng):
+        return 0
+
+
+def test_what_was_seen_needs_no_simulation(tmp_path, made):
+    study = Study(
+        name="modalities", agents=("viewer",), box=box("chain-4"), p=(0.0,), repetitions=1, trials=1, max_steps=3,
+        plant="fast-twin?width=120&height=90", modalities=("rgb",),
+    )  # fmt: skip
+    with Journal.open(tmp_path / "study", study) as journal:
+        for plan in study.plans("viewer"):
+            played = play_timed(plan, Target(), lambda key, step: None, tmp_path / "study" / "pictures")
+            journal.append(*asyncio.run(played))
+    made.clear()
+    done = replay(tmp_path / "study", "modalities", "--seen", "--out", tmp_path / "a.gif")
+    assert (done.stdout.startswith(f"Film: {tmp_path / 'a.gif'} (4 pictures, "), made) == (True, [])
+    assert replay(tmp_path / "study", "modalities", "--out", tmp_path / "b.gif").stderr == ""
+    assert len(made) == 1
+
+
+def test_a_mistake_is_said_in_one_line(directory, tmp_path, monkeypatch):
+    for arguments, kind, message in (
+        (("nothing",), UnknownName, "no trial is called 'nothing'"),
+        ((KEY, "--seen"), BadValue, "--seen: got 'no --out', expected --out FILE.gif beside it"),
+        ((KEY, "--out", tmp_path / "a.avi"), BadValue, "a name that ends in .gif or .mp4"),
+        ((KEY, "--seen", "--out", tmp_path / "a.gif"), BadValue, "one in which pictures were seen"),
+        ((KEY, "--out", tmp_path / "no" / "a.gif"), BadFile, "its directory does not exist"),
+    ):
+        with pytest.raises(kind) as mistake:
+            replay(directory, *arguments)
+        assert message in str(mistake.value)
+        assert "\n" not in str(mistake.value)
+    monkeypatch.setattr(files.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(Missing):
+        replay(directory, KEY, "--out", tmp_path / "a.mp4")

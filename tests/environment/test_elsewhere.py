@@ -1,0 +1,85 @@
+"""A plant in another process is the same plant; and pictures in forked processes do not hang."""
+
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from lockprobe.environment import elsewhere
+from lockprobe.environment.elsewhere import PlantElsewhere, must_live_elsewhere
+from lockprobe.errors import PlantFault, UserMistake
+from lockprobe.lockbox.families import box
+from lockprobe.plants.symbolic import SymbolicPlant
+
+LABELS = tuple("ABCD")
+
+
+def remote(spec="symbolic"):
+    return PlantElsewhere(spec, box("chain-4"), LABELS, np.random.default_rng(0))
+
+
+@pytest.fixture(autouse=True)
+def ended():
+    yield
+    if (host := elsewhere._Host.running) is not None:
+        host.end()
+
+
+def test_it_is_the_same_plant():
+    here, there = SymbolicPlant(box("chain-4")), remote()
+    assert there.facts == here.facts
+    for joint in (None, 0, 3, 2, 2, 1, 0):
+        ours, theirs = (plant.observe() if joint is None else plant.attempt(joint) for plant in (here, there))
+        assert ours == theirs
+        assert theirs.look is None
+    there.close()
+
+
+def test_plants_share_a_process_and_not_their_state():
+    first, second = remote(), remote()
+    assert first._host is second._host
+    first.attempt(3)
+    assert first.observe().configuration != second.observe().configuration
+    first.close()
+    assert second.attempt(3).outcome == "moved"
+
+
+def test_what_is_wrong_there_is_said_here():
+    with pytest.raises(UserMistake, match="^no plant is called 'metal'"):
+        remote("metal")
+    plant = remote()
+    with pytest.raises(PlantFault, match="^IndexError: "):
+        plant.attempt(9)
+    assert plant.attempt(3).outcome == "moved"  # and it goes on
+
+
+def test_a_process_that_ends_is_a_fault_and_the_next_plant_gets_another():
+    plant = remote()
+    plant._host._process.kill()
+    with pytest.raises(PlantFault, match="the plant's process ended"):
+        plant.attempt(0)
+    assert remote().attempt(3).outcome == "moved"
+
+
+def run(program):
+    """A program in a fresh interpreter. Its limit is far above what it takes: it is for what hangs."""
+    return subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False, timeout=300
+    )
+
+
+def test_only_a_fork_of_a_process_that_has_opengl_needs_it():
+    assert not must_live_elsewhere()
+    done = run("""
+        import os
+        from lockprobe.environment import elsewhere
+        def in_a_fork():
+            if (child := os.fork()) == 0:
+                os._exit(10 + elsewhere.must_live_elsewhere())
+            return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) - 10
+        before, elsewhere._opengl_is_loaded = in_a_fork(), lambda: True
+        print(before, in_a_fork(), elsewhere.must_live_elsewhere())
+    """)
+    assert (done.stdout, done.stderr) == ("0 1 False\n", "")
