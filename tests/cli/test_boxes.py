@@ -136,7 +136,7 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["show", "chan-4"], UnknownName, "no box is called 'chan-4' .did you mean 'chain-4'"),
         (["show", "random-9-1"], BadValue, "expected 2 to 8 joints"),
         (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
-        (["show", "--out", "x.pdf"], BadValue, "a file that ends in .svg or .png"),
+        (["show", "--out", "x.pdf"], BadValue, "a file that ends in .svg, .png or .xml"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
         (["generate", "--negative", "2"], BadValue, "negative: got 2.0"),

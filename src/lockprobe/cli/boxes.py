@@ -24,6 +24,8 @@ from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimal_plans, random_no_repeat_success, random_success
 from lockprobe.lockbox.structures import FAMILIES
+from lockprobe.plan import LABELS
+from lockprobe.plants.catalogue import require_mujoco
 from lockprobe.studies.studyfile import find_box
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
@@ -62,7 +64,9 @@ def list_boxes(json: AsJson = False) -> None:
 @app.command("show")
 def show(
     name: Name = DEFAULT_BOX,
-    out: Annotated[Path | None, typer.Option(metavar="FILE.svg|FILE.png", help="Draw it into a file.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw it (.svg, .png), or write it for MuJoCo (.xml).")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
     """A box: its panel, its interlock, and how hard it is."""
@@ -174,12 +178,18 @@ def _write(box: Lockbox, directory: Path) -> Path:
 
 def _draw(box: Lockbox, out: Path) -> None:
     form: Literal["svg", "png"]
+    if out.suffix == ".xml":
+        require_mujoco()
+        from lockprobe.plants.scene.mjcf import write_mjcf
+
+        write_mjcf(box, out, labels=tuple(LABELS[: len(box.joints)]))
+        return
     if out.suffix == ".svg":
         form = "svg"
     elif out.suffix == ".png":
         form = "png"
     else:
-        raise BadValue("--out", str(out), "a file that ends in .svg or .png")
+        raise BadValue("--out", str(out), "a file that ends in .svg, .png or .xml")
     from lockprobe.figures import render
     from lockprobe.figures.boxes import box_figure
 

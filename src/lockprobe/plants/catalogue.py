@@ -20,7 +20,7 @@ from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.seams import Plant
 
-__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "resolve_plant"]
+__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
 
 PLANTS = ("symbolic", "fast-twin", "twin")
 
@@ -92,11 +92,20 @@ def _twin(settings: TwinSettings) -> Make:
     return make
 
 
-def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
-    """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
+def require_mujoco() -> None:
+    """Finds out whether boxes can be simulated and drawn here, without importing anything.
+
+    Raises:
+        Missing: If a package is missing.
+    """
     for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
         if importlib.util.find_spec(module) is None:
             raise Missing(f"the twins need the package {package}", "pip install 'lockprobe[twin]'")
+
+
+def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
+    """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
+    require_mujoco()
     from lockprobe.plants.rendering.probing import decide
 
     decide(settings.renderer)
