@@ -26,7 +26,7 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.montecarlo.plain import play_plainly, policy_of, world_of
 from lockprobe.studies.montecarlo.populations import Population, population
 from lockprobe.studies.montecarlo.propagation import propagate
-from lockprobe.studies.stage import channels_for
+from lockprobe.studies.modality import channels_for
 from lockprobe.studies.study import Study
 from lockprobe.trial import play
 

@@ -31,6 +31,10 @@ def make_trial(
     probabilities: tuple[float, ...] | None = None,
     broken: Boundary | None = None,
     facts: dict[str, str] | None = None,
+    modality: str = "symbolic",
+    study: str = "flips",
+    verdicts: Sequence[str] = (),
+    pictures: Sequence[dict[str, str]] = (),
 ) -> Trial:
     """A trial on chain-4 that attempts these joints (by place in panel order), as the box really reacts.
 
@@ -38,6 +42,9 @@ def make_trial(
         false_at: Steps, from 1, of which the report is inverted.
         claims: What each decision says of the step before; the first is about nothing.
         broken: Boundary at which it broke after these steps, if it did.
+        modality: How the box was shown; the name of a study that has several is ``modalities``.
+        verdicts: What a robot took each step for.
+        pictures: Names of the pictures before the first step and after each, by kind.
     """
     lockbox = box("chain-4")
     configuration, steps, solved = lockbox.initial, [], False
@@ -60,6 +67,8 @@ def make_trial(
                 told_state=None,
                 told="",
                 decision=decision,
+                sensed={"verdict": verdicts[i]} if i < len(verdicts) else {},
+                pictures=pictures[i + 1] if i + 1 < len(pictures) else {},
             )
         )
         solved = moved and joint == lockbox.target_index
@@ -67,12 +76,12 @@ def make_trial(
             break
     error = TrialError(boundary=broken, message="it broke", step=len(steps) + 1) if broken else None
     return Trial(
-        key=f"flips/{agent}/p={p:g}/rep={repetition}/trial={trial}",
-        study="flips",
+        key=f"{study}/{agent}{f'/{modality}' if study == 'modalities' else ''}/p={p:g}/rep={repetition}/trial={trial}",
+        study=study,
         agent=agent,
         facts=facts or {},
         box="chain-4",
-        modality="symbolic",
+        modality=modality,
         p=p,
         flip="transient",
         channels=(),
@@ -88,6 +97,27 @@ def make_trial(
         steps=tuple(steps),
         ending="error" if broken else "solved" if solved else "budget",
         error=error,
+        opening_pictures=pictures[0] if pictures else {},
+    )
+
+
+def modality_study(
+    agents: Sequence[str] = ("viewer", "human-inspired"),
+    modalities: Sequence[str] = ("rgb", "rgbd", "symbolic"),
+    trials: int = 10,
+    **settings: object,
+) -> Study:
+    """A modality study on chain-4, at p = 0 and one repetition."""
+    return Study(
+        name="modalities",
+        agents=tuple(agents),
+        box=box("chain-4"),
+        p=(0.0,),
+        repetitions=1,
+        trials=trials,
+        plant="fast-twin",
+        modalities=tuple(modalities),
+        **settings,  # type: ignore[arg-type]
     )
 
 

@@ -59,3 +59,13 @@ def test_csv_and_jsonl_hold_the_same():
     assert from_csv == [{name: str(cell) for name, cell in row.items()} for row in from_jsonl]
     assert len(from_csv) == sum(len(trial.steps) for trial in trials)
     assert from_csv[0]["state"] == "0000"
+
+
+def test_where_a_robot_played_its_verdict_comes_last():
+    robot = make_trial([3, 0], budget=2, verdicts=["moved", "failed"])
+    rows = list(tidy_rows([robot, make_trial([1])]))
+    assert all(tuple(row) == (*COLUMNS, "verdict") for row in rows)
+    assert [row["verdict"] for row in rows] == ["moved", "failed", ""]
+    file = io.StringIO()
+    write_csv([robot], file)
+    assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",verdict"

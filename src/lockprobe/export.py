@@ -39,14 +39,18 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
     ``moved`` (the truth) and ``told_moved`` (what the report implied) are 0 or 1. ``claimed`` is what the agent
     said in *this* row's decision about its previous action: moved, blocked, or empty. ``state`` is the true
     configuration before the step, a bit string in panel order. ``target`` is 1 on the row that moved the target.
-    A trial that broke before its first step has no row. Where trials have different panels (``--layout shuffled``) a
-    last column ``panel`` holds the joints in the panel order of the trial.
+    A trial that broke before its first step has no row. In a modality with pictures ``told_moved`` is what the picture
+    shows: the truth.
+
+    Columns that come last, and only where they say something: ``panel``, the joints in the panel order of the trial,
+    where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
+    blocked or failed), where one played.
     """
     trials = list(trials)
-    dealt_anew = _dealt_anew(trials)
+    more = _more_columns(trials)
     for trial in trials:
-        panel = {"panel": " ".join(trial.joints)} if dealt_anew else {}
         for step in trial.steps:
+            last = {"panel": " ".join(trial.joints), "verdict": str(step.sensed.get("verdict", ""))}
             yield {
                 "key": trial.key,
                 "agent": trial.agent,
@@ -63,7 +67,7 @@ def tidy_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
                 "state": step.state,
                 "target": int(step.moved and step.joint == trial.target),
                 "ending": trial.ending,
-                **panel,
+                **{name: last[name] for name in more},
             }
 
 
@@ -71,11 +75,15 @@ def _dealt_anew(trials: Sequence[Trial]) -> bool:
     return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
 
 
+def _more_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
+    judged = any("verdict" in step.sensed for trial in trials for step in trial.steps)
+    return ("panel",) * _dealt_anew(trials) + ("verdict",) * judged
+
+
 def write_csv(trials: Iterable[Trial], file: IO[str]) -> None:
     """Tidy rows with a header line. Read ``state`` as text: its leading zeros count."""
     trials = list(trials)
-    columns = (*COLUMNS, "panel") if _dealt_anew(trials) else COLUMNS
-    writer = csv.DictWriter(file, columns, lineterminator="\n")
+    writer = csv.DictWriter(file, (*COLUMNS, *_more_columns(trials)), lineterminator="\n")
     writer.writeheader()
     writer.writerows(tidy_rows(trials))
 

@@ -23,7 +23,7 @@ def test_names_are_safe_to_set(model, name, label):
 
 def test_a_modality_is_named_unless_it_is_the_usual_one(model):
     assert agent_label(replace(model, agent="x")) == "x"
-    assert agent_label(replace(model, agent="x", modality="rgb")) == "x (rgb)"
+    assert agent_label(replace(model, agent="x", modality="rgb", shown="RGB")) == "x (RGB)"
 
 
 def test_agents_differ_in_grey_as_well(studies):

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe import load
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.runner import Silent, run
+from lockprobe.studies.runner import Limits, Silent, run
 from lockprobe.studies.studyfile import Request, study
 
 
@@ -105,4 +105,42 @@ def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
 
     with pytest.raises(BadFile, match="none.gguf"):
         played(tmp_path, agent=["random", "llm:gguf:none.gguf"], trials=1)
+    assert load(tmp_path) == []
+
+
+def shown(directory, workers):
+    planned = study(
+        Request(study="modalities", agent=["viewer", "human-inspired"], trials=2, max_steps=3,
+                plant="fast-twin?width=160&height=120")
+    )  # fmt: skip
+    with Journal.open(directory, planned) as journal:
+        run(planned, journal, limits=Limits(workers=workers))
+    return load(directory)
+
+
+def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
+    pytest.importorskip("mujoco")
+    one, two = shown(tmp_path / "one", 1), shown(tmp_path / "two", 2)
+    assert len(one) == 8
+    assert [trial.error for trial in one] == [None] * 8
+    in_order = [sorted(trials, key=lambda trial: trial.key) for trials in (one, two)]
+    assert in_order[0] == in_order[1]
+    albums = [{path.name: path.read_bytes() for path in (tmp_path / n / "pictures").iterdir()} for n in ("one", "two")]
+    assert albums[0] == albums[1]
+    named = {name for trial in one for step in trial.steps for name in step.pictures.values()}
+    named |= {name for trial in one for name in trial.opening_pictures.values()}
+    assert set(albums[0]) == named != set()
+
+
+def test_a_plant_that_cannot_be_had_is_said_before_the_first_trial(tmp_path, monkeypatch):
+    import importlib.util
+
+    from lockprobe.errors import Missing
+
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "mujoco" else found(name, *rest)
+    )
+    with pytest.raises(Missing, match="the twins need the package mujoco: pip install 'lockprobe"):
+        shown(tmp_path, 1)
     assert load(tmp_path) == []

@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from builders import play_study, small_study, write_study
+from builders import modality_study, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile
 from lockprobe.studies.settings import read_study
@@ -22,6 +22,11 @@ def test_a_study_is_read_back(directory):
 def test_a_study_of_shuffled_layouts_is_read_back(tmp_path):
     shuffled = replace(small_study(["random"]), layout="shuffled")
     assert read_study(write_study(tmp_path / "study", shuffled)) == shuffled
+
+
+def test_a_study_of_modalities_is_read_back(tmp_path):
+    planned = modality_study(["viewer"], trials=1)
+    assert read_study(write_study(tmp_path / "study", planned, [])) == planned
 
 
 @pytest.mark.parametrize(
@@ -43,6 +48,10 @@ def test_a_study_of_shuffled_layouts_is_read_back(tmp_path):
         ("identity", 99, "settings of version 99"),
         ("flip", "often", "flip"),
         ("layout", "round", "layout"),
+        ("modalities", ["rgb"], "a plant with a camera"),
+        ("modalities", ["smell"], "no modality"),
+        ("modalities", "rgb", "modalities"),
+        ("plant", "steam", "no plant"),
         ("colour", "red", "colour"),
     ],
 )

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import play_study
+from builders import make_trial, modality_study, play_study
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.box import bits
@@ -51,7 +51,7 @@ def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "p": (0.0,), "flip": "sticky", "repetitions": 1, "trials": 3, "max_steps": 10,
         "seed": 2, "shuffle": False, "box": study(Request(agent=["random"], box="chain-3")).box,
-        "layout": "shuffled",
+        "layout": "shuffled", "plant": "fast-twin",
     }  # fmt: skip
     identities = {replace(STUDY, **{name: value}).identity for name, value in changes.items()}
     assert len(identities | {STUDY.identity}) == len(changes) + 1
@@ -190,3 +190,86 @@ def test_a_study_file_may_ask_for_shuffled_layouts(tmp_path):
     path.write_text('layout = "round"')
     with pytest.raises(BadFile, match="layout: Input should be 'fixed' or 'shuffled'"):
         read_request(path)
+
+
+MODAL = modality_study(("viewer", "random"), trials=3)
+
+
+def test_the_modality_study_is_the_papers():
+    """Sec. 2.2: RGB, RGB-D and ground truth, 10 trials of 20 steps each, no false reports."""
+    found = study(Request(study="modalities", agent=["viewer"]))
+    assert (found.modalities, found.p) == (("rgb", "rgbd", "symbolic"), (0.0,))
+    assert (found.trials, found.repetitions, found.max_steps, found.size) == (10, 1, 20, 30)
+    assert found.plant == "fast-twin"
+    default = study("modalities")
+    assert default.agents == ("viewer", "human-inspired", "random")
+    assert default.size == 50
+
+
+def test_an_agent_that_reads_reports_plays_no_pictures():
+    assert MODAL.modalities_of("viewer") == ("rgb", "rgbd", "symbolic")
+    assert MODAL.modalities_of("random") == ("symbolic",)
+    looking, reading = (list(MODAL.plans(agent)) for agent in MODAL.agents)
+    assert [plan.modality for plan in looking] == ["rgb", "rgbd", "symbolic"] * 3
+    assert [plan.modality for plan in reading] == ["symbolic"] * 3
+    assert MODAL.size == len(looking) + len(reading) == 12
+    assert {plan.plant for plan in looking} == {"fast-twin"}
+
+
+def test_the_modality_is_in_the_key_where_there_are_several():
+    assert next(MODAL.plans("viewer")).key == "modalities/viewer/rgb/p=0/rep=1/trial=1"
+    assert next(MODAL.plans("random")).key == "modalities/random/symbolic/p=0/rep=1/trial=1"
+    alone = modality_study(("random",), ("symbolic",))
+    assert next(alone.plans("random")).key == "modalities/random/p=0/rep=1/trial=1"
+
+
+def test_a_trial_of_another_modality_is_not_one_of_the_study():
+    trial = make_trial([3, 2], agent="viewer", modality="rgb", study="modalities", budget=20)
+    assert MODAL.asks_for(trial)
+    assert not MODAL.asks_for(replace(trial, modality="rgbd"))
+    assert not MODAL.asks_for(make_trial([3, 2], agent="random", modality="rgb", study="modalities"))
+    assert not replace(MODAL, modalities=("rgbd", "symbolic")).asks_for(trial)
+
+
+def test_modalities_are_settings_that_came_later():
+    assert "modalities" not in STUDY.settings()
+    assert MODAL.settings()["modalities"] == ["rgb", "rgbd", "symbolic"]
+    assert replace(MODAL, modalities=("rgb",)).identity != MODAL.identity
+
+
+def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
+    found = study(Request(study="modalities", agent=["viewer"], plant="symbolic"))
+    assert found.modalities == ("symbolic",)
+    with pytest.raises(
+        BadValue, match="^modality: got 'rgb', expected a plant with a camera, fast-twin or twin, not s"
+    ):
+        study(Request(study="modalities", agent=["viewer"], plant="symbolic", modality=["rgb"]))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"modality": ["rgb"]},
+            "modality: got 'rgb', expected symbolic too for random, which reads reports and looks at",
+        ),
+        ({"p": [0, 0.2]}, r"p: got \[0.0, 0.2\], expected 0 with rgb: a picture shows the truth"),
+        ({"modality": ["rgb", "rgb"]}, r"modality: got \['rgb', 'rgb'\], expected at least one, and every one once"),
+        ({"modality": ["rbg"]}, "no modality is called 'rbg' .did you mean 'rgb'?"),
+        ({"plant": "fast-twin?colour=red"}, "no option of fast-twin is called 'colour'"),
+        ({"plant": "twin?tilt=95"}, "tilt: got 95.0, expected a number from 0 to 80"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(change, message):
+    with pytest.raises((BadValue, UnknownName), match="^" + message):
+        study(Request(**({"study": "modalities", "agent": ["viewer", "random"]} | change)))
+
+
+def test_default_agents_that_have_nothing_to_play_are_left_out():
+    assert study(Request(study="modalities", modality=["rgb"])).agents == ("viewer",)
+
+
+def test_a_study_file_may_ask_for_modalities(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('study = "modalities"\nagent = ["viewer"]\nmodality = ["rgbd?depth=height", "symbolic"]\n')
+    assert study(str(path)).modalities == ("rgbd?depth=height", "symbolic")

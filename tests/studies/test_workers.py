@@ -59,6 +59,7 @@ def test_a_dead_worker_costs_its_trial_an_error_and_is_replaced(mortal, monkeypa
     dead = [trial for trial in trials if trial.ending == "error"]
     assert [labels[trial.key] for trial in dead] == [deadly]
     assert dead[0].owed_again
+    assert dead[0].error.boundary == "plant"  # an agent that is asked here takes no processor
     assert dead[0].error.message == "the worker process of python:mortals:Mortal died (exit status 9)"
 
 

@@ -3,33 +3,34 @@
 from __future__ import annotations
 
 from lockprobe.analysis.behaviour import Behaviour
+from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.verdict import Question
+from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.robot import Verdicts
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
-__all__ = ["beside", "conclusions", "courses_said", "finding", "loop_finding"]
+__all__ = ["beside", "conclusions", "courses_said", "finding", "loop_finding", "modality_finding", "verdicts_said"]
 
 
 def finding(agent: AgentSummary) -> str:
     """What false reports did to one agent's success."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted:
-        return f"No trial of {agent.agent} has ended as solved or out of budget."
+        return f"No trial of {agent.name} has ended as solved or out of budget."
     share, contrast = counted[0].success, agent.contrast
     if agent.blind:
-        return f"{agent.agent} acted the same whatever it was told: it solved {_of(share)} under every condition."
+        return f"{agent.name} acted the same whatever it was told: it solved {_of(share)} under every condition."
     if contrast is None:
-        why = (
-            "With a single condition there is no difference to look for."
-            if len(counted) == 1
-            else "No trial has been played under two conditions yet."
-        )
-        return (
-            f"{agent.agent} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. {why}"
-        )
+        why = "No trial has been played under two conditions yet."
+        if len(counted) == 1:
+            why = (
+                f"With a single {'p' if agent.name != agent.agent else 'condition'} there is no difference to look for."
+            )
+        return f"{agent.name} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. {why}"
     first, second, found = contrast.baseline, contrast.other, contrast.difference
-    subject = f"No effect of false reports on the success of {agent.agent} is detectable: it solved"
+    subject = f"No effect of false reports on the success of {agent.name} is detectable: it solved"
     if found.value == 0:
         return (
             f"{subject} {_percent(share.value)} of its trials under every condition (n = {share.n} at "
@@ -47,7 +48,7 @@ def finding(agent: AgentSummary) -> str:
         )
     verdict = "more" if found.value > 0 else "less"
     return (
-        f"{agent.agent} solved the box {verdict} often {_told(second.p)} than {_told(first.p)}: "
+        f"{agent.name} solved the box {verdict} often {_told(second.p)} than {_told(first.p)}: "
         f"{_of(second.success)} against {_of(first.success)} ({interval})."
     )
 
@@ -114,11 +115,56 @@ _SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
 def beside(summary: StudySummary) -> str:
     """What the references reach at their lowest p; empty if the study has none beside its subjects."""
     shares = [
-        f"{agent.agent} {_of(first.success)}"
+        f"{agent.name} {_of(first.success)}"
         for agent in summary.agents
         if agent not in summary.subjects and (first := agent.conditions[0]).success.n
     ]
     return f"For comparison, {_told(summary.conditions[0].p)}: {', '.join(shares)}." if shares else ""
+
+
+def modality_finding(effect: ModalityEffect, summary: StudySummary) -> str:
+    """What the way in which the box is shown did to one agent."""
+    found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
+    shown = "; ".join(
+        f"{_of(found[modality].success)} with {spoken(modality)}, {_steps_to_80(found[modality])}"
+        for modality in effect.modalities
+    )
+    if effect.p_value is None:
+        tested = "These are too few trials to compare how soon."
+    else:
+        how = f"log-rank for a trend over fidelity, trials that share their luck kept together, {_p(effect.p_value)}"
+        sooner = "sooner" if effect.direction > 0 else "later or more rarely"
+        tested = (
+            f"The higher the fidelity, the {sooner} it solves the box ({how})."
+            if effect.detectable
+            else f"That fidelity changes how soon it solves the box is not detectable ({how}); "
+            "that is not evidence that it does not."
+        )
+    return f"{effect.agent} solved {shown}. {tested}"
+
+
+def _steps_to_80(condition: ConditionSummary) -> str:
+    step = condition.curve.steps_to(0.8)
+    return "80 % not reached" if step is None else f"80 % by step {step}"
+
+
+def verdicts_said(found: Verdicts) -> str:
+    """How often a robot was wrong about what it had done."""
+    wrong = found.wrong
+    if not wrong.n:
+        return f"The robot could tell nothing at any of {found.attempts} attempts."
+    failed = f"; at {found.failed} more it could not tell" if found.failed else ""
+    kinds = (
+        f", {found.moved_for_blocked} of them took a blocked joint for moved, {found.blocked_for_moved} a moved one "
+        "for blocked"
+        if wrong.count
+        else ""
+    )
+    return (
+        f"The robot's own verdict, from force and way, was wrong at {wrong.count} of {wrong.n} attempts "
+        f"({100 * wrong.value:.1f} %, 95 % interval {100 * wrong.low:.1f} to {100 * wrong.high:.1f} %){kinds}{failed}. "
+        "Agents are not told it, and no number below rests on it."
+    )
 
 
 def courses_said(summary: StudySummary) -> str:
@@ -127,10 +173,10 @@ def courses_said(summary: StudySummary) -> str:
     shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
     if len(summary.agents) < 2 or len(set(shown)) < 2:
         return ""
-    courses = [(agent.agent, agent.inference.course.kind) for agent in heeding if agent.inference.course]
+    courses = [(agent.name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
     parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
-    blind = [agent.agent for agent in summary.agents if agent.blind]
+    blind = [agent.name for agent in summary.agents if agent.blind]
     parts += [f"is the same at every p for {', '.join(blind)}"] if blind else []
     return f"From p = {min(shown):g} to {max(shown):g} success {'; '.join(parts)}." if parts else ""
 

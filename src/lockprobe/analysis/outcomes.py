@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.record import Trial
 
-__all__ = ["Outcomes", "Point", "ended", "numbered", "onset", "outcomes", "points"]
+__all__ = ["Outcomes", "Point", "ended", "joined", "numbered", "onset", "outcomes", "points"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +111,14 @@ def outcomes(trials: Sequence[Trial]) -> Outcomes:
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
         solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
+    )
+
+
+def joined(groups: Sequence[Outcomes]) -> Outcomes:
+    """Several groups of trials as columns in which ``p`` is the number of the group, from 0."""
+    numbered = [replace(group, p=np.full(len(group), float(i))) for i, group in enumerate(groups)]
+    return Outcomes(
+        **{name: np.concatenate([getattr(group, name) for group in numbered]) for name in Outcomes.__slots__}
     )
 
 

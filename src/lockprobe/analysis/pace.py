@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from lockprobe.analysis.curves import logrank
 from lockprobe.analysis.inference.logrank import solution_logrank
-from lockprobe.analysis.outcomes import Outcomes, outcomes
+from lockprobe.analysis.outcomes import joined, outcomes
 from lockprobe.record import Trial
 
 __all__ = ["Pace", "pace"]
@@ -48,7 +46,7 @@ def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
     one, two = outcomes(first), outcomes(second)
     if not len(one) or not len(two):
         return None
-    found = solution_logrank(_joined(one, two)).primary
+    found = solution_logrank(joined([one, two])).primary
     plain, early = logrank([first, second]), logrank([first, second], weights="gehan")
     return Pace(
         first=(first[0].agent, first[0].modality),
@@ -59,9 +57,3 @@ def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
         independent=plain.p_value if plain else None,
         gehan=early.p_value if early else None,
     )
-
-
-def _joined(one: Outcomes, two: Outcomes) -> Outcomes:
-    """Both as columns in which p is 0 for the first and 1 for the second."""
-    both = [replace(one, p=np.zeros(len(one))), replace(two, p=np.ones(len(two)))]
-    return Outcomes(**{name: np.concatenate([getattr(part, name) for part in both]) for name in Outcomes.__slots__})

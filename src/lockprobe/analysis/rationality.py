@@ -8,6 +8,10 @@ attempt would tell it, and how many more steps each would cost. Two observers ju
 * ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's: as if
   all were known after the next attempt. They are lower bounds and credit no attempt with what it would tell.
 
+An agent that is shown pictures is judged as one who reads them without error: a picture shows the truth, which is what
+is taken to have been told, so that ``naive`` is the observer that is right, and a misreading counts against the agent;
+``aware`` then doubts what it sees. Positions that a picture shows add nothing to true outcomes.
+
 An action is *optimal* if no other costs fewer expected steps; its *regret* is what it costs more. Beside each share
 stands that of a uniformly random choice in the same situations: where several joints are equally good, chance is
 optimal often. A regret is in steps that the observer expects, under its prior, not on the box that was played.

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, groupby
 
 import numpy as np
 
-from lockprobe.analysis.behaviour import Behaviour, behaviour
-from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
+from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
-from lockprobe.analysis.inference.peak import AnyDifference, Peak, peak
+from lockprobe.analysis.inference.peak import Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
-from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.analysis.outcomes import Outcomes, Point, ended, outcomes, points
+from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
+from lockprobe.analysis.outcomes import Point, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
-from lockprobe.analysis.proportions import ALPHA, Difference, Paired, Proportion, difference, paired, proportion
-from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
+from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
@@ -30,8 +28,6 @@ from lockprobe.seeds import generator
 
 __all__ = [
     "AgentSummary",
-    "ConditionSummary",
-    "Contrast",
     "StudySummary",
     "summarise",
 ]
@@ -41,71 +37,13 @@ _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "i
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConditionSummary:
-    """One agent under one condition.
-
-    Attributes:
-        key: Its readable name, for example ``flips/random/p=0.4``.
-        agent: Agent spec.
-        modality: How the box was shown.
-        p: Flip probability, [0, 1].
-        success: Solved trials of those that ended as solved or out of budget.
-        errors: Trials that ended as error, by boundary; in no other number.
-        curve: Success by step.
-        relative: The same between a random agent and the optimum; None where the box is not known.
-        behaviour: Loops, redundancy, entropy.
-        claims: Misinterpretations.
-        rationality: Its actions before two ideal observers; empty where the box is too large for a prior.
-        points: One per repetition.
-    """
-
-    key: str
-    agent: str
-    modality: str
-    p: float
-    success: Proportion
-    errors: Mapping[str, int]
-    curve: SuccessCurve
-    relative: Relative | None
-    behaviour: Behaviour
-    claims: Misinterpretations
-    rationality: tuple[Rationality, ...]
-    points: tuple[Point, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contrast:
-    """The condition with the fewest flips against the one whose success lies farthest from it.
-
-    Attributes:
-        baseline: The lower p.
-        other: The p whose success differs most.
-        difference: Success at ``other`` minus success at ``baseline``, taken as independent.
-        paired: The same over trials that both have, which share their luck; intervals are corrected for the choice.
-        choices: Number of conditions that ``other`` was chosen from.
-        p_adjusted: Permutation within trials that share their luck, corrected for the choice.
-    """
-
-    baseline: ConditionSummary
-    other: ConditionSummary
-    difference: Difference
-    paired: Paired
-    choices: int
-    p_adjusted: float
-
-    @property
-    def detectable(self) -> bool:
-        """Whether the difference is more than chance and the choice of the best would explain."""
-        return self.p_adjusted < ALPHA
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSummary:
-    """One agent over all p.
+    """One agent, shown the box in one way, over all p.
 
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
+        shown: The same in words, where it has to be said; empty for reports if it was shown nothing else.
         reference: Whether it is there to be compared with.
         blind: Whether its trials are the same at every p, so that its conditions are copies of each other.
         conditions: By p, ascending.
@@ -119,6 +57,7 @@ class AgentSummary:
 
     agent: str
     modality: str
+    shown: str
     reference: bool
     blind: bool
     conditions: tuple[ConditionSummary, ...]
@@ -128,6 +67,11 @@ class AgentSummary:
     peak: Peak
     inference: Inference
     contrast: Contrast | None
+
+    @property
+    def name(self) -> str:
+        """Its spec, and how the box was shown where that has to be said."""
+        return f"{self.agent} ({self.shown})" if self.shown else self.agent
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -143,11 +87,15 @@ class StudySummary:
         agents: In the order in which they first appear in the trials.
         paces: Every two agents at their common lowest p: who is faster.
         reference: What blind agents and the shortest plan reach on the box; None where the box is not known.
+        modalities: What the way of showing the box does, for every agent that was shown it in several.
+        verdicts: What a robot took for true; None without a robot.
     """
 
     agents: tuple[AgentSummary, ...]
     paces: tuple[Pace, ...]
     reference: Reference | None
+    modalities: tuple[ModalityEffect, ...]
+    verdicts: Verdicts | None
 
     @property
     def conditions(self) -> tuple[ConditionSummary, ...]:
@@ -184,42 +132,40 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None) -> StudySumma
     reference = reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
     by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
+    shown = Counter(agent for agent, _ in place)
     return StudySummary(
-        agents=tuple(_agent(members, reference) for members in by_agent), paces=_paces(by_agent), reference=reference
+        agents=tuple(_agent(members, reference, several=shown[members[0].agent] > 1) for members in by_agent),
+        paces=_paces(by_agent),
+        reference=reference,
+        modalities=_modalities(by_agent),
+        verdicts=verdicts(trials),
     )
 
 
 def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
     """Every two agents that share their lowest p."""
-    lowest = [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
+    lowest = _lowest(by_agent)
     found = [pace(first, second) for first, second in combinations(lowest, 2) if first[0].p == second[0].p]
     return tuple(compared for compared in found if compared)
 
 
-def _condition(trials: Sequence[Trial], reference: Reference | None) -> ConditionSummary:
-    first = trials[0]
-    curve = success_curve(trials)
-    budget = len(curve.share)
-    return ConditionSummary(
-        key=first.condition,
-        agent=first.agent,
-        modality=first.modality,
-        p=first.p,
-        success=proportion(len(curve.solved_at), curve.n),
-        errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
-        curve=curve,
-        relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
-        behaviour=behaviour(trials),
-        claims=misinterpretations(trials),
-        rationality=rationality(trials),
-        points=tuple(points(outcomes(trials))),
-    )
+def _modalities(by_agent: Sequence[Sequence[Trial]]) -> tuple[ModalityEffect, ...]:
+    """Every agent that was shown the box in several ways, at the lowest p."""
+    lowest = _lowest(by_agent)
+    agents = dict.fromkeys(members[0].agent for members in lowest)
+    least = min((members[0].p for members in lowest), default=0.0)
+    groups = [[members for members in lowest if (members[0].agent, members[0].p) == (name, least)] for name in agents]
+    return tuple(effect for group in groups if (effect := modality_effect(group)))
 
 
-def _agent(trials: Sequence[Trial], reference: Reference | None) -> AgentSummary:
+def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
+    return [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
+
+
+def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: bool) -> AgentSummary:
     first = trials[0]
     conditions = tuple(
-        _condition(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)
+        condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)
     )
     blind = _is_blind(trials)
     distinct = conditions[:1] if blind else conditions
@@ -231,6 +177,7 @@ def _agent(trials: Sequence[Trial], reference: Reference | None) -> AgentSummary
     return AgentSummary(
         agent=first.agent,
         modality=first.modality,
+        shown=spoken(first.modality) if several or first.modality != "symbolic" else "",
         reference=re.split("[:?]", first.agent)[0] in _REFERENCES,
         blind=blind,
         conditions=conditions,
@@ -239,7 +186,7 @@ def _agent(trials: Sequence[Trial], reference: Reference | None) -> AgentSummary
         correlation=correlation(shares, draws.loop_rate, draws.success),
         peak=peak(counted, _stream(first, "peak")),
         inference=inference,
-        contrast=None if blind else _contrast(conditions, counted, inference.difference),
+        contrast=None if blind else contrast(conditions, counted, inference.difference),
     )
 
 
@@ -256,32 +203,3 @@ def _is_blind(trials: Sequence[Trial]) -> bool:
         acted.setdefault(luck, set()).add(trial.actions)
         told.setdefault(luck, set()).add(tuple(step.told_moved for step in trial.steps))
     return all(len(ways) == 1 for ways in acted.values()) and any(len(ways) > 1 for ways in told.values())
-
-
-def _contrast(conditions: Sequence[ConditionSummary], counted: Outcomes, tested: AnyDifference) -> Contrast | None:
-    played = [condition for condition in conditions if condition.success.n]
-    if len(played) < 2:
-        return None
-    baseline, *others = played
-    other = max(others, key=lambda condition: abs(condition.success.value - baseline.success.value))
-    found = difference(baseline.success, other.success, choices=len(others))
-    adjusted = next((at.p_value for at in tested.at if at.p == other.p), None)
-    if found is None or adjusted is None:
-        return None
-    first, second = (_by_luck(counted, condition.p) for condition in (baseline, other))
-    both = sorted(first.keys() & second.keys())
-    pairs = np.array([[first[luck], second[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
-    return Contrast(
-        baseline=baseline,
-        other=other,
-        difference=found,
-        paired=paired(pairs[:, 0], pairs[:, 1], choices=len(others)),
-        choices=len(others),
-        p_adjusted=adjusted,
-    )
-
-
-def _by_luck(counted: Outcomes, p: float) -> dict[tuple[int, int], bool]:
-    """Whether each trial was solved at one p, by repetition and trial."""
-    here = counted.at(counted.p == p)
-    return dict(zip(zip(here.repetition.tolist(), here.trial.tolist(), strict=True), here.solved.tolist(), strict=True))

@@ -135,10 +135,10 @@ class LiveDisplay(Plain):
 
     def _table(self) -> Group:
         table = Table(box=None, padding=(0, 2, 0, 0))
-        for column in ("p", "solved", "played"):
+        for column in ("", "solved", "played"):
             table.add_column(column, justify="right")
-        for p in sorted(self.tally.ended):
-            table.add_row(f"{p:g}", str(self.tally.solved[p]), str(self.tally.ended[p]))
+        for shown in sorted(self.tally.ended):
+            table.add_row(shown, str(self.tally.solved[shown]), str(self.tally.ended[shown]))
         playing = [
             Text(f"  {key}  {latest}", style="dim", no_wrap=True, overflow="ellipsis")
             for key, latest in list(self._playing.items())[:8]

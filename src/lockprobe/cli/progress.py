@@ -5,11 +5,14 @@ from __future__ import annotations
 import time
 from collections import Counter
 from pathlib import Path
+from typing import cast
 
 from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.options import read_options
+from lockprobe.plants.settings import RendererChoice
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.paper import is_short
+from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.study import Study
 
 __all__ = ["Plain", "Tally", "minutes", "told"]
@@ -27,16 +30,23 @@ class Tally:
 
     def __init__(self) -> None:
         self.owed = self.played = self.errors = self.steps = 0
-        self.solved: Counter[float] = Counter()
-        self.ended: Counter[float] = Counter()
+        self.solved: Counter[str] = Counter()
+        self.ended: Counter[str] = Counter()
         self.agent = ""
         self.slow = False
         self._began = time.monotonic()
         self.agent_owed = 0
 
-    def turn(self, source: AgentSource, owed: int, done: list[Trial]) -> None:
-        """Another agent begins; its trials of an earlier run count as solved or not, but not as played."""
-        self.agent, self.slow, self.agent_owed = source.spec, source.engine != "inline", owed
+    def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
+        """Another agent begins; its trials of an earlier run count as solved or not, but not as played.
+
+        Args:
+            source: The agent.
+            owed: Trials that it is to play.
+            done: Trials that it has played before.
+            slow: Whether a step takes so long that one wants to see it.
+        """
+        self.agent, self.slow, self.agent_owed = source.spec, slow, owed
         self.played = self.steps = self.errors = 0
         self.solved.clear()
         self.ended.clear()
@@ -45,8 +55,11 @@ class Tally:
             self._count(trial)
 
     def _count(self, trial: Trial) -> None:
-        self.ended[trial.p] += trial.ending != "error"
-        self.solved[trial.p] += trial.solved
+        # keys with a modality in them are of studies with several
+        several = trial.condition != f"{trial.study}/{trial.agent}/p={trial.p:g}"
+        condition = trial.modality if several and not trial.p else f"p={trial.p:g}"
+        self.ended[condition] += trial.ending != "error"
+        self.solved[condition] += trial.solved
 
     def trial(self, trial: Trial) -> None:
         """A trial is on disk."""
@@ -69,7 +82,7 @@ class Tally:
 
     def line(self, *, solved: bool = True) -> str:
         """The state in one line, with or without what is solved under which condition."""
-        shares = ", ".join(f"p={p:g}: {self.solved[p]}/{self.ended[p]}" for p in sorted(self.ended))
+        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in sorted(self.ended))
         errors = f" · {self.errors} errors" if self.errors else ""
         return (
             f"{self.agent}  {self.played}/{self.agent_owed} trials · {f'solved {shares or None} · ' if solved else ''}"
@@ -93,12 +106,43 @@ def told(step: Step) -> str:
     return f"step {step.step:2}  {step.joint} {truth}{lie}"
 
 
+def _conditions(study: Study) -> str:
+    """How the box is shown, and how often reports are false, as far as the study varies it."""
+    p = f"p = {', '.join(f'{p:g}' for p in study.p)}"
+    if not study.has_pictures:
+        return p
+    shown = f"shown as {', '.join(study.modalities)}"
+    return f"{shown}; {p}" if any(study.p) else shown
+
+
+def _of_the_plant(study: Study, owed: int) -> list[str]:
+    """What is acted on, what makes its pictures, and what a plant without a camera leaves out."""
+    if not study.simulated:
+        left_out = "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)"
+        return [left_out] if study.name == "modalities" else []
+    said = f"Plant: {study.plant}"
+    if study.has_pictures and owed:
+        from lockprobe.plants.rendering.renderers import chosen_renderer
+
+        choice = cast(RendererChoice, read_options(study.plant)[1].get("renderer", "auto"))
+        said += f"; pictures by {chosen_renderer(choice)}"
+    robot = "; the paper's robot is --plant twin" if study.name == "modalities" and study.plant == ROBOT else ""
+    return [said + robot]
+
+
+def _of_agents(study: Study) -> list[str]:
+    """Which agents look at no pictures."""
+    reading = [agent for agent in study.agents if study.modalities_of(agent) != study.modalities]
+    return [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
+
+
 class Plain:
     """Prints lines: the first trial's steps of every slow agent, then how it goes."""
 
     def __init__(self) -> None:
         self.tally = Tally()
         self._journal: Journal | None = None
+        self._simulated = False
         self._shown: str | None = None
         self._last = 0.0
 
@@ -108,14 +152,16 @@ class Plain:
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Say what will be played, how long it should take, where it goes, and what of it is done."""
-        self._journal = journal
+        self._journal, self._simulated = journal, study.simulated
         short = is_short(study)
+        kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, f"Study {study.name}")
         self.say(
-            f"{'Short flip study' if short else 'Flip study'} on {study.box.name}: "
-            f"p = {', '.join(f'{p:g}' for p in study.p)}; {_count(study.repetitions, 'repetition')} of "
-            f"{_count(study.trials, 'trial')} of "
+            f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
+            f"{_count(study.repetitions, 'repetition')} of {_count(study.trials, 'trial')} of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
+        for line in (*_of_the_plant(study, owed), *_of_agents(study)):
+            self.say(line)
         if short:
             engines = [resolve(spec).engine for spec in study.agents]
             trials = engines.count("process") * study.size // len(study.agents)
@@ -131,7 +177,7 @@ class Plain:
         """An agent's turn comes."""
         assert self._journal is not None
         done = [trial for trial in self._journal.trials.values() if trial.agent == source.spec and not trial.owed_again]
-        self.tally.turn(source, owed, done)
+        self.tally.turn(source, owed, done, slow=self._simulated or source.engine != "inline")
         self._shown, self._last = None, time.monotonic()
         guess = ""
         if source.engine == "process":

@@ -47,33 +47,42 @@ _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
 
+_OVER_P = {"fig3-by-p", "fig4", "fig4-corrected", "courses", "fig5a", "fig5b"}
+"""Pictures that say nothing with a single p."""
+
 Shown = TypeVar("Shown")
 
 
 def pictures(result: StudySummary) -> dict[str, Figure]:
-    """Every picture of a study by its file name: the paper's figures, each followed by its corrected companion."""
+    """Every picture of a study by its file name: the paper's figures, each followed by its corrected companion.
+
+    What runs over p is left out of a study that compares modalities at a single p.
+    """
     subjects, rows = result.subjects, len(result.agents)
     by_p = partial(draw_success_by_p_corrected, reference=result.reference)
     relative = [draw_relative_success] if any(condition.relative for condition in result.conditions) else []
     judged = [agent for agent in subjects if any(condition.rationality for condition in agent.conditions)]
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
-    below = (_HEIGHT, 1.7)
-    rational = {"rationality": panels(draw_optimal_actions, judged, draw_steps_lost, heights=below)} if judged else {}
-    return {
-        "fig3": single(draw_success_curves, result),
-        "fig3-corrected": single(
+    drawn: dict[str, Callable[[], Figure]] = {
+        "fig3": lambda: single(draw_success_curves, result),
+        "fig3-corrected": lambda: single(
             draw_success_curves_corrected, result, *relative, heights=(_HEIGHT, 0.6 + 0.3 * rows)[: 1 + len(relative)]
         ),
-        "fig3-by-p": panels(draw_success_curves_by_p, subjects),
-        "fig4": single(draw_success_by_p, result),
-        "fig4-corrected": panels(by_p, subjects),
-        **({"courses": panels(draw_course, result.agents, heights=(1.5,))} if rows > 1 else {}),
-        **rational,
-        "fig5a": panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
-        "fig5a-corrected": panels(draw_loop_harm, subjects, heights=(1.7,)),
-        "fig5b": panels(draw_loops_by_p, subjects),
-        "fig5b-corrected": panels(draw_loops_beside_chance, subjects, *onset),
+        "fig3-by-p": lambda: panels(draw_success_curves_by_p, subjects),
+        "fig4": lambda: single(draw_success_by_p, result),
+        "fig4-corrected": lambda: panels(by_p, subjects),
+        "courses": lambda: panels(draw_course, result.agents, heights=(1.5,)),
+        "rationality": lambda: panels(draw_optimal_actions, judged, draw_steps_lost, heights=(_HEIGHT, 1.7)),
+        "fig5a": lambda: panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
+        "fig5a-corrected": lambda: panels(draw_loop_harm, subjects, heights=(1.7,)),
+        "fig5b": lambda: panels(draw_loops_by_p, subjects),
+        "fig5b-corrected": lambda: panels(draw_loops_beside_chance, subjects, *onset),
     }
+    left_out = {"courses"} if rows < 2 else set()
+    left_out |= set() if judged else {"rationality"}
+    if result.modalities and len({condition.p for condition in result.conditions}) == 1:
+        left_out |= _OVER_P
+    return {name: draw() for name, draw in drawn.items() if name not in left_out}
 
 
 def single(

@@ -19,7 +19,8 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
-from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.summary import AgentSummary, StudySummary
 
 __all__ = [
     "ACCENT",
@@ -153,7 +154,7 @@ def agent_label(agent: AgentSummary, longest: int = 30) -> str:
     name = "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in agent.agent)
     if len(name) > longest:
         name = f"{name[: longest // 2 - 1]}…{name[-longest // 2 :]}"
-    extra = "" if agent.modality == "symbolic" else f" ({agent.modality})"
+    extra = f" ({agent.shown})" if agent.shown else ""
     hidden = " " if name.startswith("_") else ""  # a legend leaves out what begins with an underscore
     return (hidden + name + extra).replace("$", r"\$")
 

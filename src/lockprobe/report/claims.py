@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Literal
 
+from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question, TestResult
-from lockprobe.analysis.proportions import ALPHA, Proportion, difference, ratio
-from lockprobe.analysis.summary import AgentSummary, ConditionSummary, StudySummary
+from lockprobe.analysis.proportions import Proportion, difference, ratio
+from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.report.cells import minus
+from lockprobe.report.compared import NOT_MEASURED, Found, Verdict, same_share, same_step, verdict_of
+from lockprobe.report.modality_claims import MODALITY_MEASURES, kind_of
 from lockprobe.report.paper import (
     CLAIMS,
     CORRELATION,
@@ -21,15 +23,12 @@ from lockprobe.report.paper import (
     REFERENCE,
     SOLVED_AT_0,
     SOLVED_AT_40,
+    TABLE1,
+    MisreadRate,
     PaperClaim,
-    share,
 )
 
-__all__ = ["ClaimRow", "Verdict", "claim_rows"]
-
-Verdict = Literal["compatible", "not compatible", "not borne out", "borne out", "not measured"]
-"""*Compatible*: the test named cannot tell the paper's figure and ours apart, which may only mean few trials.
-*Borne out* or not: a valid test in this study of what the claim suggests, for claims that are no figure."""
+__all__ = ["ClaimRow", "claim_rows"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,44 +51,47 @@ class ClaimRow:
     p_value: float | None
 
 
-Found = tuple[str, Verdict, str, float | None]
-
-_NOT_MEASURED: Found = ("", "not measured", "", None)
-
-
 def claim_rows(summary: StudySummary) -> tuple[ClaimRow, ...]:
     """Every claim against every agent that speaks to it, claims in the order of the paper."""
     rows = []
     for claim in CLAIMS:
-        reference = claim.measure in ("reference", "reference-steps")
-        agents = [a for a in summary.agents if a.agent.startswith("human-inspired")] if reference else summary.subjects
-        measured = [(agent.agent, _measure(claim, agent)) for agent in agents]
+        over_modalities = MODALITY_MEASURES.get(claim.measure)
+        measured = over_modalities(summary) if over_modalities else _by_agent(claim, summary)
         known = [(agent, found) for agent, found in measured if found[1] != "not measured"]
         rows += [
             ClaimRow(claim=claim, agent=agent, here=here, verdict=verdict, test=test, p_value=p_value)
-            for agent, (here, verdict, test, p_value) in known or [("", _NOT_MEASURED)]
+            for agent, (here, verdict, test, p_value) in known or [("", NOT_MEASURED)]
         ]
     return tuple(rows)
+
+
+def _by_agent(claim: PaperClaim, summary: StudySummary) -> list[tuple[str, Found]]:
+    """What every agent that was shown the box as the claim has it says to it."""
+    reference = claim.measure in ("reference", "reference-steps")
+    agents = [a for a in summary.agents if a.agent.startswith("human-inspired")] if reference else summary.subjects
+    return [(agent.name, _measure(claim, agent)) for agent in agents if kind_of(agent.modality) == claim.modality]
 
 
 def _measure(claim: PaperClaim, agent: AgentSummary) -> Found:
     """What one agent says to one claim."""
     counted = [condition for condition in agent.conditions if condition.success.n]
-    if not counted or counted[0].p != 0 or claim.measure not in _MEASURES:
-        return _NOT_MEASURED
+    if not counted or counted[0].p != 0:
+        return NOT_MEASURED
+    if claim.measure == "misinterpretation":
+        return _misinterpretation(counted[0], TABLE1[claim.modality])
     return _MEASURES[claim.measure](agent, counted)
 
 
 def _told_the_truth(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
-    return _same_share(counted[0].success, SOLVED_AT_0)
+    return same_share(counted[0].success, SOLVED_AT_0)
 
 
 def _reference(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
-    return _same_share(counted[0].success, REFERENCE)
+    return same_share(counted[0].success, REFERENCE)
 
 
 def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
-    found, verdict, test, p_value = _same_share(counted[0].behaviour.loops, LOOPS_AT_0)
+    found, verdict, test, p_value = same_share(counted[0].behaviour.loops, LOOPS_AT_0)
     chance = counted[0].behaviour
     if chance.chance_uniform is None or chance.chance_no_repeat is None:
         return found, verdict, test, p_value
@@ -97,40 +99,26 @@ def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     return f"{found}; {by_chance}", verdict, test, p_value
 
 
-def _same_share(here: Proportion, paper: Proportion) -> Found:
-    found = difference(paper, here)
-    p_value = found.p_value if found else None
-    return share(here), _verdict(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
-
-
 def _reference_steps(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
-    curve = counted[0].curve
-    reached, (early, late) = curve.steps_to(0.8), curve.steps_to_interval(0.8)
-    inside = (early or math.inf) <= 9 <= (late or math.inf)
-    said = f"80 % by step {_step(reached)} [{_step(early)}, {_step(late)}]"
-    return said, "compatible" if inside else "not compatible", "95 % interval of the step, from the band", None
+    return same_step(counted[0], 9)
 
 
-def _step(step: int | None) -> str:
-    return "not reached" if step is None else str(step)
-
-
-def _misinterpretation(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
-    said = counted[0].claims
+def _misinterpretation(condition: ConditionSummary, paper: MisreadRate) -> Found:
+    said = condition.claims
     if said.mean_rate is None or said.sd_rate is None:
-        return _NOT_MEASURED
+        return NOT_MEASURED
     here = f"{100 * said.mean_rate:.1f} % ± {100 * said.sd_rate:.1f} %, {said.total} in all, in {said.affected} of "
     from scipy.stats import ttest_ind_from_stats
 
-    found = ttest_ind_from_stats(0.049, 0.069, 10, said.mean_rate, said.sd_rate, said.trials, equal_var=False)
+    found = ttest_ind_from_stats(paper.mean, paper.sd, 10, said.mean_rate, said.sd_rate, said.trials, equal_var=False)
     p_value = float(found.pvalue) if math.isfinite(found.pvalue) else None
-    return f"{here}{said.trials} trials", _verdict(p_value), "Welch, on the rates per trial", p_value
+    return f"{here}{said.trials} trials", verdict_of(p_value), "Welch, on the rates per trial", p_value
 
 
 def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     candidates = {f"{candidate.p:g}": candidate.in_set for candidate in agent.peak.candidates}
     if agent.blind or len(candidates) < 2 or candidates.get("0.4") is None or agent.peak.best is None:
-        return _NOT_MEASURED
+        return NOT_MEASURED
     among = ", ".join(p for p, inside in candidates.items() if inside)
     verdict: Verdict = "compatible" if candidates["0.4"] else "not compatible"
     return f"highest at {agent.peak.best:g}; could be {among}", verdict, "95 % set of the best, bootstrap", None
@@ -143,7 +131,7 @@ def _at_40(counted: list[ConditionSummary]) -> ConditionSummary | None:
 def _ratio(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     other = _at_40(counted)
     if other is None or agent.blind:
-        return _NOT_MEASURED
+        return NOT_MEASURED
     first, second = counted[0].success, other.success
     found = ratio(first, second)
     (here, error), (paper, their_error) = _log_ratio(first, second), _log_ratio(SOLVED_AT_0, SOLVED_AT_40)
@@ -151,7 +139,7 @@ def _ratio(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     said = f"{second.count}/{second.n} at 0.4 over {first.count}/{first.n} at 0"
     if found:
         said += f": {found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
-    return said, _verdict(p_value), "z of the logarithms of the ratios, half a trial added to each count", p_value
+    return said, verdict_of(p_value), "z of the logarithms of the ratios, half a trial added to each count", p_value
 
 
 def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
@@ -164,7 +152,7 @@ def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
 def _loops_drop(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     other = _at_40(counted)
     if other is None or agent.blind:
-        return _NOT_MEASURED
+        return NOT_MEASURED
     first, second = counted[0].behaviour.loops, other.behaviour.loops
     found = difference(first, second)
     assert found is not None
@@ -172,7 +160,7 @@ def _loops_drop(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     errors = [math.hypot(_error(a), _error(b)) for a, b in ((first, second), (LOOPS_AT_0, LOOPS_AT_40))]
     p_value = _apart(found.value, LOOPS_AT_40.value - LOOPS_AT_0.value, errors)
     said = f"{first.count}/{first.n} to {second.count}/{second.n}, {interval}"
-    return minus(said), _verdict(p_value), "z of the two differences", p_value
+    return minus(said), verdict_of(p_value), "z of the two differences", p_value
 
 
 def _error(share: Proportion) -> float:
@@ -184,20 +172,16 @@ def _error(share: Proportion) -> float:
 def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     found = agent.correlation
     if found.r is None or agent.blind or found.low is None or found.high is None or found.n < 4 or abs(found.r) == 1:
-        return _NOT_MEASURED
+        return NOT_MEASURED
     errors = [1 / math.sqrt(n - 3) for n in (found.n, CORRELATION_POINTS)]
     p_value = _apart(math.atanh(found.r), math.atanh(CORRELATION), errors)
     said = minus(f"{found.r:.2f} [{found.low:.2f}, {found.high:.2f}] over {found.n} points")
-    return said, _verdict(p_value), "Fisher's z; neither figure is evidence that loops do harm", p_value
+    return said, verdict_of(p_value), "Fisher's z; neither figure is evidence that loops do harm", p_value
 
 
 def _apart(here: float, paper: float, errors: list[float]) -> float:
     """Two-sided p-value of two independent estimates with these standard errors being of one truth."""
     return 2 * NormalDist().cdf(-abs(here - paper) / math.hypot(*errors))
-
-
-def _verdict(p_value: float | None) -> Verdict:
-    return "not compatible" if p_value is not None and p_value < ALPHA else "compatible"
 
 
 def _tested(question: Question, expected: Callable[[TestResult], bool]) -> Callable[..., Found]:
@@ -206,7 +190,7 @@ def _tested(question: Question, expected: Callable[[TestResult], bool]) -> Calla
     def measure(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
         (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
         if test.p_value is None or agent.blind:
-            return _NOT_MEASURED
+            return NOT_MEASURED
         said = "" if test.effect is None else minus(f"{test.effect:.2f} ({test.unit})")
         verdict: Verdict = "borne out" if test.rejects and expected(test) else "not borne out"
         return said, verdict, test.name, test.p_value
@@ -231,5 +215,4 @@ _MEASURES: dict[str, Callable[[AgentSummary, list[ConditionSummary]], Found]] = 
     "onset": _tested("looping", _less),
     "correlation": _correlation,
     "harm": _tested("harm", _less),
-    "misinterpretation": _misinterpretation,
 }

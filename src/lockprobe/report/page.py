@@ -1,8 +1,8 @@
 """Everything that a report writes: numbers, figures, tables, and three self-contained pages.
 
-The pages are made from what ``results.json`` holds and from the figures, of nothing else: equal records give equal
-pages. What comes from agents, models and box files is untrusted: it is escaped, without characters that hide or reorder
-others, and the pages run no script.
+The pages are made from what ``results.json`` holds, from the figures and from the pictures that agents saw, of nothing
+else: equal records give equal pages. What comes from agents, models and box files is untrusted: it is escaped, without
+characters that hide or reorder others, and the pages run no script.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,14 @@ from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.pictures import CAPTIONS, Pictures, pictures
 from lockprobe.report.results import numbers, read
+from lockprobe.report.seen import embedded
 from lockprobe.report.tables import (
     claim_table,
     condition_table,
     course_table,
     detector_table,
     loop_table,
+    modality_table,
     pace_table,
     rationality_table,
     speed_table,
@@ -70,7 +72,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
     for name in ("claims", "audit", "report"):
-        _write(directory / f"{name}.html", _page(name, content, drawn))
+        _write(directory / f"{name}.html", _page(name, content, drawn, embedded(directory, content["seen"])))
     return directory / "report.html"
 
 
@@ -87,6 +89,7 @@ def _tables(content: Content) -> dict[str, Table]:
     return {
         "table1": table1(subjects)[0],
         "table1-corrected": table1_corrected(subjects),
+        **({"modalities": modality_table(content["modalities"])} if content["modalities"] else {}),
         "courses": course_table(content["courses"]),
         "speed": speed_table(content["conditions"]),
         "paces": pace_table(content["paces"]),
@@ -98,7 +101,7 @@ def _tables(content: Content) -> dict[str, Table]:
     }
 
 
-def _page(name: str, content: Content, drawn: Pictures) -> str:
+def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
     import jinja2
 
     environment = jinja2.Environment(
@@ -111,8 +114,12 @@ def _page(name: str, content: Content, drawn: Pictures) -> str:
     )
     environment.filters["minus"] = minus
     subjects = [row for row in content["conditions"] if row["agent"] in content["subjects"]]
+    several_p = not content["modalities"] or len({row["p"] for row in content["conditions"]}) > 1
+    tested = {(t["label"], t["question"]) for t in content["tests"] if t["recommended"] and t["p_value"] is not None}
     return environment.get_template(f"{name}.html.jinja").render(
         content=content,
+        several_p=several_p,
+        photographs=photographs or {},
         images={
             figure: "data:image/svg+xml;base64," + base64.b64encode(forms["svg"]).decode()
             for figure, forms in drawn.items()
@@ -120,7 +127,11 @@ def _page(name: str, content: Content, drawn: Pictures) -> str:
         captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
         caveat=LENGTH_CAVEAT,
         fits=[fit for fit in content["fits"] if fit["agent"] in content["subjects"]],
-        tests=[test for test in content["tests"] if test["agent"] in content["subjects"]],
+        tests=[
+            test
+            for test in content["tests"]
+            if test["agent"] in content["subjects"] and (several_p or (test["label"], test["question"]) in tested)
+        ],
         claims=[list(rows) for _, rows in groupby(content["claims"], key=lambda row: row["quote"])],
         audit=_audit(content["audit"]["rates"]),
         tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},

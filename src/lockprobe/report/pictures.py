@@ -9,7 +9,8 @@ __all__ = ["CAPTIONS", "Pictures", "pictures"]
 Pictures = dict[str, dict[str, bytes]]
 
 CAPTIONS = {
-    "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent at its lowest p.",
+    "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent, and per modality where there "
+    "are several, at its lowest p.",
     "fig3-corrected": "The same with what it takes to judge it: one minus Kaplan-Meier with its 95 % band, the "
     "exact curves of random agents on this box, the shortest plan, and below the area under each curve between random "
     "and shortest plan. Agents to compare with are grey, with hollow markers and no band.",
@@ -32,7 +33,7 @@ CAPTIONS = {
     "far below one even if loops do nothing, because a solved trial ends before it can loop. An agent that is lost "
     "both loops and fails: a ratio below one is no proof of harm. An arrow at the edge is a ratio beyond the axis.",
     "fig5b": "The paper's Fig. 5b: share of trials with an action loop by flip probability, with the second-order fit.",
-    "fig5b-corrected": "The same with what it takes to judge it: 95 % Wilson intervals beside what chance gives in "
+    "fig5b-corrected": "Loop rates with what it takes to judge them: 95 % Wilson intervals beside what chance gives in "
     "trials of exactly these lengths. Grey: between random actions (dotted) and those without repeats (dashed); "
     "crosses: the agent's own transitions; plus signs: its own actions in random order. And the share that has looped "
     "by each step, one minus Kaplan-Meier, as if no trial had been cut short by success (taking "

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.finding import beside, conclusions, courses_said, finding, loop_finding
+from lockprobe.analysis.finding import (
+    beside,
+    conclusions,
+    courses_said,
+    finding,
+    loop_finding,
+    modality_finding,
+    verdicts_said,
+)
 from lockprobe.analysis.summary import StudySummary, summarise
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.record import Trial
+from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
 from lockprobe.report.rows import (
@@ -25,9 +34,13 @@ from lockprobe.report.rows import (
     detector_rows,
     fit_row,
     judged,
+    labelled,
+    modality_row,
+    pace_row,
     rationality_rows,
     test_rows,
 )
+from lockprobe.report.seen import seen
 from lockprobe.studies.journal import LeftOut, left_out, load, read_settings
 from lockprobe.studies.settings import read_study
 
@@ -35,6 +48,10 @@ __all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
 
 RESULTS_VERSION = 2
 """Version of the layout of ``results.json``."""
+
+
+MANY = 8
+"""Values of a fact beyond which they are counted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,8 +94,9 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
     study = read_study(directory)
     everything = load(directory)
     asked = [trial for trial in everything if study.asks_for(trial)]
-    order = {name: i for i, name in enumerate(study.agents)}
-    trials = sorted(asked, key=lambda t: (order[t.agent], t.modality, t.p, t.repetition, t.trial))
+    agents, modalities = study.agents, study.modalities
+    place = {both: i for i, both in enumerate(product(agents, modalities))}
+    trials = sorted(asked, key=lambda t: (place[t.agent, t.modality], t.p, t.repetition, t.trial))
     tell(f"testing {len(trials)} trials")
     try:
         summary = summarise(trials, study.box)
@@ -106,6 +124,7 @@ def results(directory: Path | str) -> dict[str, Any]:
 def numbers(study: LoadedStudy) -> dict[str, Any]:
     """The content of ``results.json``, and all that the page is made from."""
     summary, agents = study.summary, study.summary.agents
+    names = {(agent.agent, agent.modality): agent.name for agent in agents}
     content = {
         "schema_version": RESULTS_VERSION,
         "lockprobe": version("lockprobe"),
@@ -119,26 +138,34 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
             "unfinished_lines": study.journal.unfinished_lines,
             "not_asked_for": study.foreign,
         },
+        "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
         "findings": [finding(agent) for agent in summary.subjects],
         "loop_findings": [loop_finding(agent) for agent in summary.subjects],
         "conclusions": [conclusions(agent) for agent in summary.subjects],
         "beside": beside(summary),
         "courses_said": courses_said(summary),
         "box": asdict(summary.reference) if summary.reference else None,
-        "conditions": [condition_row(c, blind=agent.blind) for agent in agents for c in agent.conditions],
-        "rationality": [row for a in agents for c in a.conditions for row in rationality_rows(c, blind=a.blind)],
+        "conditions": labelled((condition_row(c, blind=a.blind) for a in agents for c in a.conditions), names),
+        "rationality": labelled(
+            (row for a in agents for c in a.conditions for row in rationality_rows(c, blind=a.blind)), names
+        ),
         "judged": judged(summary),
-        "paces": [asdict(compared) for compared in summary.paces],
-        "fits": [fit_row(agent) for agent in agents],
-        "tests": [row for agent in agents if not agent.blind for row in test_rows(agent)],
-        "contrasts": [contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
-        "courses": [row for agent in agents if (row := course_row(agent))],
+        "paces": [pace_row(compared, names) for compared in summary.paces],
+        "modalities": [modality_row(effect) for effect in summary.modalities],
+        "verdicts": asdict(summary.verdicts) if summary.verdicts else None,
+        "verdicts_said": verdicts_said(summary.verdicts) if summary.verdicts else "",
+        "fits": labelled(map(fit_row, agents), names),
+        "tests": labelled((row for agent in agents if not agent.blind for row in test_rows(agent)), names),
+        "contrasts": labelled((contrast_row(agent, agent.contrast) for agent in agents if agent.contrast), names),
+        "courses": labelled((row for agent in agents if (row := course_row(agent))), names),
         "claims": [claim_row(row) for row in claim_rows(summary)],
-        "detectors": detector_rows(_members(study)),
+        "detectors": labelled(detector_rows(_members(study)), names),
         "examples": examples(summary, study.trials),
         "errors": _errors(study.trials),
-        "agents": _facts(study.trials),
-        "subjects": [agent.agent for agent in summary.subjects],
+        "agents": _facts((trial.agent, trial.facts) for trial in study.trials),
+        "plants": _facts((str(study.settings.get("plant")), _known(trial.plant)) for trial in study.trials),
+        "seen": seen(study.trials),
+        "subjects": list(dict.fromkeys(agent.agent for agent in summary.subjects)),
         "audit": shipped(),
     }
     plain: dict[str, Any] = _plain(content)
@@ -166,13 +193,24 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def _facts(trials: Sequence[Trial]) -> dict[str, dict[str, str]]:
-    """What every agent was; where trials of one agent differ, all values are named."""
+def _facts(told: Iterable[tuple[str, Mapping[str, Fact]]]) -> dict[str, dict[str, str]]:
+    """What every agent was, or the plant; where trials differ, all values are labelled, or how many there are."""
     found: dict[str, dict[str, dict[str, None]]] = {}
-    for trial in trials:
-        for name, value in trial.facts.items():
-            found.setdefault(trial.agent, {}).setdefault(name, {})[str(value)] = None
-    return {agent: {name: "; ".join(values) for name, values in facts.items()} for agent, facts in found.items()}
+    for what, facts in told:
+        for name, value in facts.items():
+            found.setdefault(what, {}).setdefault(name, {})[str(value)] = None
+    return {
+        what: {
+            name: "; ".join(values) if len(values) <= MANY else f"{len(values)} different values"
+            for name, values in facts.items()
+        }
+        for what, facts in found.items()
+    }
+
+
+def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
+    """Without what a plant does not have, as a renderer where nobody looks."""
+    return {name: value for name, value in facts.items() if value is not None}
 
 
 def _errors(trials: Sequence[Trial]) -> list[dict[str, Any]]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
+from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.detectors import share_flagged
 from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.modalities import ModalityEffect, spoken
+from lockprobe.analysis.pace import Pace
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
-from lockprobe.analysis.summary import AgentSummary, ConditionSummary, Contrast, StudySummary
+from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.measured import false_positives
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow
@@ -21,6 +25,9 @@ __all__ = [
     "detector_rows",
     "fit_row",
     "judged",
+    "labelled",
+    "modality_row",
+    "pace_row",
     "rationality_rows",
     "test_rows",
 ]
@@ -211,6 +218,25 @@ def contrast_row(agent: AgentSummary, contrast: Contrast) -> Row:
     }
 
 
+def pace_row(compared: Pace, names: Mapping[tuple[str, str], str]) -> Row:
+    """Which of two agents, or of two ways of showing the box to one, is faster."""
+    return {
+        **asdict(compared),
+        "first_label": names[compared.first],
+        "second_label": names[compared.second],
+    }
+
+
+def modality_row(effect: ModalityEffect) -> Row:
+    """What the way of showing the box does to one agent."""
+    return {**asdict(effect), "detectable": effect.detectable, "spoken": [spoken(one) for one in effect.modalities]}
+
+
+def labelled(rows: Iterable[Row], names: Mapping[tuple[str, str], str]) -> list[Row]:
+    """Rows of an agent and a modality with the name under which pages show them."""
+    return [{**row, "label": names[row["agent"], row["modality"]]} for row in rows]
+
+
 def claim_row(row: ClaimRow) -> Row:
     """One claim of the paper against one agent."""
     return {
@@ -229,7 +255,8 @@ def claim_row(row: ClaimRow) -> Row:
 def detector_rows(conditions: list[tuple[ConditionSummary, list[Trial]]]) -> list[Row]:
     """The share of trials that each loop detector flags, condition by condition."""
     return [
-        {"key": condition.key, "agent": condition.agent, "p": condition.p, "trials": condition.success.n}
+        {"key": condition.key, "agent": condition.agent, "modality": condition.modality, "p": condition.p}
+        | {"trials": condition.success.n}
         | {"flagged": share_flagged(trials)}
         for condition, trials in conditions
     ]

@@ -13,6 +13,7 @@ __all__ = [
     "course_table",
     "detector_table",
     "loop_table",
+    "modality_table",
     "pace_table",
     "rationality_table",
     "speed_table",
@@ -28,17 +29,17 @@ Rows = Sequence[Row]
 def table1(conditions: Rows) -> tuple[Table, list[str]]:
     """The paper's Table 1, one row per condition, and its footnotes.
 
-    The paper marks a total by one asterisk or two for the number of trials that it occurred in.
+    The paper's rows are modalities, and so are these where a study compares them; else a row names its p too. The
+    paper marks a total by one asterisk or two for the number of trials that it occurred in.
     """
     asked = [row for row in conditions if row["misinterpretation_trials"]]
     counts = [(row["misinterpretation_trials_affected"], row["misinterpretation_trials"]) for row in asked]
     marks = {count: "*" * (i + 1) for i, count in enumerate(sorted(set(counts)))}
-    table = [
-        ["Agent and condition", "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations"]
-    ]
+    first = "Input Modality" if _one_p(asked) and len({row["modality"] for row in asked}) > 1 else "Agent and condition"
+    table = [[first, "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations"]]
     table += [
         [
-            _named(row),
+            _named(row, asked),
             percent(row["misinterpretation_rate"]) + _plus_minus(row["misinterpretation_rate_sd"]),
             f"{row['misinterpretations']}{marks[count]}",
         ]
@@ -52,9 +53,10 @@ def table1_corrected(conditions: Rows) -> Table:
     """The three errors of what agents say, pooled over claims, with intervals that know the trials."""
     head = ["agent and condition", "claims", "misread", "said moved, told blocked", "said blocked, told moved"]
     table = [[*head, "false report", "false belief", "believed"]]
+    asked = [row for row in conditions if row["misinterpretation_trials"]]
     return table + [
         [
-            _named(row),
+            _named(row, asked),
             str(row["claims"]),
             _interval(row["misread"]),
             _of(row["said_moved_told_blocked"]),
@@ -63,8 +65,7 @@ def table1_corrected(conditions: Rows) -> Table:
             _interval(row["false_belief"]),
             _of(row["false_reports_believed"]),
         ]
-        for row in conditions
-        if row["misinterpretation_trials"]
+        for row in asked
     ]
 
 
@@ -76,7 +77,7 @@ def speed_table(conditions: Rows) -> Table:
         relative, (early, late) = row["relative"], row["steps_to_80_interval"]
         table.append(
             [
-                row["agent"],
+                row["label"],
                 p,
                 NONE if row["mean_steps_all"] is None else f"{row['mean_steps_all']:.1f}",
                 _step(row["median_steps_all"]),
@@ -93,16 +94,38 @@ def speed_table(conditions: Rows) -> Table:
 
 def pace_table(paces: Rows) -> Table:
     """Every two agents at the same p: who is faster."""
-    several = len({shown for row in paces for _, shown in (row["first"], row["second"])}) > 1
     return [["agent", "against", "p", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
         [
-            *(f"{agent}, {shown}" if several else agent for agent, shown in (row["second"], row["first"])),
+            row["second_label"],
+            row["first_label"],
             f"{row['p']:g}",
             NONE if row["hazard_ratio"] is None else f"{row['hazard_ratio']:.2f}",
             *(NONE if row[name] is None else f"{row[name]:.2g}" for name in ("p_value", "independent", "gehan")),
         ]
         for row in paces
     ]
+
+
+def modality_table(effects: Rows) -> Table:
+    """Every two modalities of each agent, and the trend over fidelity."""
+    head = ["agent", "against", "hazard of solving, ratio", "log-rank", "corrected (Holm)"]
+    table = [[*head, "solved only with the first", "only with the second", "McNemar"]]
+    for row in effects:
+        words = dict(zip(row["modalities"], row["spoken"], strict=True))
+        for pair in row["pairs"]:
+            ratio, final = pair["hazard_ratio"], pair["final"]
+            table.append(
+                [
+                    f"{row['agent']} ({words[pair['second']]})",
+                    words[pair["first"]],
+                    NONE if ratio is None else f"{ratio:.2f}",
+                    *(NONE if pair[name] is None else f"{pair[name]:.2g}" for name in ("p_value", "p_adjusted")),
+                    str(final["only_second"]),
+                    str(final["only_first"]),
+                    f"{final['p_value']:.2g}",
+                ]
+            )
+    return table
 
 
 def loop_table(conditions: Rows) -> Table:
@@ -112,7 +135,7 @@ def loop_table(conditions: Rows) -> Table:
     table[0] += ["with outcomes", "with states"]
     return table + [
         [
-            row["agent"],
+            row["label"],
             p,
             _share(row, "loop_rate"),
             *(percent(row[f"loop_rate_chance{null}"], 0) for null in nulls),
@@ -126,7 +149,7 @@ def detector_table(rows: Rows) -> Table:
     """The share of trials that each detector flags."""
     names = list(dict.fromkeys(name for row in rows for name in row["flagged"]))
     return [["agent", "p", *names]] + [
-        [row["agent"], f"{row['p']:g}", *(percent(row["flagged"].get(name), 0) for name in names)] for row in rows
+        [row["label"], f"{row['p']:g}", *(percent(row["flagged"].get(name), 0) for name in names)] for row in rows
     ]
 
 
@@ -158,7 +181,7 @@ def course_table(courses: Rows) -> Table:
     head = ["agent", "at the lowest p", "highest", "lowest", "at the highest p", "success"]
     return [[*head, "loop rate, lowest p", "least", "highest p", "loops begin"]] + [
         [
-            row["agent"],
+            row["label"],
             percent(row["first"], 0),
             f"{percent(row['highest'], 0)} at {row['highest_p']:g}",
             f"{percent(row['lowest'], 0)} at {row['lowest_p']:g}",
@@ -184,7 +207,7 @@ def rationality_table(rows: Rows) -> Table:
         cells = [cell for row in (one, two) for cell in (_beside_chance(row, "optimal"), _steps_lost(row))]
         told = f"{two['expected']:.2f} of {two['best']:.2f}"
         cells += [_beside_chance(two, "uninformative"), told, f"{two['entropy_left']:.1f}"]
-        table.append([one["agent"], f"{one['p']:g}", *cells])
+        table.append([one["label"], f"{one['p']:g}", *cells])
     return table
 
 
@@ -214,9 +237,14 @@ def _distinct(conditions: Rows) -> list[tuple[Row, str]]:
     ]
 
 
-def _named(row: Row) -> str:
-    modality = "" if row["modality"] == "symbolic" else f", {row['modality']}"
-    return f"{row['agent']}{modality}, p = {row['p']:g}"
+def _named(row: Row, among: Rows) -> str:
+    """A condition's name; its p goes without saying where modalities are compared at one."""
+    modal = _one_p(among) and len({other["modality"] for other in among}) > 1
+    return str(row["label"]) if modal else f"{row['label']}, p = {row['p']:g}"
+
+
+def _one_p(rows: Rows) -> bool:
+    return len({row["p"] for row in rows}) == 1
 
 
 def _plus_minus(value: float | None) -> str:

@@ -22,7 +22,7 @@ from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
 from lockprobe.studies.study import LATER, Study
 
-__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "planned_trials", "read_settings", "read_timings"]
+__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_settings", "read_timings"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
@@ -106,18 +106,17 @@ def read_settings(directory: Path | str) -> dict[str, object]:
         raise BadFile(directory, "no study.json here; is it the directory of a study?") from None
     except (ValueError, RecursionError) as error:
         raise BadFile(path, f"not JSON ({error})") from error
-    if not isinstance(settings, dict) or planned_trials(settings) is None:
+    if not isinstance(settings, dict) or not _are_of_a_study(settings):
         raise BadFile(path, "not the settings of a study")
     return settings
 
 
-def planned_trials(settings: Mapping[str, object]) -> int | None:
-    """How many trials the settings of a study ask for; None if they do not say."""
+def _are_of_a_study(settings: Mapping[str, object]) -> bool:
     match settings:
-        case {"agents": list(agents), "p": list(p), "repetitions": int(repetitions), "trials": int(trials)}:
-            return len(agents) * len(p) * repetitions * trials
+        case {"agents": list(), "p": list(), "repetitions": int(), "trials": int()}:
+            return True
         case _:
-            return None
+            return False
 
 
 def read_timings(directory: Path | str) -> list[Timing]:

@@ -7,7 +7,18 @@ from dataclasses import dataclass
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.studies.study import Study
 
-__all__ = ["FULL", "MAX_STEPS", "REFERENCES", "SHORT", "Extent", "is_short"]
+__all__ = [
+    "FULL",
+    "LOOKERS",
+    "MAX_STEPS",
+    "MODALITIES",
+    "MODALITY_TRIALS",
+    "REFERENCES",
+    "ROBOT",
+    "SHORT",
+    "Extent",
+    "is_short",
+]
 
 MAX_STEPS = 20
 """Sec. 2.2: "a maximum budget of 20 steps"."""
@@ -33,6 +44,19 @@ FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 
 SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6)
 """Ours: what the embedded model plays in a few minutes on two cores."""
+
+
+MODALITIES = ("rgb", "rgbd", "symbolic")
+"""Sec. 2.2: RGB images, RGB-D images, and the ground-truth symbolic state, from low to high fidelity."""
+
+MODALITY_TRIALS = Extent(p=(0.0,), repetitions=1, trials=10)
+"""Sec. 2.2: "10 independent trials per modality", without false reports."""
+
+LOOKERS = ("viewer", "human-inspired", "random")
+"""Ours: what plays the modality study without a model. The paper's is GPT o1, beside the human-inspired strategy."""
+
+ROBOT = "fast-twin"
+"""Ours: the paper has a real robot (Sec. 2.1); ``twin`` has its arm, and is some ten times slower."""
 
 
 def is_short(study: Study) -> bool:

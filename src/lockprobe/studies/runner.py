@@ -2,7 +2,8 @@
 
 Every kind of agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal.
 Only where the time goes differs: strategies play here one after the other, hosted models wait side by side on
-connections, and models that need a processor play in worker processes (:mod:`lockprobe.studies.workers`).
+connections, and what needs a processor, a local model or a plant that is simulated, plays in worker processes
+(:mod:`lockprobe.studies.workers`).
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ from typing import Protocol
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.errors import Missing, SettingsChanged
 from lockprobe.plan import Plan
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.seams import Closable
+from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
@@ -70,7 +73,7 @@ class Limits:
     """How much at once. None of it changes a record.
 
     Attributes:
-        workers: Processes for models that need a processor.
+        workers: Processes for what needs a processor: local models, and plants that are simulated.
         connections: Trials side by side for hosted models.
     """
 
@@ -82,27 +85,30 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
     """Play what the journal owes of a study.
 
     Raises:
-        UserMistake: Before the first trial, if an agent cannot be had.
+        UserMistake: Before the first trial, if an agent or the plant cannot be had.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
     limits, observer = limits or Limits(), observer or Silent()
     sources = [resolve(spec) for spec in study.agents]
+    study.check_agents()
     owed = {source.spec: [plan for plan in study.plans(source.spec) if journal.owes(plan.key)] for source in sources}
     for source in sources:
         if owed[source.spec]:
             source.check()
+    if any(owed.values()):
+        resolve_plant(study.plant).check(study.box)
     observer.begin(study, journal, sum(map(len, owed.values())))
     for source in sorted(sources, key=lambda source: source.engine != "inline"):
         if not owed[source.spec]:
             continue
         observer.agent(source, len(owed[source.spec]))
 
-        finish = _Finish(source.spec, journal, observer)
-        if source.engine == "process":
-            play_in_workers(owed[source.spec], limits.workers, observer.step, finish)
+        finish, album = _Finish(source.spec, journal, observer), journal.directory / ALBUM
+        if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
+            play_in_workers(owed[source.spec], limits.workers, observer.step, finish, pictures=album)
         else:
             side_by_side = limits.connections if source.engine == "network" else 1
-            asyncio.run(_play_here(owed[source.spec], source, side_by_side, observer.step, finish))
+            asyncio.run(_play_here(owed[source.spec], source, side_by_side, observer.step, finish, album))
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
@@ -157,13 +163,14 @@ async def _play_here(
     side_by_side: int,
     on_step: Callable[[str, Step], None],
     finish: Callable[[Trial, Timing], None],
+    album: Path,
 ) -> None:
     queue: Iterator[Plan] = iter(plans)
     agent = source.make()
 
     async def lane() -> None:
         for plan in queue:
-            finish(*await play_timed(plan, agent, on_step))
+            finish(*await play_timed(plan, agent, on_step, album))
             await asyncio.sleep(0)  # strategies never wait, and Ctrl-C is heard only where somebody does
 
     lanes = [asyncio.ensure_future(lane()) for _ in range(side_by_side)]

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.journal import read_settings
 from lockprobe.studies.study import IDENTITY_VERSION, Study
@@ -33,6 +33,7 @@ class _Settings(BaseModel):
     shuffle: bool
     plant: Text
     layout: Text = "fixed"
+    modalities: list[Text] = ["symbolic"]
 
 
 def read_study(directory: Path | str) -> Study:
@@ -63,6 +64,7 @@ def read_study(directory: Path | str) -> Study:
             shuffle=found.shuffle,
             plant=found.plant,
             layout=found.layout,  # type: ignore[arg-type] # checked by the study itself
+            modalities=tuple(found.modalities),
         )
-    except BadValue as error:
+    except (BadValue, UnknownName) as error:
         raise BadFile(path, str(error)) from None

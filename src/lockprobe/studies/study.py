@@ -10,25 +10,26 @@ from itertools import pairwise
 from typing import Literal, get_args
 
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
+from lockprobe.studies.modality import SYMBOLIC, camera, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LATER", "LayoutKind", "Study"]
 
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
 
-LATER: Mapping[str, object] = {"layout": "fixed"}
-"""Settings that came later, with what they were before they could be set."""
+LATER: Mapping[str, object] = {"layout": "fixed", "modalities": list(SYMBOLIC)}
+"""Settings that came later, as JSON holds them, with what they were before they could be set."""
 
 IDENTITY_VERSION = 1
 """Raised whenever the same settings would play other trials than before."""
 
-PLANTS = ("symbolic",)
 CLOSEST_P = 1e-6
 LIMITS = {"trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 
@@ -38,7 +39,7 @@ class Study:
     """Every setting that changes what is played, and none that does not.
 
     Attributes:
-        name: ``flips``.
+        name: ``flips`` or ``modalities``.
         agents: Agent specs, in the order in which they play.
         box: The box.
         p: Flip probabilities, [0, 1], each once.
@@ -48,13 +49,16 @@ class Study:
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
         shuffle: Whether labels and their listing are shuffled per trial.
-        plant: What is acted on.
+        plant: What is acted on, as its spec.
         layout: ``fixed``, or ``shuffled``: same interlock, new layout every trial, the protocol of the human studies
             (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025). The deal depends on seed, repetition and trial,
             not on condition and agent.
+        modalities: How the box is shown, as specs of :mod:`lockprobe.studies.modality`. An agent that reads reports
+            plays those only that tell.
 
     Raises:
         BadValue: If a setting is out of range.
+        UnknownName: If there is no such plant or modality, or it has no such option.
     """
 
     name: str
@@ -69,16 +73,15 @@ class Study:
     shuffle: bool = True
     plant: str = "symbolic"
     layout: LayoutKind = "fixed"
+    modalities: tuple[str, ...] = SYMBOLIC
 
     def __post_init__(self) -> None:
         for setting, known in (("flip", get_args(FlipKind)), ("layout", get_args(LayoutKind))):
             if (chosen := getattr(self, setting)) not in known:
                 raise BadValue(setting, chosen, f"one of {', '.join(known)}")
-        if self.plant not in PLANTS:
-            raise UnknownName("plant", self.plant, PLANTS)
         for value in self.p:
             OutcomeFlip(p=value)
-        for what, values in (("p", self.p), ("agents", self.agents)):
+        for what, values in (("p", self.p), ("agents", self.agents), ("modality", self.modalities)):
             if not values or len(set(values)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
         close = any(second - first < CLOSEST_P for first, second in pairwise(sorted(self.p)))
@@ -87,13 +90,27 @@ class Study:
         for setting, largest in LIMITS.items():
             if not 1 <= (value := getattr(self, setting)) <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
+        self._check_pictures()
+
+    def _check_pictures(self) -> None:
+        """Refuses pictures where there is no camera, and where reports are to be inverted."""
+        has_camera = resolve_plant(self.plant).has_camera
+        for modality in self.modalities:
+            if is_pictured(modality) and not has_camera:
+                raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {self.plant}")
+            if is_pictured(modality) and any(self.p):
+                raise BadValue(
+                    "p", list(self.p), f"0 with {modality}: a picture shows the truth, only reports can be false"
+                )
+            camera(modality)
 
     def settings(self) -> dict[str, object]:
         """The study as JSON would hold it; equal settings mean equal trials.
 
         A setting that came later is left out where it has its default, so that studies played before keep their names.
         """
-        later = {name: getattr(self, name) for name, default in LATER.items() if getattr(self, name) != default}
+        now = {"layout": self.layout, "modalities": list(self.modalities)}
+        later = {name: now[name] for name, default in LATER.items() if now[name] != default}
         return {
             "identity": IDENTITY_VERSION,
             "study": self.name,
@@ -116,30 +133,66 @@ class Study:
         text = json.dumps(self.settings(), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
+    @property
+    def has_pictures(self) -> bool:
+        """Whether any of its modalities shows pictures."""
+        return any(map(is_pictured, self.modalities))
+
+    @property
+    def simulated(self) -> bool:
+        """Whether its plant takes a processor."""
+        return not self.plant.startswith("symbolic")
+
+    def check_agents(self) -> None:
+        """Refuse agents that would have nothing to play.
+
+        Raises:
+            UnknownName: If there is no such agent.
+            BadValue: If an agent reads reports, and all modalities are pictures.
+        """
+        for agent in self.agents:
+            if not self.modalities_of(agent):
+                shown = ", ".join(self.modalities)
+                raise BadValue(
+                    "modality", shown, f"symbolic too for {agent}, which reads reports and looks at no pictures"
+                )
+
+    def modalities_of(self, agent: str) -> tuple[str, ...]:
+        """Those of its modalities that an agent plays.
+
+        Raises:
+            UnknownName: If there is no such agent.
+        """
+        return taken_in(agent, self.modalities)
+
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
+        modalities = self.modalities_of(agent)
         for repetition in range(1, self.repetitions + 1):
             for trial in range(1, self.trials + 1):
-                for p in self.p:
-                    yield self.plan(agent, p, repetition, trial)
+                for modality in modalities:
+                    for p in self.p:
+                        yield self.plan(agent, p, repetition, trial, modality)
 
-    def plan(self, agent: str, p: float, repetition: int, trial: int) -> Plan:
+    def plan(self, agent: str, p: float, repetition: int, trial: int, modality: str = "symbolic") -> Plan:
         """One trial of the study."""
         box = self.box
         if self.layout == "shuffled":
             box = redealt(box, trial_stream(self.seed, repetition, trial, "layout"))
+        shown = "" if self.modalities == SYMBOLIC else f"/{modality}"
         return Plan(
-            key=f"{self.name}/{agent}/p={p:g}/rep={repetition}/trial={trial}",
+            key=f"{self.name}/{agent}{shown}/p={p:g}/rep={repetition}/trial={trial}",
             study=self.name,
             agent=agent,
             box=box,
-            modality="symbolic",
+            modality=modality,
             p=p,
             flip=self.flip,
             repetition=repetition,
             trial=trial,
             seed=self.seed,
             budget=self.max_steps,
+            plant=self.plant,
             shuffle=self.shuffle,
         )
 
@@ -149,7 +202,9 @@ class Study:
             return False
         if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials):
             return False
-        plan = self.plan(trial.agent, trial.p, trial.repetition, trial.trial)
+        if trial.modality not in self.modalities_of(trial.agent):
+            return False
+        plan = self.plan(trial.agent, trial.p, trial.repetition, trial.trial, trial.modality)
         return (
             trial.key == plan.key
             and (trial.study, trial.flip, trial.seed, trial.budget) == (self.name, self.flip, self.seed, self.max_steps)
@@ -159,4 +214,5 @@ class Study:
     @property
     def size(self) -> int:
         """Number of trials, over all agents and conditions."""
-        return len(self.agents) * len(self.p) * self.repetitions * self.trials
+        shown = sum(len(self.modalities_of(agent)) for agent in self.agents)
+        return shown * len(self.p) * self.repetitions * self.trials

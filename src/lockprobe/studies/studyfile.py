@@ -24,12 +24,14 @@ from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import read_box, read_toml
 from lockprobe.lockbox.families import box
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import paper
+from lockprobe.studies.modality import SYMBOLIC, taken_in
 from lockprobe.studies.study import LayoutKind, Study
 
 __all__ = ["SHIPPED", "STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
 
-STUDIES = ("flips",)
+STUDIES = ("flips", "modalities")
 
 SHIPPED = ("mechanisms.toml",)
 """Study files that come with the package. One of the same name in the working directory goes before."""
@@ -52,6 +54,7 @@ class Request(BaseModel):
     max_steps: int | None = None
     flip: FlipKind | None = None
     plant: str | None = None
+    modality: Annotated[list[str], Field(max_length=64)] | None = None
     layout: LayoutKind | None = None
     shuffle: bool | None = None
     full: bool = False
@@ -88,8 +91,9 @@ def find_box(name: str) -> Lockbox:
 def study(request: Request | str = "flips") -> Study:
     """The study that a request, a TOML file, or a bare name with all defaults describes.
 
-    A request that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as soon as
-    it says something, what it leaves out follows the paper.
+    A request for flips that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as
+    soon as it says something, what it leaves out follows the paper. The modality study is always of the paper's
+    extent; on a plant without a camera it has no pictures.
 
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
@@ -98,14 +102,16 @@ def study(request: Request | str = "flips") -> Study:
         request = read_request(Path(request)) if request.endswith(".toml") else Request(study=request)
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
-    asked = request.full or any(given is not None for given in (request.p, request.trials, request.repetitions))
-    extent = paper.FULL if asked else paper.SHORT
-    agents = ("llm:local", *paper.REFERENCES) if request.agent is None else tuple(request.agent)
+    modal = request.study == "modalities"
+    plant = _given(request.plant, paper.ROBOT if modal else "symbolic")
+    modalities = tuple(request.modality or _shown_by_default(plant, modal=modal))
+    extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
+    agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
     for spec in agents:
         resolve(spec)
-    return Study(
+    planned = Study(
         name=request.study,
-        agents=agents,
+        agents=tuple(agents),
         box=find_box(_given(request.box, paper.BOX)),
         p=extent.p if request.p is None else tuple(request.p),
         flip=_given(request.flip, "transient"),
@@ -114,9 +120,29 @@ def study(request: Request | str = "flips") -> Study:
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, True),
-        plant=_given(request.plant, "symbolic"),
+        plant=plant,
         layout=_given(request.layout, "fixed"),
+        modalities=modalities,
     )
+    planned.check_agents()
+    return planned
+
+
+def _flips_extent(request: Request) -> paper.Extent:
+    asked = request.full or any(given is not None for given in (request.p, request.trials, request.repetitions))
+    return paper.FULL if asked else paper.SHORT
+
+
+def _shown_by_default(plant: str, *, modal: bool) -> tuple[str, ...]:
+    """The paper's modalities in the modality study, as far as the plant has a camera; reports in others."""
+    return paper.MODALITIES if modal and resolve_plant(plant).has_camera else SYMBOLIC
+
+
+def _players_by_default(modalities: tuple[str, ...], *, modal: bool) -> tuple[str, ...]:
+    """Those that the study has by default; of the modality study's only those that have something to play."""
+    if not modal:
+        return ("llm:local", *paper.REFERENCES)
+    return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
 
 
 def _given(value: _T | None, default: _T) -> _T:

@@ -1,7 +1,8 @@
-"""Worker processes for agents whose time goes into a processor.
+"""Worker processes for trials that take a processor: a local model's, or those on a plant that is simulated.
 
 Each worker builds its agent once and is handed one plan at a time; the parent writes a finished trial down before
-it hands out the next. A worker that dies costs its trial an ``error`` at the boundary ``model`` and is replaced.
+it hands out the next. A worker that dies costs its trial an ``error``, at the boundary ``model`` or ``plant``,
+whichever takes the processor, and is replaced.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from pathlib import Path
 from typing import cast
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import Missing, ModelFault, UserMistake
+from lockprobe.errors import Missing, ModelFault, PlantFault, UserMistake
 from lockprobe.plan import Plan
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Timing
@@ -39,7 +41,9 @@ class _Worker:
     plan: Plan | None = None
 
 
-def play_in_workers(plans: list[Plan], workers: int, on_step: OnStep, finish: Finish) -> None:
+def play_in_workers(
+    plans: list[Plan], workers: int, on_step: OnStep, finish: Finish, *, pictures: Path | None = None
+) -> None:
     """Play plans of one agent on several processes.
 
     Args:
@@ -47,11 +51,12 @@ def play_in_workers(plans: list[Plan], workers: int, on_step: OnStep, finish: Fi
         workers: Number of processes, at least 1.
         on_step: Called here with every step.
         finish: Called here with every finished trial, before its worker begins another.
+        pictures: Directory in which workers keep the pictures that records name.
 
     Raises:
         UserMistake: If the agent cannot be had, or workers keep dying.
     """
-    pool = _Pool(plans, on_step, finish)
+    pool = _Pool(plans, on_step, finish, pictures)
     try:
         pool.start(min(workers, len(plans)))
         pool.serve()
@@ -62,9 +67,11 @@ def play_in_workers(plans: list[Plan], workers: int, on_step: OnStep, finish: Fi
 class _Pool:
     """The parent's side: one pipe per worker."""
 
-    def __init__(self, plans: list[Plan], on_step: OnStep, finish: Finish) -> None:
+    def __init__(self, plans: list[Plan], on_step: OnStep, finish: Finish, pictures: Path | None) -> None:
         self._queue = list(reversed(plans))
         self._agent = plans[0].agent
+        self._fault = PlantFault if resolve(self._agent).engine == "inline" else ModelFault
+        self._pictures = pictures
         self._on_step = on_step
         self._finish = finish
         self._workers: dict[Connection, _Worker] = {}
@@ -74,7 +81,7 @@ class _Pool:
         context = multiprocessing.get_context("spawn")
         for _ in range(count):
             ours, theirs = context.Pipe()
-            process = context.Process(target=_work, args=(self._agent, theirs), daemon=True)
+            process = context.Process(target=_work, args=(self._agent, self._pictures, theirs), daemon=True)
             process.start()
             theirs.close()
             self._workers[ours] = _Worker(process, ours)
@@ -112,7 +119,7 @@ class _Pool:
         self._deaths += 1
         what = f"the worker process of {self._agent} died (exit status {worker.process.exitcode})"
         if worker.plan is not None:
-            trial = broken(worker.plan, ModelFault(what))
+            trial = broken(worker.plan, self._fault(what))
             self._finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
         if self._deaths >= _MAX_DEATHS:
             raise Missing(f"{what}, {self._deaths} times now", "is there memory enough? try --workers 1")
@@ -126,14 +133,14 @@ class _Pool:
             worker.process.join()
 
 
-def _work(spec: str, pipe: Connection) -> None:
+def _work(spec: str, pictures: Path | None, pipe: Connection) -> None:
     """The worker's side. It leaves Ctrl-C to the parent, and ends when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         agent = resolve(spec).make()
         pipe.send(("ready", ()))
         while (plan := pipe.recv()) is not None:
-            result = asyncio.run(play_timed(plan, agent, lambda key, step: pipe.send(("step", (key, step)))))
+            result = asyncio.run(play_timed(plan, agent, lambda key, step: pipe.send(("step", (key, step))), pictures))
             pipe.send(("trial", result))
     except UserMistake as mistake:
         pipe.send(("mistake", (str(mistake),)))

@@ -17,7 +17,7 @@ from lockprobe.analysis.incidence import Incidence, incidence
 from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.outcomes import Outcomes
 
-__all__ = ["EventComparison", "EventGroup", "LogRanks", "loop_onset_logrank", "solution_logrank"]
+__all__ = ["EventComparison", "EventGroup", "LogRanks", "holm", "loop_onset_logrank", "solution_logrank"]
 
 Steps = NDArray[np.int64]
 
@@ -114,9 +114,13 @@ def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> Log
     running, event = grid(last, happened)
     one = np.zeros(len(outcomes), dtype=np.int64)
     pairs = [(outcomes.p == levels[0]) | (outcomes.p == p) for p in levels[1:]]
+    each = [_compare(outcomes.p[pair], last[pair], happened[pair], luck[pair]) for pair in pairs]
     return LogRanks(
         primary=_compare(outcomes.p, last, happened, luck),
-        each=_holm([_compare(outcomes.p[pair], last[pair], happened[pair], luck[pair]) for pair in pairs]),
+        each=tuple(
+            replace(comparison, p_adjusted=adjusted)
+            for comparison, adjusted in zip(each, holm([one.p_value for one in each]), strict=True)
+        ),
         p_all=excess(x, event, running, stratum=one, cluster=luck).p_value,
     )
 
@@ -152,11 +156,11 @@ def _group(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], bey
     )
 
 
-def _holm(comparisons: Sequence[EventComparison]) -> tuple[EventComparison, ...]:
-    """The comparisons that could be tested with p-values corrected for how many they are."""
-    adjusted, largest = list(comparisons), 0.0
-    tested = [(comparison.p_value, i) for i, comparison in enumerate(comparisons) if comparison.p_value is not None]
-    for smaller, (value, i) in enumerate(sorted(tested)):
+def holm(values: Sequence[float | None]) -> list[float | None]:
+    """P-values corrected for how many they are (Holm 1979); None where nothing could be tested."""
+    adjusted, largest = list(values), 0.0
+    tested = sorted((value, i) for i, value in enumerate(values) if value is not None)
+    for smaller, (value, i) in enumerate(tested):
         largest = max(largest, min(1.0, (len(tested) - smaller) * value))
-        adjusted[i] = replace(comparisons[i], p_adjusted=largest)
-    return tuple(adjusted)
+        adjusted[i] = largest
+    return adjusted

@@ -1,0 +1,54 @@
+"""What a robot took to have happened, held against what had: its verdicts come from force and way, and can be wrong."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
+from lockprobe.record import Step, Trial
+
+__all__ = ["Verdicts", "verdicts"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdicts:
+    """A robot's verdicts over all trials. Agents are told the truth, not these.
+
+    Trials of equal repetition and trial share their luck; the interval takes them as one cluster.
+
+    Attributes:
+        attempts: Steps with a verdict.
+        failed: Of these, steps at which the robot did not get hold of the handle, or could not tell.
+        wrong: Verdicts moved or blocked that contradict the truth, over all that say moved or blocked.
+        moved_for_blocked: Of the wrong ones, those that say moved.
+        blocked_for_moved: Of the wrong ones, those that say blocked.
+    """
+
+    attempts: int
+    failed: int
+    wrong: ClusteredProportion
+    moved_for_blocked: int
+    blocked_for_moved: int
+
+
+def verdicts(trials: Sequence[Trial]) -> Verdicts | None:
+    """Count a robot's verdicts, trials that broke later included; None if no step has one."""
+    by_luck: dict[tuple[int, int], list[Step]] = defaultdict(list)
+    for trial in trials:
+        by_luck[trial.repetition, trial.trial] += [step for step in trial.steps if "verdict" in step.sensed]
+    steps = [step for members in by_luck.values() for step in members]
+    if not steps:
+        return None
+    told = [
+        [step for step in members if step.sensed["verdict"] in ("moved", "blocked")] for members in by_luck.values()
+    ]
+    wrong = [[step for step in members if (step.sensed["verdict"] == "moved") != step.moved] for members in told]
+    return Verdicts(
+        attempts=len(steps),
+        failed=len(steps) - sum(map(len, told)),
+        wrong=clustered_proportion(list(map(len, wrong)), list(map(len, told))),
+        moved_for_blocked=sum(not step.moved for members in wrong for step in members),
+        blocked_for_moved=sum(step.moved for members in wrong for step in members),
+    )

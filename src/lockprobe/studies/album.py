@@ -1,0 +1,38 @@
+"""The pictures of a study on disk, each once, by names that say what is in them."""
+
+from __future__ import annotations
+
+import os
+import threading
+from pathlib import Path
+
+from lockprobe.pictures.picture import Picture
+
+__all__ = ["ALBUM", "Album"]
+
+ALBUM = "pictures"
+"""Where in the directory of a study its pictures lie."""
+
+
+class Album:
+    """A directory of pictures. Several processes may write to one at the same time.
+
+    A picture gets its name when it is whole, before the record that names it is written down, so that a record never
+    names a picture that is not there.
+
+    Args:
+        directory: Of the pictures; made with the first.
+    """
+
+    def __init__(self, directory: Path | str) -> None:
+        self._directory = Path(directory)
+
+    def keep(self, picture: Picture) -> None:
+        """Put a picture on disk, unless it is there."""
+        path = self._directory / picture.name
+        if path.is_file() and path.stat().st_size == len(picture.png):
+            return
+        self._directory.mkdir(parents=True, exist_ok=True)
+        draft = path.with_name(f".{picture.name}.{os.getpid()}-{threading.get_ident()}")
+        draft.write_bytes(picture.png)
+        draft.replace(path)

@@ -1,0 +1,93 @@
+"""Modalities of one agent are compared from low to high fidelity, with trials that share their luck kept together."""
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+
+from lockprobe.analysis.modalities import by_fidelity, modality_effect, spoken
+from lockprobe.analysis.summary import summarise
+
+
+def trials_of(modality, waits, agent="viewer"):
+    """Trials that solve the box after so many wasted steps, or never."""
+    return [
+        make_trial([0] * (20 if wait is None else wait) + list(SOLUTION) * (wait is not None), agent=agent,
+                   modality=modality, study="modalities", trial=i)
+        for i, wait in enumerate(waits, 1)
+    ]  # fmt: skip
+
+
+SOON, LATE = [i % 4 for i in range(10)], [8 + i % 4 for i in range(10)]
+MIDDLE = [4 + i % 4 for i in range(10)]
+
+
+def test_the_papers_order_is_found_where_it_is():
+    effect = modality_effect([trials_of("symbolic", LATE), trials_of("rgb", SOON), trials_of("rgbd", MIDDLE)])
+    assert effect.modalities == ("rgb", "rgbd", "symbolic")
+    assert (effect.direction, effect.detectable) == (-1, True)
+    assert [(pair.first, pair.second) for pair in effect.pairs] == [
+        ("rgb", "rgbd"), ("rgb", "symbolic"), ("rgbd", "symbolic"),
+    ]  # fmt: skip
+    assert all(pair.hazard_ratio < 1 and pair.final.value == 0 for pair in effect.pairs)
+    assert all(pair.p_value < pair.p_adjusted <= 1 for pair in effect.pairs[:2])
+
+
+def test_the_opposite_order_has_the_opposite_direction():
+    effect = modality_effect([trials_of("symbolic", SOON), trials_of("rgb", LATE)])
+    assert (effect.direction, effect.detectable) == (1, True)
+    assert effect.pairs[0].hazard_ratio > 1
+
+
+def test_equal_trials_are_alike():
+    effect = modality_effect([trials_of(modality, SOON) for modality in ("rgb", "rgbd", "symbolic")])
+    assert (effect.p_value, effect.p_all, effect.detectable) == (1, 1, False)
+
+
+def test_who_solves_it_at_all_is_compared_in_pairs():
+    effect = modality_effect([trials_of("rgb", [*SOON[:6], *[None] * 4]), trials_of("symbolic", [None, *SOON[1:]])])
+    (pair,) = effect.pairs
+    assert (pair.final.only_first, pair.final.only_second, pair.final.n) == (1, 4, 10)
+    assert pair.final.p_value == pytest.approx(0.375)
+
+
+def test_too_few_trials_are_not_tested_and_one_modality_not_compared():
+    effect = modality_effect([trials_of("rgb", SOON[:3]), trials_of("symbolic", LATE[:3])])
+    assert (effect.p_value, effect.p_all) == (None, None)
+    assert not effect.detectable
+    assert modality_effect([trials_of("rgb", SOON)]) is None
+    broken = [make_trial([0], agent="viewer", modality="rgb", broken="plant")]
+    assert modality_effect([broken, trials_of("symbolic", SOON)]) is None
+
+
+def test_where_nothing_is_a_trend_is_seldom_found():
+    """The docstring has figures of 1500 studies; here fewer, at half the luck shared."""
+    rng, found = np.random.default_rng(7), []
+    for _ in range(80):
+        shared = rng.geometric(0.12, 10)
+        waits = [np.where(rng.random(10) < 0.5, shared, rng.geometric(0.12, 10)) for _ in range(3)]
+        groups = [
+            trials_of(modality, [int(w) if w <= 16 else None for w in wait])
+            for modality, wait in zip(("rgb", "rgbd", "symbolic"), waits, strict=True)
+        ]
+        found.append(modality_effect(groups).detectable)
+    assert sum(found) <= 9
+
+
+def test_modalities_are_named_and_ordered_as_in_the_paper():
+    shown = ["symbolic", "rgbd?depth=height&near=0.5", "smell", "rgb"]
+    assert [spoken(one) for one in sorted(shown, key=by_fidelity)] == [
+        "RGB", "RGB-D, depth=height, near=0.5", "ground truth", "smell",
+    ]  # fmt: skip
+
+
+def test_a_summary_keeps_modalities_apart_and_names_them():
+    trials = [trial for modality in ("rgb", "symbolic") for trial in trials_of(modality, SOON)]
+    trials += trials_of("symbolic", LATE, agent="human-inspired")
+    summary = summarise(trials)
+    assert [agent.name for agent in summary.agents] == ["viewer (RGB)", "viewer (ground truth)", "human-inspired"]
+    assert [effect.agent for effect in summary.modalities] == ["viewer"]
+    assert len(summary.paces) == 3
+    alone = summarise(trials_of("rgb", SOON))
+    assert alone.agents[0].name == "viewer (RGB)"
+    assert alone.modalities == ()
+    assert summarise(trials_of("symbolic", SOON)).agents[0].name == "viewer"

@@ -1,0 +1,77 @@
+"""From a modality's spec to what stands between box and agent."""
+
+from dataclasses import replace
+
+import pytest
+
+from lockprobe.channels.camera import CameraChannel
+from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.channels.text import TextChannel
+from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.lockbox.families import box
+from lockprobe.plan import Plan
+from lockprobe.studies import modality
+from lockprobe.studies.modality import camera, channels_for, is_pictured, taken_in
+
+PLAN = Plan(
+    key="k", study="s", agent="random", box=box("chain-4"), modality="symbolic", p=0.3, flip="sticky", repetition=1,
+    trial=1, seed=1,
+)  # fmt: skip
+
+
+def test_reports_are_flipped_and_put_into_words():
+    assert channels_for(PLAN) == (OutcomeFlip(p=0.3, persistence="sticky"), TextChannel())
+
+
+@pytest.mark.parametrize(
+    ("spec", "eye"),
+    [
+        ("rgb", CameraChannel(depth="none")),
+        ("rgbd", CameraChannel(depth="turbo")),
+        ("rgbd?depth=height", CameraChannel(depth="height")),
+        ("rgbd?near=0.5&far=0.9", CameraChannel(depth="turbo", near=0.5, far=0.9)),
+    ],
+)
+def test_pictures_come_from_the_camera_alone(spec, eye):
+    assert is_pictured(spec)
+    assert channels_for(replace(PLAN, modality=spec)) == (eye,)
+
+
+def test_a_report_needs_no_camera():
+    assert not is_pictured("symbolic")
+    assert camera("symbolic") is None
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("depth", "no modality is called 'depth'; there are: symbolic, rgb, rgbd"),
+        ("symbolic?depth=gray", r"modality: got 'symbolic\?depth=gray', expected symbolic without options"),
+        ("rgbd?colour=red", "no option of rgbd is called 'colour'; there are: depth, near, far"),
+        ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, gray, height, packed"),
+        ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgb without depth, or rgbd with a kind"),
+        ("rgb?depth=turbo", "modality: got .*, expected rgb without depth"),
+        ("rgbd?near=x", "near: got 'x', expected a number"),
+    ],
+)
+def test_what_is_no_modality_is_refused(spec, message):
+    with pytest.raises((BadValue, UnknownName), match="^" + message):
+        camera(spec)
+
+
+def test_who_reads_reports_takes_in_no_pictures():
+    shown = ("rgb", "rgbd?depth=gray", "symbolic")
+    assert taken_in("human-inspired:proximity", shown) == ("symbolic",)
+    assert taken_in("llm:local", ("rgb",)) == ()
+    assert taken_in("viewer", shown) == shown
+    assert taken_in("python:mine:Mine", shown) == shown
+    with pytest.raises(UnknownName, match="no agent is called 'rando'"):
+        taken_in("rando", shown)
+
+
+def test_records_of_hosted_models_can_be_read_without_their_package(monkeypatch):
+    def without(spec):
+        raise Missing("hosted models need the package inspect_ai", "pip install it")
+
+    monkeypatch.setattr(modality, "resolve", without)
+    assert taken_in("llm:nowhere/never-seen", ("rgb", "symbolic")) == ("rgb", "symbolic")

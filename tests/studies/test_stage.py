@@ -1,0 +1,158 @@
+"""One trial: its plant is made, looked at and closed; what breaks in making it is an error at the plant."""
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from lockprobe import run_trial
+from lockprobe.errors import BadValue, Missing, PlantFault
+from lockprobe.pictures.frame import Camera, Frame
+from lockprobe.plants.catalogue import PlantSource
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.record import Decision
+from lockprobe.studies import stage
+
+HANDLES = np.array([[[0.1 * i - 0.15, -0.05, 0.05], [0.1 * i - 0.15, 0.05, 0.05]] for i in range(4)])
+PANEL = np.diag([1.0, -1.0, -1.0, 1.0])
+PANEL[2, 3] = 0.7
+CAMERA = Camera(width=64, height=48, focal=60.0, panel=PANEL)
+
+
+class Photographed(SymbolicPlant):
+    """A box whose pictures are a bright spot at each handle."""
+
+    facts: ClassVar = {"renderer": "spots"}
+
+    def __init__(self, box):
+        super().__init__(box)
+        self.closed = 0
+
+    def observe(self):
+        return self._seen(super().observe())
+
+    def attempt(self, joint):
+        return self._seen(super().attempt(joint))
+
+    def close(self):
+        self.closed += 1
+
+    def _seen(self, snapshot):
+        return replace(snapshot, look=lambda: self._frame(snapshot.configuration), sensed={"verdict": "moved"})
+
+    def _frame(self, configuration):
+        rgb, depth = np.zeros((48, 64, 3), np.uint8), np.full((48, 64), 0.7, np.float32)
+        for handle, position in zip(HANDLES, configuration, strict=True):
+            column, row = CAMERA.project(handle[int(position)])[:2].round().astype(int)
+            rgb[row, column], depth[row, column] = 255, 0.65
+        return Frame(rgb=rgb, depth=depth, camera=CAMERA, handles=HANDLES, renderer="spots")
+
+
+class Eye:
+    """Looks for each spot, and attempts what it has not moved yet, from the right."""
+
+    facts: ClassVar = {}
+
+    def __init__(self):
+        self.seen = []
+
+    async def decide(self, situation, rng):
+        from lockprobe.pictures.png import from_png
+
+        percept = situation.percept
+        assert percept.look is None
+        assert percept.outcome is percept.positions is None
+        image = from_png(percept.pictures[0].png)
+        spots = [image[round(one[1]), round(one[0]), 0] > 128 for _, one in percept.handles]
+        self.seen.append(spots)
+        places = dict(zip(situation.task.joints, (place[0] for place in situation.task.places), strict=True))
+        left = [joint for joint, there in zip(situation.task.joints, spots, strict=True) if not there]
+        return Decision(joint=max(left, key=places.__getitem__))
+
+
+@pytest.fixture
+def plants(monkeypatch):
+    made = []
+
+    def resolve(spec):
+        def make(box, labels, rng):
+            made.append((Photographed(box), labels, rng.random()))
+            return made[-1][0]
+
+        return PlantSource(spec=spec, has_camera=True, make=make)
+
+    monkeypatch.setattr(stage, "resolve_plant", resolve)
+    return made
+
+
+def test_an_agent_that_looks_solves_the_box_from_pictures_alone(plants, tmp_path):
+    eye = Eye()
+    trial = run_trial(agent=eye, plant="fast-twin", modality="rgbd", pictures=tmp_path)
+    assert trial.solved
+    assert trial.actions == ("revolute-right", "slider-2", "slider-1", "revolute-left")
+    assert [sum(spots) for spots in eye.seen] == [0, 1, 2, 3]
+    assert all(step.told_moved == step.moved and step.told_state is None for step in trial.steps)
+    assert trial.modality == "rgbd"
+    assert trial.plant["renderer"] == "spots"
+    named = [trial.opening_pictures, *(step.pictures for step in trial.steps)]
+    assert all(list(names) == ["rgb", "depth", "depth16"] for names in named)
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {name for names in named for name in names.values()}
+
+
+def test_a_plant_is_made_of_the_trials_own_labels_and_luck_and_closed_once(plants):
+    first, again, other = (run_trial(plant="fast-twin", trial=number) for number in (1, 1, 2))
+    (one, labels, luck), (_, same_labels, same_luck), (_, _, other_luck) = plants
+    assert one.closed == 1
+    assert labels == same_labels == first.labels
+    assert luck == same_luck != other_luck
+    assert first == again != other
+
+
+def test_a_plant_is_closed_when_the_trial_breaks(plants):
+    class Broken:
+        facts: ClassVar = {}
+
+        async def decide(self, situation, rng):
+            raise ValueError("no idea")
+
+    assert run_trial(agent=Broken(), plant="fast-twin").error.boundary == "model"
+    assert plants[0][0].closed == 1
+
+
+@pytest.mark.parametrize("fault", [PlantFault("jammed"), ValueError("jammed")])
+def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
+    def make(box, labels, rng):
+        raise fault
+
+    monkeypatch.setattr(stage, "resolve_plant", lambda spec: PlantSource(spec=spec, has_camera=True, make=make))
+    trial = run_trial(plant="fast-twin")
+    assert (trial.ending, trial.error.boundary, trial.owed_again, trial.plant) == ("error", "plant", True, {})
+    assert "jammed" in trial.error.message
+
+
+def test_what_the_user_has_to_supply_is_said(monkeypatch):
+    def make(box, labels, rng):
+        raise Missing("a box that can be built", "take another")
+
+    monkeypatch.setattr(stage, "resolve_plant", lambda spec: PlantSource(spec=spec, has_camera=True, make=make))
+    with pytest.raises(Missing, match="a box that can be built"):
+        run_trial(plant="fast-twin")
+
+
+def test_who_reads_reports_is_shown_no_pictures():
+    with pytest.raises(
+        BadValue, match="modality: got 'rgb', expected symbolic for human-inspired, which reads reports"
+    ):
+        run_trial(plant="fast-twin", modality="rgb")
+    with pytest.raises(BadValue, match="expected a plant with a camera"):
+        run_trial(agent="viewer", modality="rgb")
+
+
+@pytest.mark.parametrize("p", [0.0, 0.4])
+def test_a_simulated_box_gives_the_same_trial_as_the_rules(p):
+    pytest.importorskip("mujoco")
+    trial = run_trial(plant="fast-twin", p=p, seed=5)
+    assert trial.plant["engine"].startswith("mujoco ")
+    assert replace(trial, plant={}) == run_trial(p=p, seed=5)
