@@ -1,5 +1,6 @@
 """Records on disk: round trip, refusal, golden lines of every schema version."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,18 @@ def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
     assert old in line
     with pytest.raises(BadValue, match=where):
         trial_from_json(line.replace(old, new))
+
+
+@pytest.mark.parametrize("name", ["../../secret.png", "A" * 20 + ".png", "a" * 20 + ".png\n", ""])
+def test_a_record_names_no_file_outside_its_directory(name):
+    trial = run_trial(agent="human-inspired")
+    first = replace(trial.steps[0], pictures={"rgb": name})
+    for odd in (replace(trial, opening_pictures={"rgb": name}), replace(trial, steps=(first, *trial.steps[1:]))):
+        with pytest.raises(BadValue, match="rgb picture"):
+            trial_from_json(trial_to_json(odd))
+    fine = replace(trial, opening_pictures={"rgb": "0123456789abcdef0123.png"})
+    assert trial_from_json(trial_to_json(fine)) == fine
+    assert fine.picture_names == {"0123456789abcdef0123.png"}
 
 
 def test_a_trial_without_steps_is_no_trial():

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.errors import BadValue
+from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.record import SCHEMA_VERSION, Step, Trial
 
 __all__ = ["trial_from_json", "trial_to_json"]
@@ -49,9 +52,18 @@ def _check(trial: Trial) -> None:
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
     if not len(trial.steps) <= trial.budget <= LONGEST:
         raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
+    _check_pictures("trial record", trial.opening_pictures)
     for number, step in enumerate(trial.steps, 1):
         _check_step(trial, step, number)
+        _check_pictures(f"trial record, step {number}", step.pictures)
     _check_ending(trial)
+
+
+def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:
+    """Names are made of hashes, so that no record points outside its directory."""
+    for kind, name in pictures.items():
+        if not PICTURE_NAME.fullmatch(name):
+            raise BadValue(f"{where}, {kind} picture", name, "twenty hexadecimal digits and .png")
 
 
 def _check_ending(trial: Trial) -> None:

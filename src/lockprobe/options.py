@@ -1,4 +1,4 @@
-"""Options of an agent in its spec: ``human-inspired:proximity?lapse=0.1``."""
+"""Options in a spec, of an agent, a plant or a modality: ``human-inspired:proximity?lapse=0.1``."""
 
 from __future__ import annotations
 
@@ -14,11 +14,15 @@ __all__ = ["read_options", "with_options"]
 Made = TypeVar("Made")
 
 
-def read_options(spec: str) -> tuple[str, dict[str, str]]:
+def read_options(spec: str, what: str = "agent") -> tuple[str, dict[str, str]]:
     """The name in front of the question mark, and the options after it.
 
     >>> read_options("human-inspired:proximity?lapse=0.1")
     ('human-inspired:proximity', {'lapse': '0.1'})
+
+    Args:
+        spec: The spec.
+        what: What it is a spec of, for messages.
 
     Raises:
         BadValue: If an option has no value, or comes twice.
@@ -27,16 +31,16 @@ def read_options(spec: str) -> tuple[str, dict[str, str]]:
     try:
         pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
     except ValueError:
-        raise BadValue("agent", spec, "options as name?first=1&second=2") from None
+        raise BadValue(what, spec, "options as name?first=1&second=2") from None
     if len(dict(pairs)) < len(pairs):
-        raise BadValue("agent", spec, "every option once")
+        raise BadValue(what, spec, "every option once")
     return name, dict(pairs)
 
 
 def with_options(
     kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
 ) -> Made:
-    """An agent of a dataclass, with its fields from a preset and from options in words.
+    """A dataclass with its fields from a preset and from options in words.
 
     Args:
         kind: The dataclass.

@@ -273,6 +273,13 @@ class Trial:
         return tuple(step.joint for step in self.steps)
 
     @property
+    def picture_names(self) -> frozenset[str]:
+        """File names of all pictures that were taken."""
+        return frozenset(
+            [*self.opening_pictures.values(), *(name for step in self.steps for name in step.pictures.values())]
+        )
+
+    @property
     def condition(self) -> str:
         """The readable name of its condition, for example ``flips/random/p=0.4``."""
         return self.key.rsplit("/rep=", 1)[0]

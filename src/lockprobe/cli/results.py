@@ -42,6 +42,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
         "solved": sum(trial.solved for trial in trials),
         "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
         "steps": steps,
+        "pictures": len({name for trial in trials for name in trial.picture_names}),
         "seconds_playing": round(seconds, 1),
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
         "calls": sum(u.calls for u in usage),

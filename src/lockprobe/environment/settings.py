@@ -77,7 +77,7 @@ class Settings:
     @property
     def picture_size(self) -> tuple[int, int]:
         """Height and width of the plant's pictures, pixels."""
-        name, options = read_options(self.plant)
+        name, options = read_options(self.plant, "plant")
         scene = with_options(TwinSettings if name == "twin" else SceneSettings, name, options)
         return scene.height, scene.width
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,14 +12,13 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.film.caption import captioned, opening_lines, outcome_lines
 from lockprobe.film.files import open_film
 from lockprobe.film.replay import Film
-from lockprobe.pictures.picture import PictureKind
+from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.pictures.png import from_png
 from lockprobe.record import Trial
 
 __all__ = ["film_seen"]
 
 _SECONDS = 1.2
-_NAME = re.compile(r"[0-9a-f]{20}\.png")
 
 
 def film_seen(trial: Trial, directory: Path, path: Path) -> Film:
@@ -57,7 +55,7 @@ def _shown(directory: Path, names: Mapping[PictureKind, str]) -> NDArray[np.uint
 
 def _read(directory: Path, name: str) -> NDArray[np.uint8]:
     path = directory / name
-    if not _NAME.fullmatch(name):
+    if not PICTURE_NAME.fullmatch(name):
         raise BadFile(directory, f"the record names a picture {name!r}, which is no name of a picture")
     try:
         picture = from_png(path.read_bytes()).astype(np.uint8, copy=False)

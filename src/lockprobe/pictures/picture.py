@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import dataclass, field
 from typing import Literal
 
-__all__ = ["Picture", "PictureKind"]
+__all__ = ["PICTURE_NAME", "Picture", "PictureKind"]
 
 PictureKind = Literal["rgb", "depth", "depth16"]
 """Colours; depth as an agent is shown it; depth in millimetres, as it was measured."""
+
+PICTURE_NAME = re.compile(r"[0-9a-f]{20}\.png")
+"""The file names of pictures."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

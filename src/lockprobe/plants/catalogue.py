@@ -62,7 +62,7 @@ def resolve_plant(spec: str) -> PlantSource:
         UnknownName: If there is none, or an option does not exist; the message lists what exists.
         BadValue: If an option has a value that it cannot have.
     """
-    name, options = read_options(spec)
+    name, options = read_options(spec, "plant")
     if name not in PLANTS:
         raise UnknownName("plant", name, PLANTS)
     if name == "symbolic":

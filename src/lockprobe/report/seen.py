@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from lockprobe.errors import BadValue, Missing
-from lockprobe.pictures.picture import PictureKind
+from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
+from lockprobe.pictures.png import from_png, to_png
 from lockprobe.record import Trial
 from lockprobe.studies.album import ALBUM
 
@@ -20,9 +20,6 @@ _SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
 
 _WIDE = 320
 """Pixels across a picture on a page, at most."""
-
-_NAME = re.compile(r"[0-9a-f]{20}\.png")
-"""Names of pictures; records come from anyone, and nothing else is opened."""
 
 Row = Mapping[str, Any]
 
@@ -61,8 +58,8 @@ def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
 
     Those that are not there or damaged are left out, and all where the package that reads pictures is missing.
     """
-    names = {name for row in rows for moment in row["moments"] for name in moment["files"] if _NAME.fullmatch(name)}
-    small = {name: _small(directory / ALBUM / name) for name in sorted(names)}
+    names = {name for row in rows for moment in row["moments"] for name in moment["files"]}
+    small = {name: _small(directory / ALBUM / name) for name in sorted(names) if PICTURE_NAME.fullmatch(name)}
     return {
         name: "data:image/png;base64," + base64.b64encode(png).decode()
         for name, png in small.items()
@@ -71,8 +68,6 @@ def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
 
 
 def _small(path: Path) -> bytes | None:
-    from lockprobe.pictures.png import from_png, to_png
-
     try:
         pixels = from_png(path.read_bytes())
     except (OSError, BadValue, Missing):

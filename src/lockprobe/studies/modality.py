@@ -48,7 +48,7 @@ def camera(modality: str) -> CameraChannel | None:
         if query:
             raise BadValue("modality", modality, "symbolic without options")
         return None
-    found = with_options(CameraChannel, name, read_options(modality)[1], {"depth": _DEPTH[name]})
+    found = with_options(CameraChannel, name, read_options(modality, "modality")[1], {"depth": _DEPTH[name]})
     if (found.depth == "none") != (name == "rgb"):
         raise BadValue("modality", modality, "rgb without depth, or rgbd with a kind of depth")
     return found

@@ -57,4 +57,5 @@ def _initial(scene: Scene) -> NDArray[np.float64]:
     model = scene.spec.compile()
     data = mujoco.MjData(model)
     Mechanism(model, data, scene).set_configuration(scene.box.initial)
-    return data.qpos.copy()
+    found: NDArray[np.float64] = data.qpos.copy()
+    return found

@@ -1,0 +1,145 @@
+"""Attempts of the arm from random configurations: is every verdict right, and what does one cost beside plain physics.
+
+    uv run --extra twin python benchmarks/arm_actions.py [--actions 200] [--box chain-4] [--only NAME]
+
+"As the rules" counts attempts after which the joints stand as the box's rules have it, "right" those of which the robot
+also says what the rules say, of joints that are free and of joints that are locked. CPU time of one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from lockprobe.errors import BadValue, PlantFault
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import box
+from lockprobe.plants.settings import TwinSettings
+from lockprobe.plants.twin import Twin
+
+CONDITIONS = {
+    "as it is": {},
+    "4 mm, 0.3 N": {"pose_error": 0.004, "force_noise": 0.3},
+    "7 mm, 0.5 N": {"pose_error": 0.007, "force_noise": 0.5},
+    "twice the friction": {"friction": 2.0},
+    "varied looks": {"looks": "varied"},
+    "tilt 0": {"tilt": 0.0},
+    "tilt 30": {"tilt": 30.0},
+    "tilt 45": {"tilt": 45.0},
+    "tilt 60": {"tilt": 60.0},
+    "tilt 75": {"tilt": 75.0},
+    "fingers 0.4": {"finger_stiffness": 0.4},
+    "fingers 0.3": {"finger_stiffness": 0.3},
+    "fingers 0.2": {"finger_stiffness": 0.2},
+    "fingers 0.1": {"finger_stiffness": 0.1},
+}
+STEPS = 2000
+
+
+@dataclass
+class Tally:
+    """What came of many attempts."""
+
+    verdicts: Counter[tuple[str, str]] = field(default_factory=Counter)
+    against_rules: int = 0
+    faults: list[str] = field(default_factory=list)
+    simulated: list[float] = field(default_factory=list)
+    spent: list[float] = field(default_factory=list)
+    peaks: dict[str, list[float]] = field(default_factory=lambda: {"moved": [], "blocked": []})
+
+
+def main() -> None:
+    """Print one row per condition."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--actions", type=int, default=200)
+    parser.add_argument("--box", default="chain-4")
+    parser.add_argument("--only", choices=CONDITIONS)
+    arguments = parser.parse_args()
+    puzzle = box(arguments.box)
+    print("| condition | right | free | locked | as the rules | broken | simulated s | CPU s (most) |", end="")
+    print(" x real time | x plain mj_step | peak N free, mean (most) | peak N locked, mean (least) |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|")
+    for name in [arguments.only] if arguments.only else CONDITIONS:
+        try:
+            print(row(name, *attempts(puzzle, TwinSettings(**CONDITIONS[name]), arguments.actions)), flush=True)
+        except BadValue as refusal:
+            print(f"| {name} | refused: {refusal} |", flush=True)
+
+
+def attempts(puzzle: Lockbox, settings: TwinSettings, count: int) -> tuple[Tally, float]:
+    """Attempt random joints in random configurations; the tally, and CPU seconds of one plain step meanwhile."""
+    tally, rng = Tally(), np.random.default_rng(7)
+    twin = fresh(puzzle, settings, 0)
+    plain = plain_step(twin)
+    for number in range(count):
+        configuration = tuple(bool(bit) for bit in rng.integers(0, 2, len(puzzle.joints)))
+        joint = int(rng.integers(len(puzzle.joints)))
+        if settings.looks == "varied" and number % 10 == 0:
+            twin = fresh(puzzle, settings, number)
+        twin.put(configuration)
+        after, moves = puzzle.attempt(configuration, joint)
+        began = time.process_time()
+        try:
+            snapshot = twin.attempt(joint)
+        except PlantFault as fault:
+            tally.faults.append(str(fault))
+            twin = fresh(puzzle, settings, number)
+            continue
+        tally.spent.append(time.process_time() - began)
+        tally.simulated.append(float(str(snapshot.sensed["seconds"])))
+        tally.verdicts["moved" if moves else "blocked", str(snapshot.sensed["verdict"])] += 1
+        tally.peaks["moved" if moves else "blocked"].append(float(str(snapshot.sensed["peak_force"])))
+        tally.against_rules += snapshot.configuration != after
+    return tally, plain
+
+
+def fresh(puzzle: Lockbox, settings: TwinSettings, seed: int) -> Twin:
+    """A twin in its initial configuration."""
+    labels = tuple("ABCDEFGH"[: len(puzzle.joints)])
+    return Twin(puzzle, labels=labels, settings=settings, rng=np.random.default_rng(seed))
+
+
+def plain_step(twin: Twin) -> float:
+    """CPU seconds of ``mj_step`` of the same scene."""
+    model, data = twin.model, mujoco.MjData(twin.model)
+    began = time.process_time()
+    for _ in range(STEPS):
+        mujoco.mj_step(model, data)
+    return (time.process_time() - began) / STEPS
+
+
+def row(name: str, tally: Tally, plain: float) -> str:
+    """One line of the table."""
+    right = sum(count for (rule, verdict), count in tally.verdicts.items() if rule == verdict)
+    total = sum(tally.verdicts.values())
+
+    def share(rule: str) -> str:
+        told = {verdict: count for (wanted, verdict), count in tally.verdicts.items() if wanted == rule}
+        return f"{told.get(rule, 0)}/{sum(told.values())}"
+
+    moved, blocked = tally.peaks["moved"], tally.peaks["blocked"]
+    step = 1000 * plain * np.mean(tally.simulated) / 2
+    cells = [
+        name,
+        f"{right}/{total}",
+        share("moved"),
+        share("blocked"),
+        f"{total - tally.against_rules}/{total}",
+        str(len(tally.faults)),
+        f"{np.mean(tally.simulated):.2f}",
+        f"{np.mean(tally.spent):.3f} ({np.max(tally.spent):.3f})",
+        f"{np.sum(tally.simulated) / np.sum(tally.spent):.0f}",
+        f"{np.mean(tally.spent) / step:.1f}",
+        f"{np.mean(moved):.1f} ({np.max(moved):.1f})",
+        f"{np.mean(blocked):.1f} ({np.min(blocked):.1f})",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+if __name__ == "__main__":
+    main()

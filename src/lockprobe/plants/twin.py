@@ -1,0 +1,195 @@
+"""The physical lockbox with a robot: home, look, approach, feel, drag, judge, retreat, home (paper, Sec. 2.1).
+
+What did happen and what the robot makes of it are both told: a snapshot's outcome is the truth, read off the
+mechanism after it has come to rest, and ``sensed`` is what the arm's guarded move measured and concluded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadValue, PlantFault
+from lockprobe.lockbox.box import Configuration, Lockbox, bits
+from lockprobe.pictures.frame import Frame
+from lockprobe.plants.arm.guarded import GuardedMove
+from lockprobe.plants.arm.hand import add_hand
+from lockprobe.plants.arm.panda import add_panda
+from lockprobe.plants.arm.path import Path
+from lockprobe.plants.arm.simulated import SimulatedArm
+from lockprobe.plants.arm.skin import find_skin, wear_skin
+from lockprobe.plants.rendering.eye import Eye
+from lockprobe.plants.scene.board import compile_scene
+from lockprobe.plants.scene.fitting import KNOB_TOP
+from lockprobe.plants.scene.mechanism import Mechanism
+from lockprobe.plants.settings import TwinSettings
+from lockprobe.record import Fact, Snapshot
+
+__all__ = ["Twin"]
+
+_POINTS = 33
+"""Of a handle's path."""
+
+_PATIENCE = 1.0
+"""Seconds that the mechanism has for coming to rest, once the arm is at home."""
+
+_FILM_EVERY = 1 / 25
+"""Seconds."""
+
+
+class Twin:
+    """A lockbox, an arm and a camera in one simulation.
+
+    Args:
+        box: Its rules become pins and blocks.
+        labels: What stands beside the joints, in panel order.
+        settings: What it is like.
+        rng: The trial's stream for the plant. Looks draw from it, depth, believed places and force each from a child of
+            it, equally often whatever the settings are.
+        film: Called about 25 times in a simulated second with the model and its state, which it may not change; the
+            arm then wears its skin, if there is one.
+
+    Raises:
+        BadValue: If the box cannot be built, or its handles cannot be reached.
+    """
+
+    def __init__(
+        self,
+        box: Lockbox,
+        *,
+        labels: tuple[str, ...],
+        settings: TwinSettings,
+        rng: np.random.Generator,
+        film: Callable[[mujoco.MjModel, mujoco.MjData], None] | None = None,
+    ) -> None:
+        scene = compile_scene(box, labels=labels, settings=settings, rng=rng)
+        # Looks and sight as fast-twin has them, so that one seed gives the same panel with and without an arm.
+        self._sight, self._aim, force = *rng.spawn(1), *rng.spawn(2)
+        add_hand(scene.spec, add_panda(scene.spec), stiffness=settings.finger_stiffness)
+        skin = find_skin() if film is not None else None
+        if skin is not None:
+            wear_skin(scene.spec, skin)
+        self._box, self._settings, self._panel, self._film = box, settings, scene.panel, film
+        self._model = scene.spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._mechanism = Mechanism(self._model, self._data, scene)
+        self._eye = Eye(self._model, scene.camera, settings)
+        self._attempts, self._looked, self._next_film = 0, False, 0.0
+        self._arm = SimulatedArm(
+            self._model,
+            self._data,
+            force_noise=settings.force_noise,
+            rng=force,
+            before_step=self._mechanism.before_step,
+            after_step=self._filmed if film is not None else None,
+        )
+        self._move = GuardedMove()
+        self._refuse_out_of_reach()
+        self.put(box.initial)
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Settings, engine, and what made the pictures (None if none was taken)."""
+        facts: dict[str, Fact] = {"engine": f"mujoco {mujoco.__version__}", **asdict(self._settings)}
+        return facts | {"renderer": self._eye.renderer if self._looked else None}
+
+    def observe(self) -> Snapshot:
+        """The truth now."""
+        return Snapshot(configuration=self._mechanism.configuration(), look=self._camera())
+
+    def attempt(self, joint: int) -> Snapshot:
+        """Let the arm attempt a joint, by place in panel order.
+
+        Raises:
+            PlantFault: If the arm was held on its way, a joint stayed between its ends, or another one moved.
+        """
+        before = self._mechanism.configuration()
+        self._attempts += 1
+        touch = self._move.attempt(self._arm, self._believed_path(joint, before[joint]))
+        self._settle()
+        after = self._mechanism.configuration()
+        self._refuse_disorder(joint, before, after)
+        return Snapshot(
+            configuration=after,
+            joint=joint,
+            outcome="moved" if after[joint] != before[joint] else "blocked",
+            sensed=touch.as_facts(),
+            look=self._camera(),
+        )
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled scene, arm and all."""
+        return self._model
+
+    def put(self, configuration: Configuration) -> None:
+        """Put every joint at an end of its travel and the arm at home, at rest; for tests and measurements."""
+        self._mechanism.set_configuration(configuration)
+        self._arm.stand()
+        self._settle()
+
+    def close(self) -> None:
+        """Let go of the renderer."""
+        self._eye.close()
+
+    def _camera(self) -> Callable[[], Frame]:
+        taken_at = self._attempts
+
+        def look() -> Frame:
+            if self._attempts != taken_at:
+                raise PlantFault("a picture was asked for after the next attempt")
+            self._looked = True
+            return self._eye.look(self._data, self._panel.pose, self._panel.handles, self._sight)
+
+        return look
+
+    def _settle(self) -> None:
+        """Wait until every joint is at an end, for a while."""
+        deadline = self._data.time + _PATIENCE
+        self._arm.wait()
+        while not self._mechanism.resting() and self._data.time < deadline:
+            self._arm.wait()
+
+    def _filmed(self) -> None:
+        if self._film is not None and self._data.time >= self._next_film:
+            self._next_film += _FILM_EVERY
+            self._film(self._model, self._data)
+
+    def _path(self, joint: int, position: bool) -> Path:
+        """The path of a handle from a position to the other one, in the world."""
+        fitting = self._panel.fittings[joint]
+        fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)
+        tops = np.array([[*fitting.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
+        return Path(points=self._in_world(tops), axis=-self._panel.pose[:3, 2])
+
+    def _in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        pose = self._panel.pose
+        return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+    def _believed_path(self, joint: int, position: bool) -> Path:
+        """The same shifted in the panel's plane by as much as the robot errs."""
+        shift = self._settings.pose_error * self._aim.standard_normal(2)
+        path = self._path(joint, position)
+        return Path(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)
+
+    def _refuse_out_of_reach(self) -> None:
+        for joint, name in enumerate(self._box.names):
+            path = self._path(joint, False)
+            lift = -self._move.clearance * path.axis
+            for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
+                if not self._arm.reaches(point, path.axis):
+                    raise BadValue("tilt", self._settings.tilt, f"one at which the arm reaches the handle of {name}")
+
+    def _refuse_disorder(self, joint: int, before: Configuration, after: Configuration) -> None:
+        """Breaks the trial if more happened than the box knows."""
+        if not self._mechanism.resting():
+            where = ", ".join(f"{fraction:.2f}" for fraction in self._mechanism.fractions())
+            raise PlantFault(
+                f"joint {joint} was attempted in {bits(before)} and the joints now stand at {where} of their travel"
+            )
+        if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
+            raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
