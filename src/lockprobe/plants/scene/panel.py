@@ -29,7 +29,10 @@ ROOM = 0.042
 CAMERA_DISTANCE = 0.72
 """From the middle of the board to the camera, metres."""
 
-_CAMERA_LAG, _CAMERA_LEAN = math.radians(12), math.radians(10)
+_CAMERA_LAG, _CAMERA_LEAN = math.radians(12), math.radians(40)
+
+_HEIGHT, _RAISED = 0.16, 0.63
+"""Of the middle of a board tilted by no more than 20 degrees, metres; and for every radian beyond, metres."""
 
 _MARGIN = 0.034
 """Between those and the board's edge, metres."""
@@ -123,14 +126,17 @@ def camera_angle(tilt: float) -> float:
 
 
 def panel_pose(size: tuple[float, float], tilt: float, depth: float) -> NDArray[np.float64]:
-    """Where a panel stands in the world: before the robot, its case above the ground. Shape (4, 4), metres."""
+    """Where a panel stands in the world: before the robot, its case above the ground. Shape (4, 4), metres.
+
+    It stands the higher the steeper it is: no angles of the arm's joints would bend the hand under a low, steep panel.
+    """
     sine, cosine = math.sin(tilt), math.cos(tilt)
     pose = np.eye(4)
     pose[:3, 0] = (0, -1, 0)
     pose[:3, 1] = (cosine, 0, sine)
     pose[:3, 2] = (-sine, 0, cosine)
     lowest = 0.5 * size[1] * sine + depth * cosine
-    pose[:3, 3] = (0.5, 0, max(0.16, lowest + 0.03))
+    pose[:3, 3] = (0.5, 0, max(_HEIGHT, lowest + 0.03, _HEIGHT + _RAISED * (tilt - math.radians(20))))
     return pose
 
 
