@@ -12,7 +12,8 @@ from lockprobe.lockbox.box import MAX_JOINTS, Joint
 from lockprobe.lockbox.families import box, named_boxes
 from lockprobe.lockbox.generate import Recipe, Refused, generate
 from lockprobe.plants.scene.fitting import BAR, KNOB_TOP
-from lockprobe.plants.scene.panel import CAMERA_DISTANCE, camera_angle, fit_panel
+from lockprobe.plants.scene.panel import fit_panel
+from lockprobe.plants.scene.placement import CAMERA_DISTANCE, camera_angle
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
 FEW = ("chain-2", "chain-4", "chain-8", "branched", "common-cause-4")

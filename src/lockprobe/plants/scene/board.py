@@ -17,7 +17,8 @@ from lockprobe.plants.scene.handles import add_handle
 from lockprobe.plants.scene.hidden import FIRM, FIRM_REFERENCE, add_gates, case_depth
 from lockprobe.plants.scene.looks import Colour, Look, look_of
 from lockprobe.plants.scene.painting import paint_board, wood
-from lockprobe.plants.scene.panel import CAMERA_DISTANCE, Panel, camera_angle, fit_panel
+from lockprobe.plants.scene.panel import Panel, fit_panel
+from lockprobe.plants.scene.placement import CAMERA_DISTANCE, camera_angle
 from lockprobe.plants.settings import SceneSettings
 
 __all__ = ["TIMESTEP", "TOUCHED", "TOUCHES", "Scene", "compile_scene"]
