@@ -23,10 +23,10 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.modality import channels_for
 from lockprobe.studies.montecarlo.plain import play_plainly, policy_of, world_of
 from lockprobe.studies.montecarlo.populations import Population, population
 from lockprobe.studies.montecarlo.propagation import propagate
-from lockprobe.studies.modality import channels_for
 from lockprobe.studies.study import Study
 from lockprobe.trial import play
 

@@ -156,3 +156,25 @@ def test_a_simulated_box_gives_the_same_trial_as_the_rules(p):
     trial = run_trial(plant="fast-twin", p=p, seed=5)
     assert trial.plant["engine"].startswith("mujoco ")
     assert replace(trial, plant={}) == run_trial(p=p, seed=5)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+def test_a_robot_without_nuisances_needs_the_steps_that_the_rules_give(seed):
+    pytest.importorskip("mujoco")
+    trial, expected = run_trial(plant="twin", seed=seed), run_trial(seed=seed)
+    assert [step.sensed["verdict"] == "moved" for step in trial.steps] == [step.moved for step in expected.steps]
+    assert replace(trial, plant={}, steps=tuple(replace(step, sensed={}) for step in trial.steps)) == expected
+
+
+@pytest.mark.parametrize("plant", ["fast-twin?looks=varied&depth_noise=0.002", "twin?pose_error=0.004&force_noise=0.3"])
+def test_the_same_seed_gives_the_same_trial_pictures_included(plant, tmp_path):
+    pytest.importorskip("mujoco")
+    one, other = (
+        run_trial(agent="viewer", plant=plant, modality="rgbd", seed=3, max_steps=2, pictures=tmp_path / name)
+        for name in ("one", "other")
+    )
+    assert one == other
+    files = {name: (tmp_path / "one" / name).read_bytes() for name in one.picture_names}
+    assert len(files) >= 6  # a blocked attempt may leave the picture as it was
+    assert files == {path.name: path.read_bytes() for path in (tmp_path / "other").iterdir()}
+    assert run_trial(agent="viewer", plant=plant, modality="rgbd", seed=4, max_steps=2) != one
