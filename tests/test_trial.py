@@ -135,6 +135,17 @@ def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
     assert [step.told_state for step in trial.steps] == [None] * 3
 
 
+class Dark(PhotographedPlant):
+    def _look(self, configuration):
+        raise RuntimeError("no light in the laboratory")
+
+
+def test_a_picture_that_cannot_be_taken_is_the_fault_of_the_plant():
+    trial = played(Fake(joint(0)), replace(PLAN, modality="rgb"), (Photograph(),), Dark(PLAN.box))
+    assert trial.error.boundary == "plant"
+    assert trial.error.message == "RuntimeError: no light in the laboratory"
+
+
 @dataclass(frozen=True)
 class BrokenChannel:
     def perceive(self, percept, previous, task, rng):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass, replace
+from functools import partial
 
 from lockprobe.errors import (
     ChannelFault,
@@ -17,6 +18,7 @@ from lockprobe.errors import (
     without_secrets,
 )
 from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.record import (
@@ -143,6 +145,12 @@ def _fact(value: object) -> Fact:
     return value if plain else str(value)  # type: ignore[return-value]
 
 
+def _look(look: Callable[[], Frame]) -> Frame:
+    """A picture that cannot be taken is the plant's fault, whoever asked for it."""
+    with _boundary(PlantFault):
+        return look()
+
+
 def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
     """What keeps a decision from being acted on and written down; agents come from anyone."""
     if not isinstance(decision, Decision):
@@ -204,6 +212,8 @@ class _Loop:
 
     def _tell(self, snapshot: Snapshot) -> Percept:
         percept = self._names.percept(snapshot)
+        if percept.look is not None:
+            percept = replace(percept, look=partial(_look, percept.look))
         with _boundary(ChannelFault):
             for channel, rng in self._channels:
                 percept = channel.perceive(percept, self._percept, self._task, rng)

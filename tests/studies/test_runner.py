@@ -1,8 +1,12 @@
 """The issue's figures on whole studies, through runner and journal."""
 
+import re
+
 import pytest
 
 from lockprobe import load
+from lockprobe.errors import SettingsChanged
+from lockprobe.jsonline import trial_from_json
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, Silent, run
 from lockprobe.studies.studyfile import Request, study
@@ -66,8 +70,6 @@ class Mine:
 
 
 def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
-    from lockprobe.errors import SettingsChanged
-
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "mine_a.py").write_text(AGENT)
     played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
@@ -76,6 +78,21 @@ def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
     monkeypatch.setattr("mine_a.Mine.facts", {"model": "b"})
     with pytest.raises(SettingsChanged, match=r"python:mine_a:Mine, model is 'a' there, 'b' asked"):
         played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
+    assert len(load(tmp_path / "d")) == 1
+
+
+@pytest.mark.parametrize(("name", "other"), [("engine", "mujoco 3.9.0"), ("renderer", "osmesa")])
+def test_two_engines_or_renderers_are_not_mixed(tmp_path, name, other):
+    pytest.importorskip("mujoco")
+    asked = {"agent": ["viewer"], "plant": "fast-twin?width=64&height=64", "p": [0], "trials": 2, "max_steps": 1}
+    study = {"study": "modalities", "modality": ["rgb"], **asked}
+    played(tmp_path / "d", **study)
+    path = tmp_path / "d" / "trials.jsonl"
+    first = path.read_bytes().splitlines(keepends=True)[0]
+    was = trial_from_json(first).plant[name]
+    path.write_bytes(first.replace(f'"{name}":"{was}"'.encode(), f'"{name}":"{other}"'.encode()))
+    with pytest.raises(SettingsChanged, match=re.escape(f"width=64&height=64, {name} is '{other}' there")):
+        played(tmp_path / "d", **study)
     assert len(load(tmp_path / "d")) == 1
 
 

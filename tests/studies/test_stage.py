@@ -10,6 +10,7 @@ from lockprobe import run_trial
 from lockprobe.errors import BadValue, Missing, PlantFault
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.catalogue import PlantSource
+from lockprobe.plants.settings import SceneSettings
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision
 from lockprobe.studies import stage
@@ -80,7 +81,7 @@ def plants(monkeypatch):
             made.append((Photographed(box), labels, rng.random()))
             return made[-1][0]
 
-        return PlantSource(spec=spec, has_camera=True, make=make)
+        return PlantSource(spec=spec, settings=SceneSettings(), make=make)
 
     monkeypatch.setattr(stage, "resolve_plant", resolve)
     return made
@@ -126,7 +127,9 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     def make(box, labels, rng):
         raise fault
 
-    monkeypatch.setattr(stage, "resolve_plant", lambda spec: PlantSource(spec=spec, has_camera=True, make=make))
+    monkeypatch.setattr(
+        stage, "resolve_plant", lambda spec: PlantSource(spec=spec, settings=SceneSettings(), make=make)
+    )
     trial = run_trial(plant="fast-twin")
     assert (trial.ending, trial.error.boundary, trial.owed_again, trial.plant) == ("error", "plant", True, {})
     assert "jammed" in trial.error.message
@@ -136,7 +139,9 @@ def test_what_the_user_has_to_supply_is_said(monkeypatch):
     def make(box, labels, rng):
         raise Missing("a box that can be built", "take another")
 
-    monkeypatch.setattr(stage, "resolve_plant", lambda spec: PlantSource(spec=spec, has_camera=True, make=make))
+    monkeypatch.setattr(
+        stage, "resolve_plant", lambda spec: PlantSource(spec=spec, settings=SceneSettings(), make=make)
+    )
     with pytest.raises(Missing, match="a box that can be built"):
         run_trial(plant="fast-twin")
 

@@ -19,10 +19,9 @@ from lockprobe.errors import BadFile, BadValue, TrialFault
 from lockprobe.film.caption import WIDTH, Line, captioned, opening_lines, outcome_lines, step_lines
 from lockprobe.film.files import RATES, FilmFile, open_film
 from lockprobe.lockbox.box import bits
-from lockprobe.options import read_options, with_options
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.settings import TwinSettings
+from lockprobe.plants.settings import RendererChoice, TwinSettings
 from lockprobe.record import Fact, Snapshot, Trial
 from lockprobe.seams import Plant
 from lockprobe.studies.study import Study
@@ -95,10 +94,12 @@ def film_trial(
     if not 1 <= speed <= FASTEST:
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
     spec = plan.plant if resolve_plant(plan.plant).has_camera else STAND_IN
-    resolve_plant(spec).check(plan.box)
+    source = resolve_plant(spec)
+    source.check(plan.box)
+    assert source.settings is not None
     file = open_film(path)
-    runs = read_options(spec)[0] == "twin"
-    shooting = _Shooting(file, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    runs, renderer = isinstance(source.settings, TwinSettings), source.settings.renderer
+    shooting = _Shooting(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
         differs = _play_again(trial, plan, spec, shooting, tell)
         file.close()
@@ -132,14 +133,13 @@ def _play_again(trial: Trial, plan: Plan, spec: str, shooting: _Shooting, tell: 
 
 
 def _plant(plan: Plan, spec: str, shooting: _Shooting) -> Plant:
-    name, options = read_options(spec)
+    source = resolve_plant(spec)
     labels, rng = Names(plan).labels, plan.stream("plant")
-    if name != "twin":
-        return resolve_plant(spec).make(plan.box, labels, rng)
+    if not isinstance(source.settings, TwinSettings):
+        return source.make(plan.box, labels, rng)
     from lockprobe.plants.twin import Twin
 
-    settings = with_options(TwinSettings, name, options)
-    return Twin(plan.box, labels=labels, settings=settings, rng=rng, film=shooting)
+    return Twin(plan.box, labels=labels, settings=source.settings, rng=rng, film=shooting)
 
 
 def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
@@ -164,8 +164,9 @@ class _Shooting:
         pictures: How many there are so far.
     """
 
-    def __init__(self, file: FilmFile, *, runs: bool, rate: float, speed: int) -> None:
+    def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:
         self.pictures = 0
+        self._choice = renderer
         self._runs = runs
         self._file = file
         self._seconds = 1 / rate
@@ -222,7 +223,7 @@ class _Shooting:
         if self._renderer is None:
             from lockprobe.plants.rendering.renderers import open_renderer
 
-            self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT)
+            self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT, choice=self._choice)
         return self._renderer.render(data, "oblique")[0]
 
     def _add(self, picture: NDArray[np.uint8], lines: tuple[Line, ...], seconds: float) -> None:

@@ -34,15 +34,20 @@ class PlantSource:
 
     Attributes:
         spec: Its spec.
-        has_camera: Whether it can be looked at.
+        settings: Of a physical plant, options read; None for the symbolic one.
         make: Builds it for one trial: the box, the labels of its joints in panel order, the trial's stream ``plant``.
         check: Finds out whether ``make`` can work here for a box, with the same errors.
     """
 
     spec: str
-    has_camera: bool
     make: Make
+    settings: SceneSettings | None = None
     check: Callable[[Lockbox], None] = lambda box: None
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether it can be looked at."""
+        return self.settings is not None
 
 
 def known_plants() -> dict[str, str]:
@@ -68,10 +73,10 @@ def resolve_plant(spec: str) -> PlantSource:
     if name == "symbolic":
         if options:
             raise BadValue("plant", spec, "symbolic without options")
-        return PlantSource(spec=spec, has_camera=False, make=lambda box, labels, rng: SymbolicPlant(box))
+        return PlantSource(spec=spec, make=lambda box, labels, rng: SymbolicPlant(box))
     settings = with_options(SceneSettings if name == "fast-twin" else TwinSettings, name, options)
     make = _twin(settings) if isinstance(settings, TwinSettings) else _fast_twin(settings)
-    return PlantSource(spec=spec, has_camera=True, make=make, check=partial(_check, settings, make))
+    return PlantSource(spec=spec, settings=settings, make=make, check=partial(_check, settings, make))
 
 
 def _fast_twin(settings: SceneSettings) -> Make:

@@ -9,7 +9,7 @@ connections, and what needs a processor, a local model or a plant that is simula
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -18,7 +18,7 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.errors import Missing, SettingsChanged
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Step, Trial
+from lockprobe.record import Fact, Step, Trial
 from lockprobe.seams import Closable
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, load
@@ -28,6 +28,9 @@ from lockprobe.studies.workers import play_in_workers
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run stops."""
+
+_PLANT_FACTS = ("engine", "renderer")
+"""Of a plant, what its spec does not say and its pictures depend on."""
 
 __all__ = ["Limits", "Observer", "Silent", "run", "run_study"]
 
@@ -130,10 +133,13 @@ class _Finish:
         self._journal = journal
         self._observer = observer
         self._broken_in_a_row = 0
-        self._facts = next((t.facts for t in journal.trials.values() if t.agent == spec and t.facts), None)
+        self._agent: dict[str, Fact] = {}
+        self._plant: dict[str, Fact] = {}
+        for trial in journal.trials.values():
+            self._note(trial)
 
     def __call__(self, trial: Trial, timing: Timing) -> None:
-        self._same_agent(trial)
+        self._refuse_another(trial)
         self._journal.append(trial, timing)
         self._observer.trial(trial, timing)
         self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
@@ -143,18 +149,29 @@ class _Finish:
                 "nothing finished is lost; run the same command again when that is mended",
             )
 
-    def _same_agent(self, trial: Trial) -> None:
-        """A study that is resumed must not mix two models, prompts or runtimes under one name."""
-        if not trial.facts:
-            return
-        facts, self._facts = self._facts or trial.facts, self._facts or trial.facts
-        different = {
-            f"{self._spec}, {name}": (facts.get(name), trial.facts.get(name))
-            for name in sorted({*facts, *trial.facts})
-            if facts.get(name) != trial.facts.get(name)
-        }
+    def _refuse_another(self, trial: Trial) -> None:
+        """A study that is resumed must not mix two models, prompts, runtimes or renderers under one name."""
+        plant = str(trial.plant.get("plant"))
+        different = _differences(self._spec, self._agent, trial.facts) | _differences(plant, self._plant, trial.plant)
         if different:
             raise SettingsChanged(self._journal.directory, different)
+        self._note(trial)
+
+    def _note(self, trial: Trial) -> None:
+        """What agent and plant are; a renderer is known only where somebody looked."""
+        if trial.agent == self._spec:
+            self._agent = dict(trial.facts) | self._agent
+        made: dict[str, Fact] = {name: value for name in _PLANT_FACTS if (value := trial.plant.get(name)) is not None}
+        self._plant = made | self._plant
+
+
+def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]) -> dict[str, tuple[object, object]]:
+    """Facts that both sides have and that are not the same; a release may know of more facts than the one before."""
+    return {
+        f"{what}, {name}": (known[name], found[name])
+        for name in sorted({*known} & {*found})
+        if found[name] is not None and known[name] != found[name]
+    }
 
 
 async def _play_here(
