@@ -1,4 +1,4 @@
-"""One tree of random streams: study > repetition > trial > {layout, labels, channel-0, channel-1, agent}.
+"""One tree of random streams: study > repetition > trial > {layout, labels, plant, channel-0, channel-1, agent}.
 
 Neither the condition nor the agent is on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
 channel and the same draws for its agent whatever the flip probability is and whoever plays, so conditions and
@@ -44,6 +44,6 @@ def trial_stream(seed: int, repetition: int, trial: int, name: str) -> np.random
         seed: Seed of the study.
         repetition: From 1.
         trial: From 1.
-        name: ``layout``, ``labels``, ``channel-0`` and so on, or ``agent``.
+        name: ``layout``, ``labels``, ``plant``, ``channel-0`` and so on, or ``agent``.
     """
     return generator(seed, "rep", repetition, "trial", trial, name)

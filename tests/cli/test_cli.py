@@ -11,7 +11,7 @@ import sys
 import pytest
 
 COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "detectors", "audit", "power", "box",
-            "agents", "models", "doctor"]  # fmt: skip
+            "agents", "plants", "models", "doctor"]  # fmt: skip
 
 
 def lockprobe(*arguments, stdin=None, **settings):
@@ -124,6 +124,7 @@ def test_help_names_every_command():
 
 def test_lists():
     assert "human-inspired" in lockprobe("agents").stdout
+    assert "finger_stiffness" in lockprobe("plants").stdout
     assert "smollm2-135m  Q4_1, 98 MB  llm:local" in lockprobe("models").stdout
 
 

@@ -30,6 +30,7 @@ COMMANDS = {
     "power": ("audit", "power", "How many trials a stated effect needs."),
     "box": ("boxes", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "The agents there are."),
+    "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
     "models": ("agents", "models", "Language models on this machine."),
     "doctor": ("agents", "doctor", "What works on this machine, and what to do about the rest."),
 }

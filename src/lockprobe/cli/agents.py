@@ -1,4 +1,4 @@
-"""``lockprobe agents``, ``lockprobe models`` and ``lockprobe doctor``."""
+"""What there is: ``lockprobe agents``, ``plants``, ``models`` and ``doctor``."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import typer
 from lockprobe.agents import weights
 from lockprobe.agents.catalogue import known_specs
 from lockprobe.cli.health import examine
+from lockprobe.plants.catalogue import known_plants
 
-__all__ = ["agents", "doctor", "list_models", "models", "pull"]
+__all__ = ["agents", "doctor", "list_models", "models", "plants", "pull"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 
@@ -22,6 +23,12 @@ def agents(json: AsJson = False) -> None:
     """The agents there are, by spec."""
     for spec, what in known_specs().items():
         print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:24}  {what}")
+
+
+def plants(json: AsJson = False) -> None:
+    """What can be acted on, by spec."""
+    for spec, what in known_plants().items():
+        print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:9}  {what}")
 
 
 @models.callback()
