@@ -9,9 +9,18 @@ from urllib.parse import parse_qsl
 
 from lockprobe.errors import BadValue, UnknownName
 
-__all__ = ["read_options", "with_options"]
+__all__ = ["read_options", "spec_name", "with_options"]
 
 Made = TypeVar("Made")
+
+
+def spec_name(spec: str) -> str:
+    """What stands in front of the question mark, whatever the options are.
+
+    >>> spec_name("rgbd?depth=height")
+    'rgbd'
+    """
+    return spec.partition("?")[0]
 
 
 def read_options(spec: str, what: str = "agent") -> tuple[str, dict[str, str]]:

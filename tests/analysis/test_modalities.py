@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
+from lockprobe.analysis.finding import modality_finding
 from lockprobe.analysis.modalities import by_fidelity, modality_effect, spoken
 from lockprobe.analysis.summary import summarise
 
@@ -43,6 +44,60 @@ def test_equal_trials_are_alike():
     assert (effect.p_value, effect.p_all, effect.detectable) == (1, 1, False)
 
 
+def test_variants_of_a_modality_are_of_equal_fidelity():
+    """They may well differ, which all together and pairs say; but there is no higher and lower."""
+    effect = modality_effect([trials_of("rgbd?depth=gray", SOON), trials_of("rgbd?depth=height", LATE)])
+    assert (effect.direction, effect.p_value, effect.detectable) == (0, None, False)
+    assert effect.p_all < 0.05
+    assert effect.pairs[0].p_adjusted < 0.05
+
+
+def test_the_trend_scores_fidelity_and_not_places_in_a_list():
+    """Two variants of RGB-D, one soon and one late: at equal fidelity it does not matter which is named first."""
+    trials = {"rgb": MIDDLE, "symbolic": LATE}
+    found = [
+        modality_effect([
+            *(trials_of(modality, waits) for modality, waits in trials.items()),
+            trials_of("rgbd?depth=gray", gray), trials_of("rgbd?depth=height", height),
+        ])
+        for gray, height in ((SOON, LATE), (LATE, SOON))
+    ]  # fmt: skip
+    assert found[0].p_value == pytest.approx(found[1].p_value)
+    assert found[0].direction == found[1].direction == -1
+
+
+def test_a_modality_without_a_rank_stays_out_of_the_trend():
+    ranked = [trials_of("rgb", SOON), trials_of("symbolic", LATE)]
+    alone, beside = modality_effect(ranked), modality_effect([*ranked, trials_of("smell", MIDDLE)])
+    assert (beside.direction, beside.p_value) == (alone.direction, alone.p_value)
+    assert beside.modalities == ("rgb", "symbolic", "smell")
+    assert len(beside.pairs) == 3
+    assert modality_effect([ranked[0], trials_of("smell", MIDDLE)]).p_value is None
+
+
+@pytest.mark.parametrize(
+    ("modalities", "waits", "said"),
+    [
+        (("rgb", "symbolic"), (SOON, LATE), "The higher the fidelity, the later or more rarely it solves the box (log"),
+        (("rgb", "symbolic"), (SOON, SOON), "That fidelity changes how soon it solves the box is not detectable (log"),
+        (("rgb", "symbolic"), (SOON[:3], LATE[:3]), "These are too few trials to compare how soon."),
+        (
+            ("rgbd", "rgbd?depth=gray"),
+            (SOON, LATE),
+            "How soon it solves the box differs with the way in which it is shown",
+        ),
+        (("rgbd", "rgbd?depth=gray"), (SOON, SOON), "That the way in which it is shown changes how soon it solves the"),
+        (("rgbd", "rgbd?depth=gray"), (SOON[:3], LATE[:3]), "These are too few trials to compare how soon."),
+    ],
+)
+def test_the_finding_speaks_of_fidelity_only_where_there_are_two(modalities, waits, said):
+    trials = [trial for modality, wait in zip(modalities, waits, strict=True) for trial in trials_of(modality, wait)]
+    summary = summarise(trials)
+    finding = modality_finding(summary.modalities[0], summary)
+    assert said in finding
+    assert ("fidelity" in finding) == ("fidelity" in said)
+
+
 def test_who_solves_it_at_all_is_compared_in_pairs():
     effect = modality_effect([trials_of("rgb", [*SOON[:6], *[None] * 4]), trials_of("symbolic", [None, *SOON[1:]])])
     (pair,) = effect.pairs
@@ -60,7 +115,7 @@ def test_too_few_trials_are_not_tested_and_one_modality_not_compared():
 
 
 def test_where_nothing_is_a_trend_is_seldom_found():
-    """The docstring has figures of 1500 studies; here fewer, at half the luck shared."""
+    """The docstring has figures of more studies; here fewer, at half the luck shared."""
     rng, found = np.random.default_rng(7), []
     for _ in range(80):
         shared = rng.geometric(0.12, 10)
@@ -74,9 +129,9 @@ def test_where_nothing_is_a_trend_is_seldom_found():
 
 
 def test_modalities_are_named_and_ordered_as_in_the_paper():
-    shown = ["symbolic", "rgbd?depth=height&near=0.5", "smell", "rgb"]
+    shown = ["symbolic", "rgbd?depth=gray&near=0.5", "smell", "rgb"]
     assert [spoken(one) for one in sorted(shown, key=by_fidelity)] == [
-        "RGB", "RGB-D, depth=height, near=0.5", "ground truth", "smell",
+        "RGB", "RGB-D, depth=gray, near=0.5", "ground truth", "smell",
     ]  # fmt: skip
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.analysis.behaviour import has_loop
-from lockprobe.analysis.outcomes import onset, outcomes, points
+from lockprobe.analysis.outcomes import onset, outcomes, points, solved_in_pairs
 
 
 def test_columns_are_the_records():
@@ -27,6 +27,15 @@ def test_onset_is_the_step_that_completes_the_first_loop():
 def test_broken_trials_are_in_no_column():
     assert len(outcomes([make_trial([0], broken="model"), make_trial(SOLUTION)])) == 1
     assert len(outcomes([])) == 0
+
+
+def test_pairs_are_trials_that_both_have():
+    failed = (0,) * 20
+    first = outcomes([make_trial(SOLUTION, trial=3), make_trial(failed, trial=1), make_trial(SOLUTION, trial=2)])
+    second = outcomes([make_trial(SOLUTION, trial=1), make_trial(failed, trial=3), make_trial(failed, trial=4)])
+    assert solved_in_pairs(first, second).tolist() == [[False, True], [True, False]]
+    assert solved_in_pairs(first, second).dtype == np.bool_
+    assert solved_in_pairs(first, outcomes([make_trial(SOLUTION, trial=3, repetition=2)])).shape == (0, 2)
 
 
 def test_points_pool_repetitions_or_keep_them_apart():

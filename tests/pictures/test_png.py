@@ -1,6 +1,8 @@
 """An array goes into a file and comes back the same."""
 
+import struct
 import sys
+import zlib
 
 import numpy as np
 import pytest
@@ -51,6 +53,15 @@ def test_other_files_are_refused():
     for broken in (b"", b"not a picture", image[:40], image[: len(image) // 2]):
         with pytest.raises(BadValue, match=f"picture: got '{len(broken)} bytes', expected a PNG file"):
             from_png(broken)
+
+
+@pytest.mark.parametrize("side", [5000, 60000])
+def test_a_header_that_promises_too_much_is_refused_before_anything_is_read(side):
+    png = bytearray(to_png(np.zeros((4, 4), np.uint8)))
+    png[16:24] = struct.pack(">II", side, side)
+    png[29:33] = struct.pack(">I", zlib.crc32(bytes(png[12:29])))
+    with pytest.raises(BadValue, match="^picture: got"):
+        from_png(bytes(png))
 
 
 def test_without_pillow_it_says_what_to_do(monkeypatch):

@@ -2,6 +2,9 @@
 
 import multiprocessing
 
+import pytest
+
+from lockprobe.errors import BadFile
 from lockprobe.pictures.picture import Picture
 from lockprobe.studies.album import Album
 
@@ -33,6 +36,12 @@ def test_a_picture_that_a_crash_tore_is_written_again(tmp_path):
 def test_nothing_is_made_before_the_first_picture(tmp_path):
     Album(tmp_path / "pictures")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_album_that_cannot_be_written_is_said_in_one_line(tmp_path):
+    (tmp_path / "pictures").write_text("in the way")
+    with pytest.raises(BadFile, match=r"pictures.*\.png: cannot be written"):
+        Album(tmp_path / "pictures").keep(Picture(kind="rgb", png=b"picture"))
 
 
 def keep_many(directory):

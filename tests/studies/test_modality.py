@@ -11,7 +11,7 @@ from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
 from lockprobe.studies import modality
-from lockprobe.studies.modality import camera, channels_for, is_pictured, taken_in
+from lockprobe.studies.modality import camera, channels_for, check_distinct, is_pictured, taken_in
 
 PLAN = Plan(
     key="k", study="s", agent="random", box=box("chain-4"), modality="symbolic", p=0.3, flip="sticky", repetition=1,
@@ -49,14 +49,33 @@ def test_a_report_needs_no_camera():
         ("symbolic?depth=gray", r"modality: got 'symbolic\?depth=gray', expected symbolic without options"),
         ("rgbd?colour=red", "no option of rgbd is called 'colour'; there are: depth, near, far"),
         ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, gray, height, packed"),
-        ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgb without depth, or rgbd with a kind"),
-        ("rgb?depth=turbo", "modality: got .*, expected rgb without depth"),
+        ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgbd with a kind of depth"),
+        ("rgb?depth=turbo", "modality: got .*, expected rgb without options"),
+        ("rgb?near=0.5", "modality: got .*, expected rgb without options"),
+        ("rgbd?depth=height&near=0.5", "modality: got .*, expected depth=height without near and far"),
+        ("rgbd?depth=packed&far=0.9", "modality: got .*, expected depth=packed without near and far"),
         ("rgbd?near=x", "near: got 'x', expected a number"),
     ],
 )
 def test_what_is_no_modality_is_refused(spec, message):
     with pytest.raises((BadValue, UnknownName), match="^" + message):
         camera(spec)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"), [("rgbd", "rgbd?depth=turbo"), ("rgbd?near=0.5&far=0.9", "rgbd?far=0.9&near=0.50")]
+)
+def test_two_names_of_the_same_are_refused(first, second):
+    with pytest.raises(
+        BadValue, match="^modality: got .* another way to show the box than .*, which is the same$"
+    ) as raised:
+        check_distinct(("symbolic", first, "rgb", second))
+    assert second in str(raised.value)
+    assert f"than {first}," in str(raised.value)
+
+
+def test_variants_of_a_modality_are_several():
+    check_distinct(("symbolic", "rgb", "rgbd", "rgbd?depth=gray", "rgbd?near=0.5", "rgbd?depth=gray&near=0.5"))
 
 
 def test_who_reads_reports_takes_in_no_pictures():

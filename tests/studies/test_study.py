@@ -255,6 +255,7 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
         ),
         ({"p": [0, 0.2]}, r"p: got \[0.0, 0.2\], expected 0 with rgb: a picture shows the truth"),
         ({"modality": ["rgb", "rgb"]}, r"modality: got \['rgb', 'rgb'\], expected at least one, and every one once"),
+        ({"modality": ["rgbd", "rgbd?depth=turbo"]}, "modality: got 'rgbd.depth=turbo', expected another way to show"),
         ({"modality": ["rbg"]}, "no modality is called 'rbg' .did you mean 'rgb'?"),
         ({"plant": "fast-twin?colour=red"}, "no option of fast-twin is called 'colour'"),
         ({"plant": "twin?tilt=95"}, "tilt: got 95.0, expected a number from 0 to 80"),

@@ -6,13 +6,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from lockprobe.analysis.behaviour import Behaviour, behaviour
 from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
 from lockprobe.analysis.inference.peak import AnyDifference
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.analysis.outcomes import Outcomes, Point, outcomes, points
+from lockprobe.analysis.outcomes import Outcomes, Point, outcomes, points, solved_in_pairs
 from lockprobe.analysis.proportions import ALPHA, Difference, Paired, Proportion, difference, paired, proportion
 from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference
@@ -112,9 +110,7 @@ def contrast(conditions: Sequence[ConditionSummary], counted: Outcomes, tested: 
     adjusted = next((at.p_value for at in tested.at if at.p == other.p), None)
     if found is None or adjusted is None:
         return None
-    first, second = (_by_luck(counted, condition.p) for condition in (baseline, other))
-    both = sorted(first.keys() & second.keys())
-    pairs = np.array([[first[luck], second[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
+    pairs = solved_in_pairs(*(counted.at(counted.p == condition.p) for condition in (baseline, other)))
     return Contrast(
         baseline=baseline,
         other=other,
@@ -123,9 +119,3 @@ def contrast(conditions: Sequence[ConditionSummary], counted: Outcomes, tested: 
         choices=len(others),
         p_adjusted=adjusted,
     )
-
-
-def _by_luck(counted: Outcomes, p: float) -> dict[tuple[int, int], bool]:
-    """Whether each trial was solved at one p, by repetition and trial."""
-    here = counted.at(counted.p == p)
-    return dict(zip(zip(here.repetition.tolist(), here.trial.tolist(), strict=True), here.solved.tolist(), strict=True))

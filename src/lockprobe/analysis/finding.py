@@ -7,7 +7,7 @@ from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.modalities import ModalityEffect, spoken
-from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.proportions import ALPHA, Proportion
 from lockprobe.analysis.robot import Verdicts
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
@@ -129,18 +129,28 @@ def modality_finding(effect: ModalityEffect, summary: StudySummary) -> str:
         f"{_of(found[modality].success)} with {spoken(modality)}, {_steps_to_80(found[modality])}"
         for modality in effect.modalities
     )
-    if effect.p_value is None:
-        tested = "These are too few trials to compare how soon."
+    return f"{effect.agent} solved {shown}. {_how_soon(effect)}"
+
+
+def _how_soon(effect: ModalityEffect) -> str:
+    """Of the trend over fidelity; of all modalities as they come where they have but one fidelity."""
+    p_value = effect.p_value if effect.differs_in_fidelity else effect.p_all
+    if p_value is None:
+        return "These are too few trials to compare how soon."
+    together = f"trials that share their luck kept together, {_p(p_value)}"
+    if not effect.differs_in_fidelity:
+        what, how = "the way in which it is shown", f"log-rank over all of them, {together}"
+        if p_value < ALPHA:
+            return f"How soon it solves the box differs with {what} ({how})."
     else:
-        how = f"log-rank for a trend over fidelity, trials that share their luck kept together, {_p(effect.p_value)}"
-        sooner = "sooner" if effect.direction > 0 else "later or more rarely"
-        tested = (
-            f"The higher the fidelity, the {sooner} it solves the box ({how})."
-            if effect.detectable
-            else f"That fidelity changes how soon it solves the box is not detectable ({how}); "
-            "that is not evidence that it does not."
-        )
-    return f"{effect.agent} solved {shown}. {tested}"
+        what, how = "fidelity", f"log-rank for a trend over fidelity, {together}"
+        if effect.detectable:
+            sooner = "sooner" if effect.direction > 0 else "later or more rarely"
+            return f"The higher the fidelity, the {sooner} it solves the box ({how})."
+    return (
+        f"That {what} changes how soon it solves the box is not detectable ({how}); "
+        "that is not evidence that it does not."
+    )
 
 
 def _steps_to_80(condition: ConditionSummary) -> str:

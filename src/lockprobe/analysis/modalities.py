@@ -3,8 +3,9 @@
 The paper orders its modalities by fidelity: pictures, pictures with depth, the state itself. Trials of equal repetition
 and trial share their luck over modalities (labels, listing, an agent's draws), so they are taken as clusters or pairs.
 
-Rejections of the trend at .05 where nothing is, in 1500 studies of 3 modalities with luck shared by none and by half of
-the trials: .029 and .017 with 10 trials each, .053 and .051 with 30.
+Rejections of the trend at .05 where nothing is, in 4000 studies of 3 modalities with luck shared by none and by half of
+the trials of ``human-inspired``: .017 and .002 with 10 trials each, .043 and .042 with 30
+(``benchmarks/modality_rates.py``).
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.inference.logrank import holm, solution_logrank
-from lockprobe.analysis.outcomes import Outcomes, joined, outcomes
+from lockprobe.analysis.outcomes import Outcomes, joined, outcomes, solved_in_pairs
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
+from lockprobe.options import spec_name
 from lockprobe.record import Trial
 
 __all__ = ["ModalityEffect", "ModalityPair", "by_fidelity", "modality_effect", "spoken"]
@@ -59,7 +60,8 @@ class ModalityEffect:
         modalities: Compared, from low to high fidelity.
         direction: 1 if the box is solved sooner at higher fidelity, -1 if later or more rarely, else 0.
         p_value: Of a trend over fidelity in equal steps, log-rank, two-sided, trials that share their luck kept
-            together; None with six clusters of luck or fewer, which could never be significant.
+            together; None with six clusters of luck or fewer, which could never be significant, and where fewer than
+            two fidelities are compared. Variants of a modality (``rgbd?depth=gray``) are of equal fidelity.
         p_all: Whether all modalities are alike, log-rank; None with too few clusters of luck.
         pairs: Every two of them.
     """
@@ -71,6 +73,11 @@ class ModalityEffect:
     p_value: float | None
     p_all: float | None
     pairs: tuple[ModalityPair, ...]
+
+    @property
+    def differs_in_fidelity(self) -> bool:
+        """Whether there is more than one fidelity, so that a trend can be asked for."""
+        return len({_fidelity(modality) for modality in self.modalities} - {None}) > 1
 
     @property
     def detectable(self) -> bool:
@@ -90,8 +97,14 @@ def spoken(modality: str) -> str:
 
 def by_fidelity(modality: str) -> tuple[int, str]:
     """Sorts modalities from low to high fidelity."""
-    name = modality.partition("?")[0]
-    return list(_SPOKEN).index(name) if name in _SPOKEN else len(_SPOKEN), modality
+    rank = _fidelity(modality)
+    return len(_SPOKEN) if rank is None else rank, modality
+
+
+def _fidelity(modality: str) -> int | None:
+    """From 0, the same for all variants of one; None for a modality that the paper does not rank."""
+    name = spec_name(modality)
+    return list(_SPOKEN).index(name) if name in _SPOKEN else None
 
 
 def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
@@ -105,7 +118,7 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
     if len(found) < 2:
         return None
     first = ordered[0][0]
-    direction, p_value = _trend([counted for _, counted in found])
+    direction, p_value = _trend(found)
     pairs = [_pair(one, two) for one, two in combinations(found, 2)]
     return ModalityEffect(
         agent=first.agent,
@@ -121,20 +134,22 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
     )
 
 
-def _trend(groups: Sequence[Outcomes]) -> tuple[int, float | None]:
-    """Whether events come sooner from group to group (Tarone 1975), the groups scored 0, 1, 2."""
-    counted = joined(groups)
+def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:
+    """Whether events come sooner from fidelity to fidelity (Tarone 1975); what has no fidelity is left out."""
+    ranked = [(rank, group) for modality, group in found if (rank := _fidelity(modality)) is not None]
+    if len({rank for rank, _ in ranked}) < 2:
+        return 0, None
+    counted = joined([group for _, group in ranked])
+    score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
     running, event = grid(counted.length, counted.solved)
     one = np.zeros(len(counted), dtype=np.int64)
-    found = excess(counted.p[None, :, None], event, running, stratum=one, cluster=counted.luck)
-    return found.direction, found.p_value_t
+    compared = excess(score[None, :, None], event, running, stratum=one, cluster=counted.luck)
+    return compared.direction, compared.p_value_t
 
 
 def _pair(first: tuple[str, Outcomes], second: tuple[str, Outcomes]) -> ModalityPair:
     compared = solution_logrank(joined([first[1], second[1]])).primary
-    one, two = (_by_luck(counted) for _, counted in (first, second))
-    both = sorted(one.keys() & two.keys())
-    solved: NDArray[np.bool_] = np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
+    solved = solved_in_pairs(first[1], second[1])
     return ModalityPair(
         first=first[0],
         second=second[0],
@@ -143,8 +158,3 @@ def _pair(first: tuple[str, Outcomes], second: tuple[str, Outcomes]) -> Modality
         p_adjusted=None,
         final=paired(solved[:, 0], solved[:, 1]),
     )
-
-
-def _by_luck(counted: Outcomes) -> dict[tuple[int, int], bool]:
-    lucks = zip(counted.repetition.tolist(), counted.trial.tolist(), strict=True)
-    return dict(zip(lucks, counted.solved.tolist(), strict=True))

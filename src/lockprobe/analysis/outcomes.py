@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.record import Trial
 
-__all__ = ["Outcomes", "Point", "ended", "joined", "numbered", "onset", "outcomes", "points"]
+__all__ = ["Outcomes", "Point", "ended", "joined", "numbered", "onset", "outcomes", "points", "solved_in_pairs"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,6 +120,26 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
     return Outcomes(
         **{name: np.concatenate([getattr(group, name) for group in numbered]) for name in Outcomes.__slots__}
     )
+
+
+def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
+    """Whether each trial was solved in both of two groups, of trials that both have, which share their luck.
+
+    Args:
+        first: Trials of equal condition, so that repetition and trial name each once.
+        second: The same under another condition.
+
+    Returns:
+        Shape (pairs, 2), by repetition and trial.
+    """
+    one, two = (_solved_by_luck(group) for group in (first, second))
+    both = sorted(one.keys() & two.keys())
+    return np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
+
+
+def _solved_by_luck(group: Outcomes) -> dict[tuple[int, int], bool]:
+    lucks = zip(group.repetition.tolist(), group.trial.tolist(), strict=True)
+    return dict(zip(lucks, group.solved.tolist(), strict=True))
 
 
 def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from lockprobe.errors import BadValue
-from lockprobe.pictures.depth import Window, encode, from_millimetres, legend, to_millimetres
+from lockprobe.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture
 from lockprobe.pictures.png import to_png
@@ -16,7 +16,7 @@ from lockprobe.record import Percept, Task
 
 __all__ = ["CameraChannel", "Depth"]
 
-Depth = Literal["none", "turbo", "gray", "height", "packed"]
+Depth = Literal["none", DepthKind]
 """Whether depth is shown, and how; :mod:`lockprobe.pictures.depth` says what the kinds are."""
 
 

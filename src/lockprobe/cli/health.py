@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
+from lockprobe.plants.catalogue import require_mujoco
 from lockprobe.plants.rendering.probing import VARIABLE, automatic, probe
 
 __all__ = ["Finding", "examine"]
@@ -37,7 +38,7 @@ def examine() -> Iterator[Finding]:
     yield _runtime()
     yield _embedded()
     yield _package("inspect_ai", "inspect-ai", "hosted models", "pip install 'lockprobe[providers]'")
-    yield _package("mujoco", "mujoco", "physical lockbox", "pip install 'lockprobe[twin]'")
+    yield _physical()
     if importlib.util.find_spec("mujoco") is not None:
         yield from _renderers()
 
@@ -69,6 +70,15 @@ def _renderers() -> Iterator[Finding]:
     yield Finding(
         what="renderer taken", ok=True, detail=f"{taken}, {why}; renderer=... in a plant's spec takes another"
     )
+
+
+def _physical() -> Finding:
+    what = "physical lockbox"
+    try:
+        require_mujoco()
+    except UserMistake as mistake:
+        return Finding(what=what, ok=False, detail=str(mistake))
+    return Finding(what=what, ok=True, detail=f"mujoco {importlib.metadata.version('mujoco')}")
 
 
 def _embedded() -> Finding:

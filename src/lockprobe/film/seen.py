@@ -61,4 +61,6 @@ def _read(directory: Path, name: str) -> NDArray[np.uint8]:
         picture = from_png(path.read_bytes()).astype(np.uint8, copy=False)
     except OSError as error:
         raise BadFile(path, f"cannot be read ({error.strerror or error})") from None
+    except BadValue as mistake:
+        raise BadFile(path, str(mistake)) from None
     return np.stack([picture] * 3, axis=-1) if picture.ndim == 2 else picture

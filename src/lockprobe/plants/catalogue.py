@@ -7,6 +7,7 @@ Options follow a question mark: ``twin?pose_error=0.004&looks=varied``.
 from __future__ import annotations
 
 import importlib.util
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import partial
@@ -98,14 +99,20 @@ def _twin(settings: TwinSettings) -> Make:
 
 
 def require_mujoco() -> None:
-    """Finds out whether boxes can be simulated and drawn here, without importing anything.
+    """Finds out whether boxes can be simulated and drawn here.
 
     Raises:
         Missing: If a package is missing.
+        BadValue: If the environment makes MuJoCo ask for an OpenGL platform that is not there: its import then fails.
     """
     for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
         if importlib.util.find_spec(module) is None:
             raise Missing(f"the twins need the package {package}", "pip install 'lockprobe[twin]'")
+    if platform := os.environ.get("MUJOCO_GL"):
+        try:
+            importlib.import_module("mujoco")
+        except (AttributeError, ImportError, RuntimeError):
+            raise BadValue("MUJOCO_GL", platform, "a platform that works here; unset it, it is not needed") from None
 
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:

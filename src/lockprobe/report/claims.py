@@ -11,9 +11,10 @@ from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question, TestResult
 from lockprobe.analysis.proportions import Proportion, difference, ratio
 from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.options import spec_name
 from lockprobe.report.cells import minus
 from lockprobe.report.compared import NOT_MEASURED, Found, Verdict, same_share, same_step, verdict_of
-from lockprobe.report.modality_claims import MODALITY_MEASURES, kind_of
+from lockprobe.report.modality_claims import MODALITY_MEASURES
 from lockprobe.report.paper import (
     CLAIMS,
     CORRELATION,
@@ -69,7 +70,7 @@ def _by_agent(claim: PaperClaim, summary: StudySummary) -> list[tuple[str, Found
     """What every agent that was shown the box as the claim has it says to it."""
     reference = claim.measure in ("reference", "reference-steps")
     agents = [a for a in summary.agents if a.agent.startswith("human-inspired")] if reference else summary.subjects
-    return [(agent.name, _measure(claim, agent)) for agent in agents if kind_of(agent.modality) == claim.modality]
+    return [(agent.name, _measure(claim, agent)) for agent in agents if spec_name(agent.modality) == claim.modality]
 
 
 def _measure(claim: PaperClaim, agent: AgentSummary) -> Found:

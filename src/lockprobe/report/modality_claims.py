@@ -7,18 +7,14 @@ from collections.abc import Callable, Iterator, Mapping
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.options import spec_name
 from lockprobe.report.compared import NOT_MEASURED, Found, Verdict, same_share, same_step
 from lockprobe.report.paper import MODALITY, STEPS_TO_80
 
-__all__ = ["MODALITY_MEASURES", "kind_of"]
+__all__ = ["MODALITY_MEASURES"]
 
 Measured = list[tuple[str, Found]]
 """What every agent that speaks to a claim says, by its name."""
-
-
-def kind_of(modality: str) -> str:
-    """The paper's modality that one is, whatever its options are."""
-    return modality.partition("?")[0]
 
 
 def _compared(summary: StudySummary) -> Iterator[AgentSummary]:
@@ -35,9 +31,9 @@ def _final(summary: StudySummary) -> Measured:
 
 def _steps(summary: StudySummary) -> Measured:
     return [
-        (agent.name, same_step(agent.conditions[0], STEPS_TO_80[kind_of(agent.modality)]))
+        (agent.name, same_step(agent.conditions[0], STEPS_TO_80[spec_name(agent.modality)]))
         for agent in _compared(summary)
-        if kind_of(agent.modality) in STEPS_TO_80
+        if spec_name(agent.modality) in STEPS_TO_80
     ]
 
 
@@ -74,7 +70,7 @@ def _reference_faster(summary: StudySummary) -> Measured:
 
 
 def _is_reference(both: tuple[str, str]) -> bool:
-    return both[0].partition("?")[0].partition(":")[0] == "human-inspired" and both[1] == "symbolic"
+    return spec_name(both[0]).partition(":")[0] == "human-inspired" and both[1] == "symbolic"
 
 
 MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], Measured]] = {

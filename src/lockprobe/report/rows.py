@@ -229,7 +229,12 @@ def pace_row(compared: Pace, names: Mapping[tuple[str, str], str]) -> Row:
 
 def modality_row(effect: ModalityEffect) -> Row:
     """What the way of showing the box does to one agent."""
-    return {**asdict(effect), "detectable": effect.detectable, "spoken": [spoken(one) for one in effect.modalities]}
+    return {
+        **asdict(effect),
+        "detectable": effect.detectable,
+        "differs_in_fidelity": effect.differs_in_fidelity,
+        "spoken": [spoken(one) for one in effect.modalities],
+    }
 
 
 def labelled(rows: Iterable[Row], names: Mapping[tuple[str, str], str]) -> list[Row]:

@@ -49,8 +49,8 @@ def _moment(trial: Trial, number: int) -> dict[str, Any]:
     return {"when": f"after step {number}: {step.joint} {what}", "text": step.told, "files": _files(step.pictures)}
 
 
-def _files(pictures: Mapping[PictureKind, str]) -> list[str]:
-    return [pictures[kind] for kind in _SHOWN if kind in pictures]
+def _files(pictures: Mapping[PictureKind, str]) -> dict[PictureKind, str]:
+    return {kind: pictures[kind] for kind in _SHOWN if kind in pictures}
 
 
 def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
@@ -58,8 +58,10 @@ def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
 
     Those that are not there or damaged are left out, and all where the package that reads pictures is missing.
     """
-    names = {name for row in rows for moment in row["moments"] for name in moment["files"]}
-    small = {name: _small(directory / ALBUM / name) for name in sorted(names) if PICTURE_NAME.fullmatch(name)}
+    files = {item for row in rows for moment in row["moments"] for item in moment["files"].items()}
+    small = {
+        name: _small(directory / ALBUM / name, kind) for kind, name in sorted(files) if PICTURE_NAME.fullmatch(name)
+    }
     return {
         name: "data:image/png;base64," + base64.b64encode(png).decode()
         for name, png in small.items()
@@ -67,12 +69,15 @@ def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
     }
 
 
-def _small(path: Path) -> bytes | None:
+def _small(path: Path, kind: PictureKind) -> bytes | None:
+    """Of colours, the mean of every block; of depth, one pixel of it: the mean of two codes is the code of neither."""
     try:
         pixels = from_png(path.read_bytes())
     except (OSError, BadValue, Missing):
         return None
     step = -(-pixels.shape[1] // _WIDE)
+    if kind == "depth":
+        return to_png(pixels[step // 2 :: step, step // 2 :: step])
     high, wide = (side // step * step for side in pixels.shape[:2])
     blocks = pixels[:high, :wide].reshape(high // step, step, wide // step, step, -1).mean(axis=(1, 3))
     return to_png(blocks.round().astype(pixels.dtype).squeeze())

@@ -6,6 +6,7 @@ import os
 import threading
 from pathlib import Path
 
+from lockprobe.errors import BadFile
 from lockprobe.pictures.picture import Picture
 
 __all__ = ["ALBUM", "Album"]
@@ -28,11 +29,18 @@ class Album:
         self._directory = Path(directory)
 
     def keep(self, picture: Picture) -> None:
-        """Put a picture on disk, unless it is there."""
+        """Put a picture on disk, unless it is there.
+
+        Raises:
+            BadFile: If it cannot be written; the trial is then owed, and the run stops.
+        """
         path = self._directory / picture.name
-        if path.is_file() and path.stat().st_size == len(picture.png):
-            return
-        self._directory.mkdir(parents=True, exist_ok=True)
-        draft = path.with_name(f".{picture.name}.{os.getpid()}-{threading.get_ident()}")
-        draft.write_bytes(picture.png)
-        draft.replace(path)
+        try:
+            if path.is_file() and path.stat().st_size == len(picture.png):
+                return
+            self._directory.mkdir(parents=True, exist_ok=True)
+            draft = path.with_name(f".{picture.name}.{os.getpid()}-{threading.get_ident()}")
+            draft.write_bytes(picture.png)
+            draft.replace(path)
+        except OSError as error:
+            raise BadFile(path, f"cannot be written ({error.strerror or error})") from error

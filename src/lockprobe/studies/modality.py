@@ -14,11 +14,11 @@ from lockprobe.channels.camera import CameraChannel
 from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadValue, Missing, UnknownName
-from lockprobe.options import read_options, with_options
+from lockprobe.options import read_options, spec_name, with_options
 from lockprobe.plan import Plan
 from lockprobe.seams import Channel
 
-__all__ = ["MODALITIES", "SYMBOLIC", "camera", "channels_for", "is_pictured", "taken_in"]
+__all__ = ["MODALITIES", "SYMBOLIC", "camera", "channels_for", "check_distinct", "is_pictured", "taken_in"]
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 
@@ -27,10 +27,13 @@ SYMBOLIC = ("symbolic",)
 
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 
+_WITHOUT_WINDOW = ("height", "packed")
+"""Kinds of depth that mean the same whatever ``near`` and ``far`` are."""
+
 
 def is_pictured(modality: str) -> bool:
     """Whether a modality shows pictures instead of telling."""
-    return modality.partition("?")[0] in _DEPTH
+    return spec_name(modality) in _DEPTH
 
 
 @lru_cache(maxsize=64)
@@ -48,10 +51,29 @@ def camera(modality: str) -> CameraChannel | None:
         if query:
             raise BadValue("modality", modality, "symbolic without options")
         return None
-    found = with_options(CameraChannel, name, read_options(modality, "modality")[1], {"depth": _DEPTH[name]})
-    if (found.depth == "none") != (name == "rgb"):
-        raise BadValue("modality", modality, "rgb without depth, or rgbd with a kind of depth")
+    if name == "rgb" and query:
+        raise BadValue("modality", modality, "rgb without options: they are all of depth, which rgbd shows")
+    options = read_options(modality, "modality")[1]
+    found = with_options(CameraChannel, name, options, {"depth": _DEPTH[name]})
+    if name == "rgbd" and found.depth == "none":
+        raise BadValue("modality", modality, "rgbd with a kind of depth")
+    if found.depth in _WITHOUT_WINDOW and ("near" in options or "far" in options):
+        raise BadValue("modality", modality, f"depth={found.depth} without near and far, which it does not use")
     return found
+
+
+def check_distinct(modalities: Iterable[str]) -> None:
+    """Refuse modalities that show the same under two names, which would be compared as if they were two.
+
+    Raises:
+        UnknownName: As of :func:`camera`.
+        BadValue: As of :func:`camera`, and if two are the same.
+    """
+    seen: dict[CameraChannel | None, str] = {}
+    for modality in modalities:
+        first = seen.setdefault(camera(modality), modality)
+        if first != modality:
+            raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 
 
 def channels_for(plan: Plan) -> tuple[Channel, ...]:

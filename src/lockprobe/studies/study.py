@@ -17,7 +17,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.studies.modality import SYMBOLIC, camera, is_pictured, taken_in
+from lockprobe.studies.modality import SYMBOLIC, check_distinct, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LATER", "LayoutKind", "Study"]
 
@@ -57,7 +57,7 @@ class Study:
             plays those only that tell.
 
     Raises:
-        BadValue: If a setting is out of range.
+        BadValue: If a setting is out of range, or two modalities show the same.
         UnknownName: If there is no such plant or modality, or it has no such option.
     """
 
@@ -102,7 +102,7 @@ class Study:
                 raise BadValue(
                     "p", list(self.p), f"0 with {modality}: a picture shows the truth, only reports can be false"
                 )
-            camera(modality)
+        check_distinct(self.modalities)
 
     def settings(self) -> dict[str, object]:
         """The study as JSON would hold it; equal settings mean equal trials.

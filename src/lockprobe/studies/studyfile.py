@@ -16,7 +16,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.channels.noise import FlipKind
@@ -39,13 +39,21 @@ SHIPPED = ("mechanisms.toml",)
 _T = TypeVar("_T")
 
 
+Several = Annotated[
+    list[str],
+    Field(min_length=1, max_length=64),
+    BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
+]
+"""One, or a list of them."""
+
+
 class Request(BaseModel):
     """What a user asks for; what is left out follows the study's own default."""
 
     model_config = ConfigDict(extra="forbid")
 
     study: str = "flips"
-    agent: Annotated[list[str], Field(max_length=64)] | None = None
+    agent: Several | None = None
     box: str | None = None
     p: Annotated[list[float], Field(max_length=1000)] | None = None
     trials: int | None = None
@@ -54,7 +62,7 @@ class Request(BaseModel):
     max_steps: int | None = None
     flip: FlipKind | None = None
     plant: str | None = None
-    modality: Annotated[list[str], Field(max_length=64)] | None = None
+    modality: Several | None = None
     layout: LayoutKind | None = None
     shuffle: bool | None = None
     full: bool = False

@@ -33,10 +33,13 @@ RENDERERS: tuple[RendererName, ...] = get_args(RendererName)
 _REMEDIES: dict[RendererName, str] = {
     "egl": "install libEGL and Mesa's drivers (Debian: libegl1 libgl1-mesa-dri), or take renderer=rays",
     "osmesa": "install libOSMesa (Debian: libosmesa6), or take renderer=rays",
-    "rays": "pip install 'lockprobe[twin]', with MUJOCO_GL unset",
+    "rays": "pip install 'lockprobe[twin]'",
 }
 
 _LIBRARIES: dict[RendererName, str] = {"egl": "EGL", "osmesa": "OSMesa"}
+
+_PLATFORMS = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
+"""Variables that make an import ask for a platform; what is tried asks for its own."""
 
 _PATIENCE = 60.0
 """Seconds after which a renderer that is being tried counts as one that hangs."""
@@ -96,6 +99,7 @@ def probe_one(name: RendererName) -> Probed:
             text=True,
             timeout=_PATIENCE,
             check=False,
+            env={name: value for name, value in os.environ.items() if name not in _PLATFORMS},
         )
     except subprocess.TimeoutExpired:
         return Probed(name=name, ok=False, detail=f"it hung for {_PATIENCE:.0f} s")
