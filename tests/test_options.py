@@ -4,14 +4,19 @@ import pytest
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import read_options
+from lockprobe.options import read_options, spec_name
+
+
+def test_the_name_is_what_stands_before_the_options():
+    assert spec_name("rgbd?depth=height&near=0.5?") == "rgbd"
+    assert spec_name("human-inspired:proximity") == "human-inspired:proximity"
 
 
 def test_a_spec_without_options_has_none():
     assert read_options("human-inspired:proximity") == ("human-inspired:proximity", {})
 
 
-@pytest.mark.parametrize("spec", ["a?x", "a?x=1&x=2", "a?=1&"])
+@pytest.mark.parametrize("spec", ["a?x", "a?x=1&x=2", "a?=1&", "a?"])
 def test_options_have_a_name_and_a_value_and_come_once(spec):
     with pytest.raises(BadValue, match="^agent: got"):
         read_options(spec)

@@ -36,11 +36,13 @@ def read_options(spec: str, what: str = "agent") -> tuple[str, dict[str, str]]:
     Raises:
         BadValue: If an option has no value, or comes twice.
     """
-    name, _, query = spec.partition("?")
+    name, mark, query = spec.partition("?")
     try:
         pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
     except ValueError:
-        raise BadValue(what, spec, "options as name?first=1&second=2") from None
+        pairs = []
+    if mark and not pairs:
+        raise BadValue(what, spec, "options as name?first=1&second=2")
     if len(dict(pairs)) < len(pairs):
         raise BadValue(what, spec, "every option once")
     return name, dict(pairs)

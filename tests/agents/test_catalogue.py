@@ -98,6 +98,15 @@ def test_your_own_class(tmp_path, monkeypatch):
         resolve("python:mine:Nobody").make()
 
 
+def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, monkeypatch):
+    """A study is planned whenever its record is read, and records come from anyone."""
+    (tmp_path / "trap.py").write_text("raise SystemExit('it ran')")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert resolve("python:trap:Agent").senses == "pictures"
+    with pytest.raises(SystemExit, match="it ran"):
+        resolve("python:trap:Agent").make()
+
+
 def test_strategies_import_no_engine():
     """A study of strategies stays light: neither a model runtime nor a provider's library is imported."""
     code = (

@@ -1,17 +1,20 @@
 """Reading joints from pictures: what is plain to see is read rightly, and misreads come as pictures get coarser."""
 
 import colorsys
+import io
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from drawn_board import HANDLES, HEIGHT, WIDTH, coloured, deep, grey
+from PIL import Image
 
 from lockprobe.agents.eyes import evidence, gaze_at, shrunk
 from lockprobe.pictures.depth import Window, encode
 from lockprobe.pictures.frame import Camera
 from lockprobe.pictures.picture import Picture
-from lockprobe.pictures.png import to_png
+from lockprobe.pictures.png import from_png, to_png
 
 ALL = list(itertools.product((0, 1), repeat=5))
 
@@ -88,8 +91,30 @@ def test_misreads_come_as_pictures_get_coarser():
 def test_the_same_picture_is_read_alike_and_another_is_looked_at_from_elsewhere():
     one, other = coloured(ALL[3], 1), coloured(ALL[3], 2)
     assert evidence([one], HANDLES, acuity=8) == evidence([coloured(ALL[3], 1)], HANDLES, acuity=8)
-    assert gaze_at(one) != gaze_at(other)
-    assert all(0 <= shift < 1 for shift in (*gaze_at(one), *gaze_at(other)))
+    gazes = [gaze_at(from_png(picture.png)) for picture in (one, other)]
+    assert gazes[0] != gazes[1]
+    assert all(0 <= shift < 1 for gaze in gazes for shift in gaze)
+
+
+@pytest.mark.parametrize("kind", [coloured, grey])
+def test_it_is_read_alike_however_its_file_was_written(kind):
+    """Another Pillow or zlib writes other bytes for the same pixels."""
+    for seed, positions in enumerate(ALL[::3]):
+        picture = kind(positions, seed)
+        file = io.BytesIO()
+        Image.fromarray(from_png(picture.png)).save(file, "PNG", compress_level=9)
+        again = replace(picture, png=file.getvalue())
+        assert again.name != picture.name
+        assert evidence([again], HANDLES, acuity=5) == evidence([picture], HANDLES, acuity=5)
+
+
+def test_where_it_looks_hangs_on_every_pixel_and_on_the_shape():
+    image = np.zeros((4, 6), dtype=np.uint8)
+    images = [image, image.reshape(6, 4), image.reshape(4, 2, 3)]
+    for place in ((0, 0), (3, 5)):
+        images.append(image.copy())
+        images[-1][place] = 1
+    assert len({gaze_at(one) for one in images}) == len(images)
 
 
 @pytest.mark.parametrize("gaze", [(0.0, 0.0), (0.25, 0.8)])

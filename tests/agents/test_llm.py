@@ -11,6 +11,7 @@ import pytest
 from openai_server import Server, completion, pictures, refusal, truthful, words
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.prompt import picture_fingerprint
 from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.families import box
@@ -265,7 +266,8 @@ def test_a_model_that_is_told_reports_is_asked_and_recorded_as_before_there_were
     """The fingerprint of the prompt and the other facts are compared when a study is resumed."""
     trial, requests = shown(monkeypatch, truthful, TextChannel())
     assert trial.facts["prompt"] == "chat a78a7663d4a6"
-    assert sorted(trial.facts) == ["model", "prompt", "repairs", "runtime", "temperature"]
+    assert trial.facts["picture_prompt"] == f"chat {picture_fingerprint()}"
+    assert sorted(trial.facts) == ["model", "picture_prompt", "prompt", "repairs", "runtime", "temperature"]
     assert all(isinstance(message["content"], str) for request in requests for message in request["messages"])
 
 

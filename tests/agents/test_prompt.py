@@ -4,7 +4,15 @@ import itertools
 
 import pytest
 
-from lockprobe.agents.prompt import conversation, instructions, parse_reply, reply_schema
+from lockprobe.agents import prompt
+from lockprobe.agents.prompt import (
+    chat_fingerprint,
+    conversation,
+    instructions,
+    parse_reply,
+    picture_fingerprint,
+    reply_schema,
+)
 from lockprobe.errors import ReplyFault
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
@@ -132,3 +140,34 @@ def test_only_the_newest_observations_keep_their_pictures(images, shown, gone):
 def test_reports_are_told_as_ever_whatever_is_asked_of_pictures():
     assert conversation(LATER, images=1) == conversation(LATER)
     assert all(message.pictures == () for message in conversation(LATER))
+
+
+@pytest.mark.parametrize(
+    ("name", "wording"),
+    [
+        ("_SEEN", "You are shown {pictures}."),
+        ("_PICTURES", {1: "a photograph", 2: prompt._PICTURES[2]}),
+        ("_PICTURES", {1: prompt._PICTURES[1], 2: "a photograph and its depth"}),
+        ("_GONE", {1: "(gone)", 2: prompt._GONE[2]}),
+        ("_GONE", {1: prompt._GONE[1], 2: "(gone)"}),
+    ],
+)
+def test_what_is_said_of_pictures_has_a_fingerprint_of_its_own(monkeypatch, name, wording):
+    before = chat_fingerprint(), picture_fingerprint()
+    monkeypatch.setattr(prompt, name, wording)
+    assert chat_fingerprint() == before[0]
+    assert picture_fingerprint() != before[1]
+
+
+def test_what_is_said_with_and_without_pictures_changes_both_fingerprints(monkeypatch):
+    before = chat_fingerprint(), picture_fingerprint()
+    monkeypatch.setattr(prompt, "_INSTRUCTIONS", prompt._INSTRUCTIONS.replace("trying", "asked"))
+    assert chat_fingerprint() != before[0]
+    assert picture_fingerprint() != before[1]
+
+
+def test_what_is_said_of_reports_alone_leaves_the_fingerprint_of_pictures(monkeypatch):
+    before = chat_fingerprint(), picture_fingerprint()
+    monkeypatch.setattr(prompt, "_OBSERVATION", {True: "You are told all.", False: "You are told some."})
+    assert chat_fingerprint() != before[0]
+    assert picture_fingerprint() == before[1]

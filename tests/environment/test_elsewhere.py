@@ -46,6 +46,25 @@ def test_plants_share_a_process_and_not_their_state():
     assert second.attempt(3).outcome == "moved"
 
 
+def test_who_rendered_it_is_known_once_it_was_looked_at_and_remembered():
+    plant = remote("fast-twin?width=64&height=64")
+    first = plant.facts
+    assert (first["width"], first["renderer"]) == (64, None)
+    plant.observe()
+    assert plant.facts == first
+    plant.attempt(3).look()
+    named = dict(plant.facts)
+    assert named["renderer"]
+    assert named | {"renderer": None} == first
+    plant.close()
+    plant.close()
+    assert plant.facts == named
+    other = remote("fast-twin?width=64&height=64")
+    other.observe().look()
+    other.close()  # nobody asked before
+    assert other.facts == named
+
+
 def test_what_is_wrong_there_is_said_here():
     with pytest.raises(UserMistake, match="^no plant is called 'metal'"):
         remote("metal")
@@ -56,10 +75,13 @@ def test_what_is_wrong_there_is_said_here():
 
 
 def test_a_process_that_ends_is_a_fault_and_the_next_plant_gets_another():
-    plant = remote()
+    plant, facts = remote("fast-twin"), remote("fast-twin").facts
     plant._host._process.kill()
+    assert plant.facts == facts  # what it is remains known
     with pytest.raises(PlantFault, match="the plant's process ended"):
         plant.attempt(0)
+    assert plant.facts == facts
+    plant.close()
     assert remote().attempt(3).outcome == "moved"
 
 
@@ -83,3 +105,26 @@ def test_only_a_fork_of_a_process_that_has_opengl_needs_it():
         print(before, in_a_fork(), elsewhere.must_live_elsewhere())
     """)
     assert (done.stdout, done.stderr) == ("0 1 False\n", "")
+
+
+PROGRAM = """
+import gymnasium, lockprobe, numpy as np
+settings = dict(observation="rgb", plant="fast-twin?width=64&height=64&looks=varied&depth_noise=0.001", max_steps=2)
+pictures, plants = {}, {}
+for mode in ("sync", "async"):  # the first opens a renderer in this process, from which the second forks
+    envs = gymnasium.make_vec("lockprobe/Lockbox-v0", num_envs=2, vectorization_mode=mode, **settings)
+    pictures[mode] = [envs.reset(seed=1)[0], *(envs.step(np.array([3, 0]))[0] for _ in range(2))]
+    plants[mode] = [trial.plant for trial in envs.get_attr("trial")]
+    if mode == "async":
+        envs.close()
+assert np.array_equal(pictures["sync"], pictures["async"])
+assert (pictures["sync"][0][0] != pictures["sync"][1][0]).any()
+assert plants["sync"] == plants["async"], plants
+assert plants["sync"][0]["renderer"], plants
+print("done")
+"""
+
+
+def test_many_boxes_in_forked_processes_show_the_same_and_do_not_hang():
+    done = run(PROGRAM)
+    assert (done.stdout, done.returncode) == ("done\n", 0), done.stderr

@@ -66,9 +66,3 @@ def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, tr
         assert observations.tolist() == np.array(told).tolist()
         told.append(env.step(played.listing.index(step.decision.joint))[0])
     assert env.trial.ending == played.ending
-
-
-def test_a_learned_agent_has_to_say_how_it_acts():
-    trial = run_trial(agent=LearnedAgent())
-    assert (trial.ending, trial.error.boundary) == ("error", "model")
-    assert "NotImplementedError" in trial.error.message

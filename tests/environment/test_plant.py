@@ -1,18 +1,27 @@
 """The plant of an episode: made with the trial's own stream, looked at once, and never across a fork."""
 
 import os
+from itertools import pairwise
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 from painted import painted_twins
 
+from lockprobe import run_trial
 from lockprobe.environment import plant as module
+from lockprobe.environment.agent import LearnedAgent
 from lockprobe.environment.plant import WatchedPlant, make_plant
 from lockprobe.environment.settings import read_settings
+from lockprobe.environment.single import LockboxEnv
 from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.families import box
+from lockprobe.pictures.png import from_png
 from lockprobe.plan import Names
 from lockprobe.plants.symbolic import SymbolicPlant
+
+SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
 
 
 @pytest.fixture
@@ -87,3 +96,30 @@ def test_in_a_fork_of_a_process_with_opengl_it_lives_elsewhere(monkeypatch):
     symbolic = read_settings({}).plan(1, 1, 1)
     assert isinstance(make_plant(symbolic, Names(symbolic)), SymbolicPlant)  # which has no camera
     assert isinstance(rng, np.random.Generator)
+
+
+class Solver(LearnedAgent):
+    observation = "rgbd"
+
+    def act(self, observations, rng):
+        return 4 - len(observations["rgb"])
+
+
+def test_gymnasium_finds_nothing_to_say_against_the_physical_box():
+    check_env(gymnasium.make("lockprobe/Lockbox-v0", observation="rgbd", plant=SMALL).unwrapped, skip_render_check=True)
+
+
+def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_path):
+    trial = run_trial(agent=Solver(), plant=SMALL, modality="rgbd", seed=5, trial=3, shuffle=False, pictures=tmp_path)
+    assert trial.solved
+    env = LockboxEnv(observation="rgbd", plant=SMALL, render_mode="rgb_array")
+    here = [env.reset(seed=5, options={"trial": 3})[0], *(env.step(joint)[0] for joint in (3, 2, 1, 0))]
+    assert (env.render() == here[-1]["rgb"]).all()
+    for seen, names in zip(here, (trial.opening_pictures, *(step.pictures for step in trial.steps)), strict=True):
+        assert (seen["rgb"] == from_png((tmp_path / names["rgb"]).read_bytes())).all()
+        millimetres = np.rint(seen["depth"][..., 0] * 1000).astype(int)
+        assert (millimetres == from_png((tmp_path / names["depth16"]).read_bytes())).all()
+    assert np.median(here[0]["depth"]) > 0.5
+    assert [(one["rgb"] != other["rgb"]).any() for one, other in pairwise(here)] == [True] * 4
+    assert env.trial.plant == trial.plant
+    env.close()

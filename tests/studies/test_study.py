@@ -274,3 +274,15 @@ def test_a_study_file_may_ask_for_modalities(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('study = "modalities"\nagent = ["viewer"]\nmodality = ["rgbd?depth=height", "symbolic"]\n')
     assert study(str(path)).modalities == ("rgbd?depth=height", "symbolic")
+
+
+def test_a_list_of_one_may_be_written_without_brackets(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('study = "modalities"\nagent = "viewer"\nmodality = "rgb"\nplant = "fast-twin"\n')
+    assert read_request(path).agent == ["viewer"]
+    assert read_request(path).modality == ["rgb"]
+
+
+def test_a_study_shows_the_box_in_some_way():
+    with pytest.raises(BadValue, match=r"^modality: got \[\], expected at least one"):
+        study(Request(study="modalities", modality=[], agent=["viewer"]))

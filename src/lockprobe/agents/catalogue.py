@@ -68,7 +68,8 @@ class AgentSource:
     Attributes:
         spec: Its spec.
         engine: Where its time goes.
-        senses: What it can take in.
+        senses: What it can take in. One's own class is taken to look, and has to refuse pictures itself if it cannot:
+            no code of a user runs because a study is planned or a record is read.
         make: Builds it; may load a model, and may raise :class:`lockprobe.errors.UserMistake`.
         check: Finds out cheaply whether ``make`` can work, with the same errors.
     """

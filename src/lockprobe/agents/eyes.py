@@ -2,8 +2,8 @@
 
 It knows where each joint's handle would be seen at position 0 and at position 1, and asks of which of the two places
 shows a handle. A picture is first scaled down to as many pixels across as the reader resolves, as a vision model scales
-its pictures; what is too small then is misread, as there. Where the coarse pixels come to lie follows from the picture
-itself: as good as drawn, but the same whenever it is the same picture. Two cues:
+its pictures; what is too small then is misread, as there. Where the coarse pixels come to lie follows from the
+picture's own pixels: as good as drawn, but the same whenever they are the same, whatever wrote their file. Two cues:
 
 * colour: a handle is more colourful than the board, or of another hue, while an empty place is wood, shadow, or a mark
   in black and white. So what counts is how far a chromaticity lies from all mixtures of the board and grey. Brightness
@@ -13,6 +13,7 @@ itself: as good as drawn, but the same whenever it is the same picture. Two cues
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 
@@ -83,9 +84,14 @@ def _shares(fine: int, size: float, shift: float) -> _Image:
     return shares
 
 
-def gaze_at(picture: Picture) -> tuple[float, float]:
-    """Where the coarse pixels lie on a picture: anywhere, and the same whenever the picture is the same."""
-    return int(picture.name[:8], 16) / 2**32, int(picture.name[8:16], 16) / 2**32
+def gaze_at(image: NDArray[np.uint8] | NDArray[np.uint16]) -> tuple[float, float]:
+    """Where the coarse pixels lie on a picture: anywhere, and the same whenever its pixels are the same.
+
+    Args:
+        image: As :func:`lockprobe.pictures.png.from_png` reads it.
+    """
+    drawn = hashlib.sha256(f"{image.shape} {image.dtype}".encode() + image.tobytes()).digest()
+    return int.from_bytes(drawn[:4], "big") / 2**32, int.from_bytes(drawn[4:8], "big") / 2**32
 
 
 def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> tuple[float, ...]:
@@ -107,7 +113,7 @@ def _cue(picture: Picture, handles: _Places, acuity: int) -> _Image:
     """For each joint from -1 to 1, shape (joints,)."""
     file = from_png(picture.png)
     fine = _unpacked(file) if picture.kind == "depth" else file / 255.0
-    size, gaze = max(fine.shape[1] / acuity, 1.0), gaze_at(picture) if acuity < fine.shape[1] else (0.0, 0.0)
+    size, gaze = max(fine.shape[1] / acuity, 1.0), gaze_at(file) if acuity < fine.shape[1] else (0.0, 0.0)
     image = shrunk(fine, acuity, gaze)
     places = (handles + 0.5) / size + gaze - 0.5
     apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))

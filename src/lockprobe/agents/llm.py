@@ -8,7 +8,6 @@ say.
 from __future__ import annotations
 
 import base64
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -16,7 +15,15 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.agents.prompt import Message, conversation, example, fingerprint, parse_reply, repair, reply_schema
+from lockprobe.agents.prompt import (
+    Message,
+    chat_fingerprint,
+    conversation,
+    parse_reply,
+    picture_fingerprint,
+    repair,
+    reply_schema,
+)
 from lockprobe.errors import BadValue, Missing, ModelFault, ReplyFault
 from lockprobe.options import read_options, with_options
 from lockprobe.record import Decision, Fact, Situation, Usage
@@ -118,7 +125,8 @@ class HostedModel:
         return {
             "model": self._name,
             "runtime": f"inspect-ai {inspect_ai.__version__}",
-            "prompt": f"chat {_prompt_fingerprint()}",
+            "prompt": f"chat {chat_fingerprint()}",
+            "picture_prompt": f"chat {picture_fingerprint()}",
             "repairs": REPAIRS,
             "temperature": "provider default",
             **({} if self._showing == Showing() else asdict(self._showing)),
@@ -169,13 +177,6 @@ class HostedModel:
     async def aclose(self) -> None:
         """Close the provider's connections."""
         await self._model.api.aclose()
-
-
-def _prompt_fingerprint() -> str:
-    """What changes with any word that a model is sent, but for the sentences of the observation."""
-    shown = example()
-    texts = [message.text for message in conversation(shown)]
-    return fingerprint(*texts, repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown)))
 
 
 def _add(usage: Usage, output: ModelOutput) -> Usage:

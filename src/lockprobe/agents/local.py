@@ -23,7 +23,7 @@ from lockprobe.record import Decision, Fact, Outcome, Situation, Task, Turn
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
 
-__all__ = ["LocalModel", "check", "read_options"]
+__all__ = ["CONSTANT", "LocalModel", "check", "read_options"]
 
 Calibration = Literal["none", "first"]
 
@@ -34,10 +34,10 @@ The goal is to move the target joint within the given steps. \
 Each reply says whether the last joint moved or did not move, then names the next joint to try."""
 """The instruction, the same for every trial; it says nothing about which joint locks which."""
 
-CONTEXT = 4096
+_CONTEXT = 4096
 """Tokens that a trial may take: about 130 steps."""
 
-CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
+_CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
 
 
 def check(spec: str) -> None:
@@ -120,7 +120,7 @@ class LocalModel:
 
         name, options = read_options(spec)
         path = weights.locate(name)
-        engine = Engine(path, context=CONTEXT)
+        engine = Engine(path, context=_CONTEXT)
         facts = {"model": path.stem, "sha256": weights.sha256_of(path)} | engine.facts()
         calibration: Calibration = "first" if options["calibration"] == "first" else "none"
         return cls(engine, facts, temperature=float(options["temperature"]), calibration=calibration)
@@ -132,9 +132,9 @@ class LocalModel:
         prompt = self._prompt(situation)
         said, claim_probability, draw = "", None, float(rng.random())
         if last is not None:
-            chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in CLAIMS])
+            chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in _CLAIMS])
             claim_probability = chances[0]
-            said = list(CLAIMS)[int(draw >= claim_probability)]
+            said = list(_CLAIMS)[int(draw >= claim_probability)]
             prompt = self._extend(prompt, said, ".")
         prompt = self._extend(prompt, " Next joint:")
         raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
@@ -143,7 +143,7 @@ class LocalModel:
         reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
         return Decision(
             joint=joint,
-            claimed=CLAIMS.get(said),
+            claimed=_CLAIMS.get(said),
             probabilities=tuple(chances),
             claim_probability=claim_probability,
             replies=(reply,),
@@ -163,8 +163,8 @@ class LocalModel:
             self._engine.restart(CONSTANT)
         constant, *rest = _segments(situation)
         prompt = self._extend([*self._engine.opening(constant)], *rest)
-        if len(prompt) > CONTEXT - 64:
-            raise BadValue("max_steps", situation.task.budget, f"a trial that fits this model's {CONTEXT} tokens")
+        if len(prompt) > _CONTEXT - 64:
+            raise BadValue("max_steps", situation.task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
         return prompt
 
     def _extend(self, prompt: list[int], *segments: str) -> list[int]:
@@ -197,7 +197,7 @@ def _introduction(task: Task) -> tuple[str, ...]:
 
 def _reply(turn: Turn) -> tuple[str, ...]:
     """An earlier reply, in the same segments in which it was asked for."""
-    said = next((words for words, outcome in CLAIMS.items() if outcome == turn.decision.claimed), "")
+    said = next((words for words, outcome in _CLAIMS.items() if outcome == turn.decision.claimed), "")
     opening = ("Last joint:", f" {turn.percept.joint}", said, ".") if said else ()
     return (*opening, " Next joint:", f" {turn.decision.joint}", ".")
 

@@ -16,23 +16,25 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import ReplyFault
-from lockprobe.pictures.picture import Picture
+from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.record import Decision, Outcome, Percept, Situation, Task, Turn
 
 __all__ = [
     "Message",
     "Reply",
+    "chat_fingerprint",
     "claims",
     "conversation",
     "example",
     "fingerprint",
     "instructions",
     "parse_reply",
+    "picture_fingerprint",
     "repair",
     "reply_schema",
 ]
 
-CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
+_CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
 """What a reply may say of the last action."""
 
 _INSTRUCTIONS = """\
@@ -66,13 +68,21 @@ class Message:
     pictures: tuple[Picture, ...] = ()
 
 
-def example() -> Situation:
-    """The second step of a made-up trial: what a prompt looks like, and what its fingerprint is taken from."""
+def example(pictures: int = 0) -> Situation:
+    """The second step of a made-up trial: what a prompt looks like, and what its fingerprint is taken from.
+
+    Args:
+        pictures: How many an observation shows. Where there are some, it tells nothing else.
+    """
     task = Task(joints=("B", "A"), target="A", budget=20)
     decision = Decision(joint="B", replies=("reply",))
-    past = (Turn(percept=Percept(positions=(False, False), text="first"), decision=decision),)
-    percept = Percept(joint="B", outcome="moved", positions=(True, False), text="then")
-    return Situation(task=task, past=past, percept=percept)
+    first = Percept(positions=(False, False), text="first")
+    then = Percept(joint="B", outcome="moved", positions=(True, False), text="then")
+    if pictures:
+        kinds: tuple[PictureKind, ...] = ("rgb", "depth")
+        shown = tuple(Picture(kind=kind, png=b"") for kind in kinds[:pictures])
+        first, then = (replace(told, outcome=None, positions=None, pictures=shown) for told in (first, then))
+    return Situation(task=task, past=(Turn(percept=first, decision=decision),), percept=then)
 
 
 def fingerprint(*texts: str) -> str:
@@ -177,7 +187,7 @@ def parse_reply(text: str, situation: Situation) -> Decision:
         raise ReplyFault(f"joint: {reply.joint!r} is none of {', '.join(situation.task.joints)}")
     if reply.last_action not in claims(situation):
         raise ReplyFault(f"last_action: {reply.last_action!r} is none of {', '.join(claims(situation))}")
-    return Decision(joint=reply.joint, claimed=CLAIMS[reply.last_action], hypothesis=reply.hypothesis, replies=(text,))
+    return Decision(joint=reply.joint, claimed=_CLAIMS[reply.last_action], hypothesis=reply.hypothesis, replies=(text,))
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:
@@ -187,3 +197,19 @@ def repair(fault: ReplyFault, situation: Situation) -> str:
         f'{{"last_action": {" or ".join(json.dumps(claim) for claim in claims(situation))}, '
         f'"hypothesis": "", "joint": one of {json.dumps(list(situation.task.joints))}}}'
     )
+
+
+def chat_fingerprint() -> str:
+    """What changes with any word of a conversation in which reports are told, but for those of the observation."""
+    shown = example()
+    texts = [message.text for message in conversation(shown)]
+    return fingerprint(*texts, repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown)))
+
+
+def picture_fingerprint() -> str:
+    """The same where one picture is shown, and two, with what is said of those that are no longer shown.
+
+    It stands apart so that a study of reports recorded before there were pictures can be resumed.
+    """
+    conversations = (conversation(example(pictures), images=1) for pictures in (1, 2))
+    return fingerprint(*(message.text for messages in conversations for message in messages))

@@ -9,7 +9,6 @@ It knows where in a picture each handle would be, so it is no test of *finding* 
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 
@@ -61,8 +60,8 @@ class Viewer:
     strategy: Agent
     name: str
     sight: Sight = Sight()
-    _read: OrderedDict[tuple[tuple[str, ...], Handles], tuple[float, ...]] = field(
-        default_factory=OrderedDict, init=False, compare=False, repr=False
+    _read: dict[tuple[tuple[str, ...], Handles], tuple[float, ...]] = field(
+        default_factory=dict, init=False, compare=False, repr=False
     )
 
     @property
@@ -111,5 +110,5 @@ class Viewer:
         if key not in self._read:
             self._read[key] = evidence(shown, percept.handles, acuity=self.sight.acuity)
             while len(self._read) > REMEMBERED:
-                self._read.popitem(last=False)
+                del self._read[next(iter(self._read))]  # the oldest
         return self._read[key]

@@ -182,7 +182,7 @@ class Plain:
         guess = ""
         if source.engine == "process":
             guess = f", about {minutes(owed)} min on two cores"
-        self.say(f"{source.spec}: {owed} trials to play{guess}")
+        self.say(f"{source.spec}: {owed} trial{'s' * (owed != 1)} to play{guess}")
 
     def step(self, key: str, step: Step) -> None:
         """Count a step; show it if it is of the first trial."""

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lockprobe.agents.senses import refuse_pictures
 from lockprobe.environment.observation import Vector, so_far
 from lockprobe.environment.pictures import Images, stacked
 from lockprobe.record import Decision, Fact, Situation
@@ -41,11 +42,16 @@ class LearnedAgent:
         raise NotImplementedError
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Attempt the joint that :meth:`act` chooses."""
+        """Attempt the joint that :meth:`act` chooses.
+
+        Raises:
+            BadValue: If it learned from reports and is shown pictures.
+        """
         joint = self.act(self._observations(situation), rng)
         return Decision(joint=situation.task.joints[int(joint)], claimed=situation.percept.outcome)
 
     def _observations(self, situation: Situation) -> Vector | Images:
         if self.observation == "symbolic":
+            refuse_pictures(situation.percept, type(self).__name__)
             return so_far(situation, steps_left=self.steps_left)
         return stacked([*(turn.percept for turn in situation.past), situation.percept], self.observation)

@@ -14,25 +14,23 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
-from lockprobe.errors import PlantFault, TrialFault, UserMistake
+from lockprobe.environment.server import say
+from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.pictures.frame import Frame
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Fact, Snapshot
-from lockprobe.seams import Plant
 
-__all__ = ["PlantElsewhere", "must_live_elsewhere", "serve"]
+__all__ = ["PlantElsewhere", "must_live_elsewhere"]
 
-_PROGRAM = "import sys; sys.path[:] = sys.argv[1:]; from lockprobe.environment.elsewhere import serve; serve()"
+_PROGRAM = "import sys; sys.path[:] = sys.argv[1:]; from lockprobe.environment.server import serve; serve()"
 
 _forked: list[bool | None] = [False]
 """Whether this process is a fork in which OpenGL would hang; None: a fork that has not been looked at yet."""
@@ -73,8 +71,17 @@ class PlantElsewhere:
     def __init__(self, spec: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> None:
         self._host = _Host.here()
         self._number = self._host.number()
+        self._closed = False
         self._has_camera = resolve_plant(spec).has_camera
-        self.facts: Mapping[str, Fact] = self._ask("make", spec, box, labels, rng)
+        self._facts: Mapping[str, Fact] = self._ask("make", spec, box, labels, rng)
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """What it is, its renderer as soon as it was looked at; what was known last if it is there no more."""
+        if self._is_there:
+            with suppress(PlantFault):
+                self._facts = self._ask("facts")
+        return self._facts
 
     def observe(self) -> Snapshot:
         """The truth before the first attempt."""
@@ -85,9 +92,14 @@ class PlantElsewhere:
         return self._seen(self._ask("attempt", joint))
 
     def close(self) -> None:
-        """Let go of it; its process goes on for the next one."""
-        if self._host is _Host.running:
-            self._ask("close")
+        """Let go of it; its process goes on for the next one. A second time does nothing."""
+        if self._is_there:
+            self._closed = True
+            self._facts = self._ask("close")
+
+    @property
+    def _is_there(self) -> bool:
+        return not self._closed and self._host is _Host.running
 
     def _seen(self, snapshot: Snapshot) -> Snapshot:
         return replace(snapshot, look=partial(self._ask, "look")) if self._has_camera else snapshot
@@ -135,7 +147,7 @@ class _Host:
         assert self._process.stdout is not None
         try:
             with self._turn:
-                _say(self._process.stdin, request)
+                say(self._process.stdin, request)
                 kind, answer = pickle.load(self._process.stdout)  # noqa: S301 - from our own process
         except (OSError, ValueError, EOFError, pickle.UnpicklingError) as error:
             self.end()
@@ -145,71 +157,6 @@ class _Host:
         if kind == "fault":
             raise PlantFault(answer)
         return answer
-
-
-def serve() -> None:
-    """Run plants for another process, until it closes the pipe: requests on standard input, answers on output.
-
-    All plants live in one thread, as OpenGL wants it; what breaks in that thread is an answer too.
-    """
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever libraries print goes where people read it
-    served = _Served()
-    with ThreadPoolExecutor(1) as plants:
-        while True:
-            try:
-                number, what, *arguments = pickle.load(sys.stdin.buffer)  # noqa: S301 - from our own process
-            except EOFError:
-                return
-            done = plants.submit(getattr(served, what), number, *arguments)
-            error = done.exception()
-            if error is None:
-                answer = ("answer", done.result())
-            elif isinstance(error, UserMistake):
-                answer = ("mistake", str(error))
-            else:
-                said = str(error) if isinstance(error, TrialFault) else f"{type(error).__name__}: {error}"
-                answer = ("fault", said)
-            _say(answers, answer)
-
-
-class _Served:
-    """Plants by number, and how each was seen last."""
-
-    def __init__(self) -> None:
-        self._plants: dict[int, Plant] = {}
-        self._last: dict[int, Snapshot] = {}
-
-    def make(
-        self, number: int, spec: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator
-    ) -> dict[str, Fact]:
-        self._plants[number] = resolve_plant(spec).make(box, labels, rng)
-        return dict(self._plants[number].facts)
-
-    def observe(self, number: int) -> Snapshot:
-        return self._kept(number, self._plants[number].observe())
-
-    def attempt(self, number: int, joint: int) -> Snapshot:
-        return self._kept(number, self._plants[number].attempt(joint))
-
-    def look(self, number: int) -> Frame:
-        look = self._last[number].look
-        assert look is not None
-        return look()
-
-    def close(self, number: int) -> None:
-        self._last.pop(number, None)
-        if (plant := self._plants.pop(number, None)) is not None:
-            plant.close()
-
-    def _kept(self, number: int, snapshot: Snapshot) -> Snapshot:
-        self._last[number] = snapshot
-        return replace(snapshot, look=None)
-
-
-def _say(pipe: IO[bytes], what: object) -> None:
-    pickle.dump(what, pipe, protocol=pickle.HIGHEST_PROTOCOL)
-    pipe.flush()
 
 
 if hasattr(os, "register_at_fork"):

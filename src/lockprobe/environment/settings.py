@@ -19,18 +19,16 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import read_box
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import box as named_box
-from lockprobe.options import read_options, with_options
 from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.record import Percept, Task
 from lockprobe.seams import Channel
 
-__all__ = ["CHANNELS", "LONGEST_BUDGET", "OBSERVATIONS", "Settings", "read_settings", "whole"]
+__all__ = ["Settings", "read_settings", "whole"]
 
-OBSERVATIONS = ("symbolic", "rgb", "rgbd")
-LONGEST_BUDGET = 10_000
-CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
+_OBSERVATIONS = ("symbolic", "rgb", "rgbd")
+_LONGEST_BUDGET = 10_000
+_CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
 """Channels that can be asked for as a mapping, by the name in the record."""
 
 _NO_FLIP = OutcomeFlip()
@@ -77,8 +75,8 @@ class Settings:
     @property
     def picture_size(self) -> tuple[int, int]:
         """Height and width of the plant's pictures, pixels."""
-        name, options = read_options(self.plant, "plant")
-        scene = with_options(TwinSettings if name == "twin" else SceneSettings, name, options)
+        scene = resolve_plant(self.plant).settings
+        assert scene is not None  # of a plant with a camera
         return scene.height, scene.width
 
     @property
@@ -137,8 +135,8 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
         if name not in known:
             raise UnknownName("setting of the environment", name, known)
     asked = known | dict(given)
-    if asked["observation"] not in OBSERVATIONS:
-        raise UnknownName("observation", str(asked["observation"]), OBSERVATIONS)
+    if asked["observation"] not in _OBSERVATIONS:
+        raise UnknownName("observation", str(asked["observation"]), _OBSERVATIONS)
     if asked["info"] not in (None, "truth"):
         raise BadValue("info", asked["info"], "None or 'truth'")
     settings = Settings(
@@ -146,7 +144,7 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
         observation=asked["observation"],
         plant=str(asked["plant"]),
         channels=_channels(asked["channels"]),
-        max_steps=whole("max_steps", asked["max_steps"], LONGEST_BUDGET),
+        max_steps=whole("max_steps", asked["max_steps"], _LONGEST_BUDGET),
         shuffle=_flag("shuffle", asked["shuffle"]),
         steps_left=_flag("steps_left", asked["steps_left"]),
         step_cost=_cost(asked["step_cost"]),
@@ -212,8 +210,8 @@ def _channel(asked: object) -> Channel:
         return asked
     if not isinstance(asked, Mapping) or not isinstance(asked.get("channel"), str):
         raise BadValue("channel", asked, 'a channel, or a mapping such as {"channel": "OutcomeFlip", "p": 0.2}')
-    if (kind := CHANNELS.get(asked["channel"])) is None:
-        raise UnknownName("channel", asked["channel"], CHANNELS)
+    if (kind := _CHANNELS.get(asked["channel"])) is None:
+        raise UnknownName("channel", asked["channel"], _CHANNELS)
     settings = {str(name): value for name, value in asked.items() if name != "channel"}
     for name in settings:
         if name not in (known := [field.name for field in fields(kind)]):

@@ -24,9 +24,9 @@ from lockprobe.record import Decision, Fact, Percept, Situation, Task, Trial
 from lockprobe.seams import Channel
 from lockprobe.trial import play
 
-__all__ = ["RENDER_MODES", "LockboxEnv"]
+__all__ = ["LockboxEnv"]
 
-RENDER_MODES = ("ansi", "rgb_array", "depth_array")
+_RENDER_MODES = ("ansi", "rgb_array", "depth_array")
 
 
 class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
@@ -47,14 +47,14 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         trial: The last finished episode as a record, truth beside told; None before.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 1}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": list(_RENDER_MODES), "render_fps": 1}  # noqa: RUF012
 
     def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
         self.render_mode = render_mode
         self.settings: Settings = read_settings(settings)
         self.action_space = spaces.Discrete(len(self.settings.box.joints))
         self.observation_space = _space(self.settings)
-        shown = RENDER_MODES if self.settings.has_camera else ("ansi",)
+        shown = _RENDER_MODES if self.settings.has_camera else ("ansi",)
         self.metadata = self.metadata | {"render_modes": list(shown)}
         self.trial: Trial | None = None
         self._next: Place | None = None
@@ -113,8 +113,8 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
                 environment for pictures, and then do without, can go on.
         """
         mode = self.render_mode
-        if mode is not None and mode not in RENDER_MODES:
-            raise UnknownName("render mode", mode, RENDER_MODES)
+        if mode is not None and mode not in _RENDER_MODES:
+            raise UnknownName("render mode", mode, _RENDER_MODES)
         if mode is not None and mode not in self.metadata["render_modes"]:
             raise BadValue("render_mode", mode, "ansi, or plant='fast-twin' or 'twin': this one has no camera")
         if mode is None or self._episode is None:

@@ -97,7 +97,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
     agents, modalities = study.agents, study.modalities
     place = {both: i for i, both in enumerate(product(agents, modalities))}
     trials = sorted(asked, key=lambda t: (place[t.agent, t.modality], t.p, t.repetition, t.trial))
-    tell(f"testing {len(trials)} trials")
+    tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
     try:
         summary = summarise(trials, study.box)
     except BadValue as error:

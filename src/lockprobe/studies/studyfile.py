@@ -41,7 +41,7 @@ _T = TypeVar("_T")
 
 Several = Annotated[
     list[str],
-    Field(min_length=1, max_length=64),
+    Field(max_length=64),
     BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
 ]
 """One, or a list of them."""
@@ -112,7 +112,7 @@ def study(request: Request | str = "flips") -> Study:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
     plant = _given(request.plant, paper.ROBOT if modal else "symbolic")
-    modalities = tuple(request.modality or _shown_by_default(plant, modal=modal))
+    modalities = tuple(_given(request.modality, _shown_by_default(plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
     for spec in agents:
