@@ -123,7 +123,7 @@ def measure(
     channel = CameraChannel(depth="turbo")
     task = Task(joints=tuple("ABCD"), target="A", budget=20)
     whole = median_ms(lambda: channel.perceive(Percept(look=look), None, task, rng), frames)
-    print(f"{eye.renderer}")
+    print(first.renderer)
     plant = FastTwin(scene.box, labels=task.joints, settings=settings, rng=np.random.default_rng(3))
     attempts = itertools.cycle((0, 3, 2, 1, 0, 0, 1, 2, 3))
     looked = lambda: Percept(look=plant.attempt(next(attempts)).look)  # noqa: E731
@@ -141,7 +141,7 @@ def measure(
         reference.extend(depths)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
-        (pictures / f"{eye.renderer.split()[0]}.png").write_bytes(to_png(first.rgb))
+        (pictures / f"{first.renderer.split()[0]}.png").write_bytes(to_png(first.rgb))
     eye.close()
 
 

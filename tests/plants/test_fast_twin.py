@@ -82,7 +82,7 @@ def test_a_mechanism_that_breaks_is_a_fault_of_the_plant():
         return False
 
     physical._mechanism.push = shaken
-    with pytest.raises(PlantFault, match="joint 0 was pushed in 0000"):
+    with pytest.raises(PlantFault, match="another joint moved with joint 0: 0000 became 0010"):
         physical.attempt(0)
 
 

@@ -98,6 +98,29 @@ def twin_after_one_draw():
     return plant._aim.bit_generator.state
 
 
+def test_luck_of_an_attempt_does_not_depend_on_how_long_the_one_before_took(monkeypatch):
+    """A soft hand slips past a locked handle and goes on, so that more forces are read in its first attempt."""
+    ways = [{}, {"pose_error": 0.004}, {"finger_stiffness": 0.05}]
+    plants = [twin(force_noise=0.3, **settings) for settings in ways]
+    seconds = [plant.attempt(TARGET).sensed["seconds"] for plant in plants]
+    assert len(set(seconds)) > 1
+    noises = []
+
+    def feel_nothing(self, arm, path):
+        arm._read(np.zeros(3))
+        noises.append(arm.force().tolist())
+        return Touch(verdict="blocked", peak_force=0.0, progress=0.0, seconds=1.0)
+
+    monkeypatch.setattr(GuardedMove, "attempt", feel_nothing)
+    for plant in plants:
+        plant.attempt(FIRST)
+        plant.attempt(FIRST)
+    second, third = noises[::2], noises[1::2]
+    assert second == [second[0]] * 3
+    assert third == [third[0]] * 3
+    assert second[0] != third[0]
+
+
 def test_a_handle_out_of_reach_is_refused_by_the_name_of_the_setting(monkeypatch):
     monkeypatch.setattr(SimulatedArm, "reaches", lambda self, position, axis: False)
     with pytest.raises(BadValue, match="tilt: got 20.0"):

@@ -68,6 +68,8 @@ def resolve_plant(spec: str) -> PlantSource:
         UnknownName: If there is none, or an option does not exist; the message lists what exists.
         BadValue: If an option has a value that it cannot have.
     """
+    if not isinstance(spec, str):
+        raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
     name, options = read_options(spec, "plant")
     if name not in PLANTS:
         raise UnknownName("plant", name, PLANTS)

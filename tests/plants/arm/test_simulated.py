@@ -75,6 +75,19 @@ def test_noise_is_scaled_and_never_skipped():
     assert spread[1] == pytest.approx(np.full(3, 0.3), rel=0.25)
 
 
+def test_luck_that_it_takes_is_what_it_feels_from_then_on():
+    model, forces = slider(), []
+    for seed in (5, 6):
+        arm = SimulatedArm(model, mujoco.MjData(model), force_noise=0.3, rng=np.random.default_rng(seed))
+        arm.stand()
+        for _ in range(3 * seed):
+            arm.follow(TOP - 0.05 * AXIS, np.zeros(3), stiffness=0.0)
+        arm.take_luck(np.random.default_rng(8))
+        arm._read(np.zeros(3))
+        forces.append(arm.force().tolist())
+    assert forces[0] == forces[1] == (0.3 * np.random.default_rng(8).standard_normal(3)).tolist()
+
+
 def test_the_same_seed_gives_the_same_course_bit_by_bit():
     courses = []
     for _ in range(2):

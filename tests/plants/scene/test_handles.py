@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from lockprobe.plants.layers import HIDDEN
 from lockprobe.plants.scene.fitting import KNOB_RADIUS, KNOB_TOP
-from lockprobe.plants.scene.handles import HIDDEN_GROUP, add_handle
+from lockprobe.plants.scene.handles import add_handle
 from lockprobe.plants.scene.looks import HANDLES, look_of
 
 PLAIN = look_of("plain", np.random.default_rng(1))
@@ -25,7 +26,7 @@ def test_every_shape_is_the_same_to_the_touch_and_lies_within_it(shape):
     assert model.body_mass[1] == pytest.approx(0.03)
     assert [bool(bits) for bits in model.geom_contype] == [i == knob.id for i in range(model.ngeom)]
     assert model.site_pos[model.site("knob-3").id] == pytest.approx([0.02, 0, KNOB_TOP])
-    seen = [i for i in range(model.ngeom) if model.geom_group[i] != HIDDEN_GROUP]
+    seen = [i for i in range(model.ngeom) if model.geom_group[i] != HIDDEN]
     assert (knob.id in seen) == (shape == "round")
     assert max(model.geom_size[i][0] for i in seen) == pytest.approx(KNOB_RADIUS)
     ball = int(mujoco.mjtGeom.mjGEOM_SPHERE)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from plants.scene.scenes import mechanism_of, two_joints
 
+from lockprobe.errors import PlantFault
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.generate import Recipe, Refused, generate
 
@@ -120,3 +121,16 @@ def test_neither_friction_nor_tilt_changes_what_moves(friction, tilt):
     mechanism, _, _ = mechanism_of(box(), friction=friction, tilt=tilt)
     for joint in (0, 3, 1, 2, 1, 0, 3, 2):
         assert_pushed_as_ruled(mechanism, box(), joint)
+
+
+def test_more_than_a_box_knows_is_a_fault_and_what_it_knows_is_not():
+    mechanism, _, data = mechanism_of(box())
+    before = (False, False, False, False)
+    assert mechanism.configuration_after(3, before) == before
+    mechanism.set_configuration((False, False, False, True))
+    assert mechanism.configuration_after(3, before) == (False, False, False, True)
+    with pytest.raises(PlantFault, match="another joint moved with joint 1: 0000 became 0001"):
+        mechanism.configuration_after(1, before)
+    data.joint("joint-3").qpos[0] *= 0.4
+    with pytest.raises(PlantFault, match=r"joint 3 was attempted in 0000 and .* 0\.00, 0\.00, 0\.00, 0\.40 of"):
+        mechanism.configuration_after(3, before)

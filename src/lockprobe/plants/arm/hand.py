@@ -11,7 +11,7 @@ import math
 
 import mujoco
 
-from lockprobe.plants.arm.layers import ARM, HIDDEN, PANEL
+from lockprobe.plants.layers import ARM, HIDDEN, PANEL
 
 __all__ = ["FINGERS", "HAND_RADIUS", "REACH", "TOOL", "add_hand"]
 

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.plants.arm.layers import ARM, PANEL
+from lockprobe.plants.layers import ARM, PANEL
 
 __all__ = [
     "ACCELERATION_LIMITS",
@@ -31,7 +31,6 @@ __all__ = [
     "VELOCITY_LIMITS",
     "Link",
     "add_panda",
-    "dh_transform",
 ]
 
 JOINTS = 7
@@ -166,7 +165,7 @@ _SHAPES: tuple[tuple[_Segment, ...], ...] = (
 """What each moving link looks like, and what of it can touch the panel."""
 
 
-def dh_transform(a: float, d: float, alpha: float, theta: float) -> NDArray[np.float64]:
+def _dh_transform(a: float, d: float, alpha: float, theta: float) -> NDArray[np.float64]:
     """The pose of a joint's frame in the one before, Craig's convention, shape (4, 4)."""
     ca, sa, ct, st = math.cos(alpha), math.sin(alpha), math.cos(theta), math.sin(theta)
     return np.array([[ct, -st, 0, a], [st * ca, ct * ca, -sa, -d * sa], [st * sa, ct * sa, ca, d * ca], [0, 0, 0, 1.0]])
@@ -187,7 +186,7 @@ def add_panda(spec: mujoco.MjSpec) -> mujoco.MjsBody:
     body = spec.worldbody.add_body(name="link0")
     _add_shapes(body, _BASE)
     for number, ((a, d, alpha), link, shapes) in enumerate(zip(DH, LINKS, _SHAPES, strict=True), start=1):
-        pose = dh_transform(a, d, alpha, 0.0)
+        pose = _dh_transform(a, d, alpha, 0.0)
         body = body.add_body(
             name=f"link{number}", pos=pose[:3, 3], quat=[math.cos(alpha / 2), math.sin(alpha / 2), 0, 0]
         )

@@ -28,7 +28,7 @@ class SimulatedArm:
         model: A compiled scene with the arm and the hand.
         data: Its state.
         force_noise: Standard deviation of each component of a force reading, newtons.
-        rng: Where the noise comes from; as many numbers are drawn whatever ``force_noise`` is.
+        rng: Where the noise comes from until :meth:`take_luck`; as many numbers are drawn whatever ``force_noise`` is.
         before_step: Called before every step of the simulation.
         after_step: Called after every step of the simulation.
     """
@@ -65,6 +65,10 @@ class SimulatedArm:
     def time(self) -> float:
         """Simulated seconds."""
         return float(self._data.time)
+
+    def take_luck(self, rng: np.random.Generator) -> None:
+        """From here on the noise of forces comes from this stream."""
+        self._rng = rng
 
     def stand(self) -> None:
         """Put the arm into its homing pose at once, at rest."""

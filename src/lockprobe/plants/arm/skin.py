@@ -13,7 +13,7 @@ from pathlib import Path
 
 import mujoco
 
-from lockprobe.plants.arm.layers import HIDDEN
+from lockprobe.plants.layers import HIDDEN, NOTHING
 
 __all__ = ["find_skin", "wear_skin"]
 
@@ -71,6 +71,6 @@ def wear_skin(spec: mujoco.MjSpec, description: Path) -> None:
                 quat=geom.quat,
                 rgba=geom.rgba if material is None else material.rgba,
                 mass=0,
-                contype=0,
-                conaffinity=0,
+                contype=NOTHING,
+                conaffinity=NOTHING,
             )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.pictures.frame import Camera, Frame
-from lockprobe.plants.rendering.renderers import Renderer, chosen_renderer, open_renderer
+from lockprobe.plants.rendering.renderers import Renderer, open_renderer
 from lockprobe.plants.rendering.seeing import shown_state
 from lockprobe.plants.rendering.sensor import sense_depth
 from lockprobe.plants.settings import SceneSettings
@@ -43,20 +43,8 @@ class Eye:
         self._camera = camera
         self._settings = settings
         self._renderer: Renderer | None = None
-        self._name: str | None = None
         if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera) < 0:
             raise BadValue("camera", camera, f"one of {', '.join(model.camera(i).name for i in range(model.ncam))}")
-
-    @property
-    def renderer(self) -> str:
-        """What makes its pictures, with versions; found out by probing, without opening it here.
-
-        Raises:
-            Missing: If the renderer asked for does not work here.
-        """
-        if self._name is None:
-            self._name = chosen_renderer(self._settings.renderer)
-        return self._name
 
     def look(
         self,

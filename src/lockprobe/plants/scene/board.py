@@ -11,24 +11,21 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.plants.scene.fitting import BAR, KNOB_TOP, LEVER_HALF_WIDTH, Fitting
+from lockprobe.plants.layers import NOTHING, PANEL
+from lockprobe.plants.scene.cameras import EYE, add_cameras
+from lockprobe.plants.scene.fitting import BAR, LEVER_HALF_WIDTH, Fitting
 from lockprobe.plants.scene.gates import Gate, gates_of
 from lockprobe.plants.scene.handles import add_handle
 from lockprobe.plants.scene.hidden import FIRM, FIRM_REFERENCE, add_gates, case_depth
 from lockprobe.plants.scene.looks import Colour, Look, look_of
 from lockprobe.plants.scene.painting import paint_board, wood
 from lockprobe.plants.scene.panel import Panel, fit_panel
-from lockprobe.plants.scene.placement import CAMERA_DISTANCE, camera_angle
 from lockprobe.plants.settings import SceneSettings
 
-__all__ = ["TIMESTEP", "TOUCHED", "TOUCHES", "Scene", "compile_scene"]
+__all__ = ["TIMESTEP", "Scene", "compile_scene"]
 
 TIMESTEP = 0.002
 """Seconds. Twice as long, locked joints jam."""
-
-TOUCHED, TOUCHES = 1, 0
-"""``contype`` and ``conaffinity`` of board, handles, levers and ground: they touch what has bit 1 in its
-``conaffinity``, and never each other."""
 
 _HOLD = 2.5
 """With which the over-centre spring holds a handle at an end, newtons."""
@@ -37,7 +34,6 @@ _FRICTION, _DAMPING, _MASS = 0.6, 15.0, 0.15
 """At a handle: friction in newtons, damping in newtons per metre and second, apparent mass in kilograms."""
 
 _FACE = 0.002
-_CAMERA_MARGIN = 0.08
 _TEXTURE = mujoco.mjtTextureRole.mjTEXROLE_RGB
 
 
@@ -92,14 +88,14 @@ def compile_scene(box: Lockbox, *, labels: tuple[str, ...], settings: SceneSetti
     if settings.mechanism == "contact":
         add_gates(spec, body, panel, gates)
     _add_surroundings(spec, panel, look)
-    _add_cameras(spec, panel, look, settings)
+    add_cameras(spec, panel, look, aspect=settings.width / settings.height)
     return Scene(
         spec=spec,
         panel=panel,
         gates=gates,
         box=box,
         look=look,
-        camera="rgbd",
+        camera=EYE,
         ideal=settings.mechanism == "ideal",
     )
 
@@ -147,8 +143,8 @@ def _add_board(spec: mujoco.MjSpec, panel: Panel, labels: tuple[str, ...], look:
         size=[width / 2, height / 2, _FACE / 2],
         pos=[0, 0, -_FACE / 2],
         material=_material(spec, "board", paint_board(panel, labels, look)),
-        contype=TOUCHED,
-        conaffinity=TOUCHES,
+        contype=PANEL,
+        conaffinity=NOTHING,
     )
     dark: Colour = (0.82 * look.wood[0], 0.82 * look.wood[1], 0.82 * look.wood[2])
     body.add_geom(
@@ -157,8 +153,8 @@ def _add_board(spec: mujoco.MjSpec, panel: Panel, labels: tuple[str, ...], look:
         size=[width / 2, height / 2, (panel.depth - _FACE) / 2],
         pos=[0, 0, -_FACE - (panel.depth - _FACE) / 2],
         material=_material(spec, "case", wood((128, 512), dark, look.grain + 1)),
-        contype=TOUCHED,
-        conaffinity=TOUCHES,
+        contype=PANEL,
+        conaffinity=NOTHING,
     )
     return body
 
@@ -194,8 +190,8 @@ def _add_joint(body: mujoco.MjsBody, number: int, fitting: Fitting, look: Look, 
             quat=[math.cos(fitting.direction / 2), 0, 0, math.sin(fitting.direction / 2)],
             rgba=[*look.bar, 1],
             mass=0.02,
-            contype=TOUCHED,
-            conaffinity=TOUCHES,
+            contype=PANEL,
+            conaffinity=NOTHING,
         )
         return
     middle = knob / 2
@@ -206,8 +202,8 @@ def _add_joint(body: mujoco.MjsBody, number: int, fitting: Fitting, look: Look, 
         quat=[math.cos(fitting.direction / 2), 0, 0, math.sin(fitting.direction / 2)],
         rgba=[*look.bar, 1],
         mass=0.02,
-        contype=TOUCHED,
-        conaffinity=TOUCHES,
+        contype=PANEL,
+        conaffinity=NOTHING,
     )
     for middle, radius, top, colour in ((np.zeros(2), 0.0165, 0.013, look.bar), (np.zeros(2), 0.0065, 0.016, None)):
         part.add_geom(
@@ -216,8 +212,8 @@ def _add_joint(body: mujoco.MjsBody, number: int, fitting: Fitting, look: Look, 
             pos=[middle[0], middle[1], top / 2],
             rgba=[*(colour or (0.2, 0.2, 0.2)), 1],
             mass=0.002,
-            contype=0,
-            conaffinity=0,
+            contype=NOTHING,
+            conaffinity=NOTHING,
         )
 
 
@@ -227,8 +223,8 @@ def _add_surroundings(spec: mujoco.MjSpec, panel: Panel, look: Look) -> None:
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[6, 6, 0.1],
         rgba=[*look.floor, 1],
-        contype=TOUCHED,
-        conaffinity=TOUCHES,
+        contype=PANEL,
+        conaffinity=NOTHING,
     )
     x, y, z = panel.pose[:3, 3] - panel.depth * panel.pose[:3, 2]
     foot = 0.5 * (z + 0.3 * panel.depth)
@@ -238,8 +234,8 @@ def _add_surroundings(spec: mujoco.MjSpec, panel: Panel, look: Look) -> None:
         size=[0.05, 0.3 * panel.size[0], foot],
         pos=[x, y, foot],
         rgba=[0.25, 0.26, 0.28, 1],
-        contype=TOUCHED,
-        conaffinity=TOUCHES,
+        contype=PANEL,
+        conaffinity=NOTHING,
     )
     across, along = look.light
     place = np.array([0.5 + across, along, 1.6])
@@ -257,32 +253,3 @@ def _add_surroundings(spec: mujoco.MjSpec, panel: Panel, look: Look) -> None:
             specular=[0.15 * look.brightness * shadow] * 3,
             castshadow=shadow,
         )
-
-
-def _add_cameras(spec: mujoco.MjSpec, panel: Panel, look: Look, settings: SceneSettings) -> None:
-    """The camera hangs above the panel, turned towards it only as far as it stays clear of the arm at home."""
-    middle = panel.pose[:3, 3]
-    lean = panel.tilt - camera_angle(panel.tilt)
-    away = np.array([-math.sin(lean), 0, math.cos(lean)])
-    axes = np.array([[0, -1, 0], [math.cos(lean), 0, math.sin(lean)], away]).T
-    place = middle + CAMERA_DISTANCE * away
-    width, height = panel.size
-    corners = np.array(
-        [[sx * width / 2, sy * height / 2, z] for sx in (-1, 1) for sy in (-1, 1) for z in (0, KNOB_TOP)]
-    )
-    seen = (corners @ panel.pose[:3, :3].T + middle - place) @ axes
-    spread = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
-    aspect = settings.width / settings.height
-    half = max(spread[1], spread[0] / aspect) / (1 - 2 * _CAMERA_MARGIN)
-    _camera(spec, "rgbd", place + np.array(look.camera), axes, 2 * math.degrees(math.atan(half)))
-    eye, target = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
-    back = (eye - target) / np.linalg.norm(eye - target)
-    right = np.cross([0, 0, 1], back)
-    right /= np.linalg.norm(right)
-    _camera(spec, "oblique", eye, np.array([right, np.cross(back, right), back]).T, 42.0)
-
-
-def _camera(spec: mujoco.MjSpec, name: str, place: NDArray[np.float64], axes: NDArray[np.float64], fovy: float) -> None:
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
-    spec.worldbody.add_camera(name=name, pos=place, quat=quaternion, fovy=fovy)

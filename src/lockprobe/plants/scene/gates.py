@@ -24,10 +24,8 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.scene.fitting import Fitting
 
 __all__ = [
-    "BLOCK_HALF_WIDTH",
     "MAX_GATES",
     "PIN_RADIUS",
-    "PLAY",
     "STROKE",
     "Block",
     "Gate",
@@ -42,13 +40,13 @@ MAX_GATES = 40
 
 PIN_RADIUS = 0.003
 
-PLAY = 0.001
+_PLAY = 0.001
 """Between pin and block where a locked joint rests, metres."""
 
-BLOCK_HALF_WIDTH = 0.008
+_BLOCK_HALF_WIDTH = 0.008
 """Of a block across the joint's way, metres."""
 
-STROKE = BLOCK_HALF_WIDTH + PIN_RADIUS + 0.003
+STROKE = _BLOCK_HALF_WIDTH + PIN_RADIUS + 0.003
 """Of a bolt, from in the way to out of it, metres."""
 
 _RING = 0.04
@@ -153,7 +151,7 @@ def _straight(fitting: Fitting) -> Iterator[Block]:
     yield Block(
         middle=(x - back * along[0], y - back * along[1]),
         angle=fitting.direction,
-        half=(back - PIN_RADIUS - PLAY, BLOCK_HALF_WIDTH),
+        half=(back - PIN_RADIUS - _PLAY, _BLOCK_HALF_WIDTH),
     )
 
 
@@ -162,17 +160,17 @@ def _sector(fitting: Fitting) -> Iterator[Block]:
 
     A wall's face is parallel to the pin's way when they touch: it lies beside the ray through the pin, not on a ray.
     """
-    play = PLAY / _RING
+    play = _PLAY / _RING
     first, last = fitting.direction - play, fitting.direction - fitting.travel + play
     for ray, side in ((first, -1), (last, 1)):
-        yield _beside(fitting, ray, side * (PIN_RADIUS + _WALL / 2), (BLOCK_HALF_WIDTH, _WALL / 2))
+        yield _beside(fitting, ray, side * (PIN_RADIUS + _WALL / 2), (_BLOCK_HALF_WIDTH, _WALL / 2))
     inset = (PIN_RADIUS + _WALL) / _RING
     low, high = last + inset, first - inset
     step = (high - low) / _FILLERS
     half = 0.5 * step * _RING
     for number in range(_FILLERS):
         ray = low + (number + 0.5) * step
-        yield _beside(fitting, ray, 0.0, (BLOCK_HALF_WIDTH - 0.001, half))
+        yield _beside(fitting, ray, 0.0, (_BLOCK_HALF_WIDTH - 0.001, half))
 
 
 def _beside(fitting: Fitting, ray: float, offset: float, half: tuple[float, float]) -> Block:

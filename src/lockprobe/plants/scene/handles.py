@@ -6,13 +6,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.plants.layers import HIDDEN, NOTHING, PANEL
 from lockprobe.plants.scene.fitting import KNOB_RADIUS, KNOB_TOP
 from lockprobe.plants.scene.looks import Colour, Look
 
-__all__ = ["HIDDEN_GROUP", "add_handle"]
-
-HIDDEN_GROUP = 4
-"""Geoms of this group are not seen."""
+__all__ = ["add_handle"]
 
 _BASE = 0.002
 _DARK: Colour = (0.12, 0.12, 0.13)
@@ -28,7 +26,7 @@ def add_handle(part: mujoco.MjsBody, number: int, place: NDArray[np.float64], lo
         look: Its shape and colour.
     """
     x, y = place
-    part.add_site(name=f"knob-{number}", pos=[x, y, KNOB_TOP], group=HIDDEN_GROUP)
+    part.add_site(name=f"knob-{number}", pos=[x, y, KNOB_TOP], group=HIDDEN)
     seen = look.handle == "round"
     part.add_geom(
         name=f"knob-{number}",
@@ -37,9 +35,9 @@ def add_handle(part: mujoco.MjsBody, number: int, place: NDArray[np.float64], lo
         pos=[x, y, (KNOB_TOP + _BASE) / 2],
         rgba=[*look.knob, 1],
         mass=0.03,
-        group=0 if seen else HIDDEN_GROUP,
-        contype=1,
-        conaffinity=0,
+        group=0 if seen else HIDDEN,
+        contype=PANEL,
+        conaffinity=NOTHING,
     )
     if look.handle == "capped":
         _cylinder(part, place, 0.010, _BASE, 0.032, _DARK)
@@ -52,8 +50,8 @@ def add_handle(part: mujoco.MjsBody, number: int, place: NDArray[np.float64], lo
             pos=[x, y, KNOB_TOP - KNOB_RADIUS],
             rgba=[*look.knob, 1],
             mass=0,
-            contype=0,
-            conaffinity=0,
+            contype=NOTHING,
+            conaffinity=NOTHING,
         )
     elif look.handle == "grooved":
         for low, high, radius, colour in (
@@ -73,6 +71,6 @@ def _cylinder(
         pos=[place[0], place[1], (low + high) / 2],
         rgba=[*colour, 1],
         mass=0,
-        contype=0,
-        conaffinity=0,
+        contype=NOTHING,
+        conaffinity=NOTHING,
     )

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import mujoco
 
+from lockprobe.plants.layers import HIDDEN, NOTHING
 from lockprobe.plants.scene.fitting import Fitting
 from lockprobe.plants.scene.gates import PIN_RADIUS, STROKE, Gate, Literal, blocks_of, pin_of
-from lockprobe.plants.scene.handles import HIDDEN_GROUP
 from lockprobe.plants.scene.panel import Panel
 
 __all__ = ["FIRM", "FIRM_REFERENCE", "LIFT", "add_gates", "case_depth"]
@@ -71,7 +71,7 @@ def add_gates(spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: Panel, gates: Se
         depth -= pitch
 
 
-_PIECE = {"mass": 0.005, "rgba": _STEEL, "group": HIDDEN_GROUP, "contype": 0, "conaffinity": 0}
+_PIECE = {"mass": 0.005, "rgba": _STEEL, "group": HIDDEN, "contype": NOTHING, "conaffinity": NOTHING}
 
 
 def _layers(gates: Sequence[Gate]) -> int:

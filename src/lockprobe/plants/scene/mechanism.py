@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.lockbox.box import Configuration
+from lockprobe.errors import PlantFault
+from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.plants.scene.board import Scene
 from lockprobe.plants.scene.gates import STROKE, Literal
 from lockprobe.plants.scene.hidden import LIFT
@@ -75,6 +76,26 @@ class Mechanism:
         """Whether every joint is at an end of its travel, or nearly."""
         fractions = self.fractions()
         return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
+
+    def configuration_after(self, joint: int, before: Configuration) -> Configuration:
+        """The configuration to which an attempt has led, if no more happened than a box knows.
+
+        Args:
+            joint: Which was attempted, by place in panel order.
+            before: The configuration in which it was.
+
+        Raises:
+            PlantFault: If a joint stands between its ends, or another one moved.
+        """
+        if not self.resting():
+            where = ", ".join(f"{fraction:.2f}" for fraction in self.fractions())
+            raise PlantFault(
+                f"joint {joint} was attempted in {bits(before)} and the joints now stand at {where} of their travel"
+            )
+        after = self.configuration()
+        if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
+            raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
+        return after
 
     def set_configuration(self, configuration: Configuration) -> None:
         """Put every joint at an end of its travel, at rest, and every bolt where it then belongs."""

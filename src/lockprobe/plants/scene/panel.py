@@ -19,12 +19,12 @@ from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.plants.scene.fitting import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, Fitting, fitting_choices
 from lockprobe.plants.scene.placement import CAMERA_DISTANCE, camera_angle, panel_pose
 
-__all__ = ["CLEARANCE", "ROOM", "Panel", "fit_panel"]
+__all__ = ["Panel", "fit_panel"]
 
-CLEARANCE = 0.074
+_CLEARANCE = 0.074
 """From the middle of a handle to the middle of any other, whatever the configuration, metres: a hand goes between."""
 
-ROOM = 0.042
+_ROOM = 0.042
 """Between points that the parts of two joints pass over, metres."""
 
 _MARGIN = 0.034
@@ -135,7 +135,7 @@ def _laid_out(
     raise BadValue(
         "places of the joints",
         [joint.place for joint in joints],
-        f"places so far apart that a hand goes between any two handles ({CLEARANCE * 1000:.0f} mm from middle to "
+        f"places so far apart that a hand goes between any two handles ({_CLEARANCE * 1000:.0f} mm from middle to "
         f"middle in every configuration) on a board of at most {widest[0]} by {widest[1]} m",
     )
 
@@ -166,7 +166,7 @@ def _compatible(choices: Sequence[Sequence[Fitting]]) -> tuple[Fitting, ...] | N
     paths = [np.array([f.path() for f in options]) for options in choices]
     rooms = [np.array([f.room() for f in options]) for options in choices]
     fits = {
-        (i, j): (_nearest(paths[i], paths[j]) >= CLEARANCE) & (_nearest(rooms[i], rooms[j]) >= ROOM)
+        (i, j): (_nearest(paths[i], paths[j]) >= _CLEARANCE) & (_nearest(rooms[i], rooms[j]) >= _ROOM)
         for i in range(count)
         for j in range(i)
     }
