@@ -70,7 +70,7 @@ def test_the_legend_stands_in_the_first_report_only():
     first = told(Percept(look=lambda: FRAME), channel).text
     assert first.startswith("The first picture shows the box, the second its depth. Colour is distance")
     assert "red 0.5 m" in first
-    assert "blue 0.9 m" in first
+    assert "dark violet 0.9 m" in first
     assert told(MOVED, channel).text == "You attempted B. The first picture shows the box now, the second its depth."
 
 

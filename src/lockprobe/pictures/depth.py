@@ -116,11 +116,11 @@ def legend(kind: DepthKind, window: Window) -> str:
     _known(kind)
     near, far = f"{window.near:g} m", f"{window.far:g} m"
     return {
-        "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow and green to blue {far} or "
-        "farther, black no reading.",
+        "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow, green and blue to dark "
+        f"violet {far} or farther, black no reading.",
         "gray": f"Brightness is distance from the camera: white {near} or nearer, dark grey {far} or farther, black no "
         "reading.",
-        "height": f"Colour is height: dark blue {-100 * HEIGHTS[0]:g} cm or more below the board, blue the board, "
+        "height": f"Colour is height: dark violet {-100 * HEIGHTS[0]:g} cm or more below the board, blue the board, "
         f"through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading.",
         "packed": "Distance from the camera in millimetres is 256 R + 4 G + B / 8 of a pixel's red, green and blue, "
         "black no reading.",
