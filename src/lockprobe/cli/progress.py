@@ -5,11 +5,9 @@ from __future__ import annotations
 import time
 from collections import Counter
 from pathlib import Path
-from typing import cast
 
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.options import read_options
-from lockprobe.plants.settings import RendererChoice
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import ROBOT, is_short
@@ -120,12 +118,11 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
     if not study.simulated:
         left_out = "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)"
         return [left_out] if study.name == "modalities" else []
-    said = f"Plant: {study.plant}"
-    if study.has_pictures and owed:
+    said, settings = f"Plant: {study.plant}", resolve_plant(study.plant).settings
+    if study.has_pictures and owed and settings is not None:
         from lockprobe.plants.rendering.renderers import chosen_renderer
 
-        choice = cast(RendererChoice, read_options(study.plant)[1].get("renderer", "auto"))
-        said += f"; pictures by {chosen_renderer(choice)}"
+        said += f"; pictures by {chosen_renderer(settings.renderer)}"
     robot = "; the paper's robot is --plant twin" if study.name == "modalities" and study.plant == ROBOT else ""
     return [said + robot]
 

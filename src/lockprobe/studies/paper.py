@@ -56,7 +56,7 @@ LOOKERS = ("viewer", "human-inspired", "random")
 """Ours: what plays the modality study without a model. The paper's is GPT o1, beside the human-inspired strategy."""
 
 ROBOT = "fast-twin"
-"""Ours: the paper has a real robot (Sec. 2.1); ``twin`` has its arm, and is some ten times slower."""
+"""Ours: the paper has a real robot (Sec. 2.1); ``twin`` has its arm, and is slower."""
 
 
 def is_short(study: Study) -> bool:
