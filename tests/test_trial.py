@@ -136,7 +136,7 @@ def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
 
 
 class Dark(PhotographedPlant):
-    def _look(self, configuration):
+    def picture(self, configuration):
         raise RuntimeError("no light in the laboratory")
 
 

@@ -5,13 +5,13 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.errors import BadValue, Missing, PlantFault
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.settings import SceneSettings
-from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision
 from lockprobe.studies import stage
 
@@ -21,28 +21,14 @@ PANEL[2, 3] = 0.7
 CAMERA = Camera(width=64, height=48, focal=60.0, panel=PANEL)
 
 
-class Photographed(SymbolicPlant):
+class Spots(PhotographedPlant):
     """A box whose pictures are a bright spot at each handle."""
 
-    facts: ClassVar = {"renderer": "spots"}
-
     def __init__(self, box):
-        super().__init__(box)
-        self.closed = 0
+        super().__init__(box, sensed="moved")
+        self.facts = {"renderer": "spots"}
 
-    def observe(self):
-        return self._seen(super().observe())
-
-    def attempt(self, joint):
-        return self._seen(super().attempt(joint))
-
-    def close(self):
-        self.closed += 1
-
-    def _seen(self, snapshot):
-        return replace(snapshot, look=lambda: self._frame(snapshot.configuration), sensed={"verdict": "moved"})
-
-    def _frame(self, configuration):
+    def picture(self, configuration):
         rgb, depth = np.zeros((48, 64, 3), np.uint8), np.full((48, 64), 0.7, np.float32)
         for handle, position in zip(HANDLES, configuration, strict=True):
             column, row = CAMERA.project(handle[int(position)])[:2].round().astype(int)
@@ -78,7 +64,7 @@ def plants(monkeypatch):
 
     def resolve(spec):
         def make(box, labels, rng):
-            made.append((Photographed(box), labels, rng.random()))
+            made.append((Spots(box), labels, rng.random()))
             return made[-1][0]
 
         return PlantSource(spec=spec, settings=SceneSettings(), make=make)
