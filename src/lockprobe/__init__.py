@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lockprobe.studies.journal import load
     from lockprobe.studies.montecarlo import population, propagate
     from lockprobe.studies.runner import run_study
-    from lockprobe.studies.stage import run_trial
+    from lockprobe.studies.single import run_trial
     from lockprobe.studies.studyfile import study
 
 __all__ = ["__version__", "box", "load", "population", "propagate", "run_study", "run_trial", "study", "tidy_rows"]
@@ -37,7 +37,7 @@ _HOMES = {
     "population": "lockprobe.studies.montecarlo",
     "propagate": "lockprobe.studies.montecarlo",
     "run_study": "lockprobe.studies.runner",
-    "run_trial": "lockprobe.studies.stage",
+    "run_trial": "lockprobe.studies.single",
     "study": "lockprobe.studies.studyfile",
     "tidy_rows": "lockprobe.export",
 }

@@ -10,6 +10,7 @@
     │   ├── SettingsChanged    another study already lives in this directory
     │   ├── DirectoryBusy      another process is writing to this directory
     │   └── Missing            a key, package or model file that has to be supplied first
+    ├── BudgetReached          the money that was allowed is spent; nothing is broken, and all is on disk
     └── TrialFault             ends a trial as ``error``, never as a failure to solve
         ├── ModelFault         boundary ``model``: provider or runtime broke; the trial is owed again
         ├── ReplyFault         boundary ``reply``: the agent never gave a usable reply
@@ -32,6 +33,7 @@ __all__ = [
     "BadFile",
     "BadValue",
     "Boundary",
+    "BudgetReached",
     "ChannelFault",
     "DirectoryBusy",
     "LockprobeError",
@@ -158,6 +160,22 @@ class Missing(UserMistake):
         super().__init__(f"{what}: {remedy}")
 
 
+class BudgetReached(LockprobeError):
+    """Raised when the next call could cost more than is left. Its trial is broken off and goes on where it stood.
+
+    Args:
+        spent: US dollars spent by the study.
+        budget: US dollars allowed.
+        next_call: US dollars that the next call could cost, with those that are on their way.
+    """
+
+    def __init__(self, spent: float, budget: float, next_call: float) -> None:
+        super().__init__(
+            f"${spent:.4f} of ${budget:.4f} spent; the next calls could cost ${next_call:.4f}, so none is made"
+        )
+        self.spent, self.budget = spent, budget
+
+
 class TrialFault(LockprobeError):
     """Ends the trial as ``error`` at the boundary where it broke. Its message holds no secrets."""
 
@@ -178,13 +196,14 @@ class ReplyFault(TrialFault):
 
     Attributes:
         replies: The raw replies, in the order in which they came.
+        usage: What they cost, as :class:`lockprobe.record.Usage` has it; empty where nobody charges.
     """
 
     boundary = "reply"
 
-    def __init__(self, message: str, replies: tuple[str, ...] = ()) -> None:
+    def __init__(self, message: str, replies: tuple[str, ...] = (), usage: Mapping[str, int] | None = None) -> None:
         super().__init__(message)
-        self.replies = replies
+        self.replies, self.usage = replies, dict(usage or {})
 
 
 class PlantFault(TrialFault):

@@ -39,6 +39,7 @@ class Plan:
         plant: What is acted on, as its spec.
         shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
             labels run along the panel, and a model's preference for a name or a place is confounded with the box.
+        assessment: Whether the agent is asked what its last action did.
     """
 
     key: str
@@ -54,6 +55,7 @@ class Plan:
     budget: int = 20
     plant: str = "symbolic"
     shuffle: bool = True
+    assessment: bool = True
 
     def stream(self, name: str) -> np.random.Generator:
         """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""
@@ -93,7 +95,13 @@ class Names:
     def task(self, plan: Plan) -> Task:
         """What the agent knows before it begins."""
         places = tuple(plan.box.joints[i].place for i in self.order)
-        return Task(joints=self.listing, target=self.labels[plan.box.target_index], budget=plan.budget, places=places)
+        return Task(
+            joints=self.listing,
+            target=self.labels[plan.box.target_index],
+            budget=plan.budget,
+            places=places,
+            assessment=plan.assessment,
+        )
 
     def index(self, label: str) -> int:
         """The joint of a label, by place in panel order."""

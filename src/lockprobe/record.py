@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from lockprobe.call import Usage
 from lockprobe.errors import Boundary
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
@@ -29,7 +30,6 @@ __all__ = [
     "Trial",
     "TrialError",
     "Turn",
-    "Usage",
 ]
 
 SCHEMA_VERSION = 1
@@ -53,12 +53,14 @@ class Task:
         budget: Steps it has.
         places: Where each joint sits on the panel, aligned with ``joints``, as :class:`lockprobe.lockbox.box.Joint`
             has it; for agents that look at the panel. It is in no text. Empty where it is not shown.
+        assessment: Whether it is asked what its last action did. Asking may change behaviour.
     """
 
     joints: tuple[str, ...]
     target: str
     budget: int
     places: tuple[tuple[float, float], ...] = ()
+    assessment: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,16 +107,6 @@ class Percept:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Usage:
-    """What one decision cost. Tokens are counts over all calls of the decision, repairs included."""
-
-    calls: int = 0
-    input_tokens: int = 0
-    output_tokens: int = 0
-    cached_tokens: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
     """What the agent answered.
 
@@ -126,6 +118,7 @@ class Decision:
         claim_probability: Exact probability that it says ``moved``, where the agent has one.
         replies: Raw replies in the order in which they came; all but the last were malformed.
         usage: What the decision cost.
+        served: The model that answered, as its provider names it.
     """
 
     joint: str
@@ -135,6 +128,7 @@ class Decision:
     claim_probability: float | None = None
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
+    served: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,12 +192,14 @@ class TrialError:
         message: What was said, without secrets.
         step: The step that could not be played, from 1.
         replies: Raw malformed replies, if that was the reason.
+        usage: What they cost.
     """
 
     boundary: Boundary
     message: str
     step: int
     replies: tuple[str, ...] = ()
+    usage: Usage | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -234,6 +230,7 @@ class Trial:
         error: Why, if the ending is ``error``.
         plant: What the plant was: its settings, engine, renderer; empty for the symbolic plant.
         opening_pictures: File names of the pictures taken before the first step, by kind.
+        assessment: Whether the agent was asked what its last action had done.
         schema: Version of this layout.
     """
 
@@ -260,6 +257,7 @@ class Trial:
     error: TrialError | None = None
     plant: Mapping[str, Fact] = field(default_factory=dict)
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    assessment: bool = True
     schema: int = SCHEMA_VERSION
 
     @property

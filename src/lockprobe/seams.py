@@ -7,9 +7,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from lockprobe.call import Call, Usage
 from lockprobe.record import Decision, Fact, Percept, Situation, Snapshot, Task
 
-__all__ = ["Agent", "Channel", "Closable", "Plant"]
+__all__ = ["Agent", "CallBook", "Calling", "Channel", "Closable", "Plant"]
 
 
 @runtime_checkable
@@ -77,4 +78,33 @@ class Closable(Protocol):
 
     async def aclose(self) -> None:
         """Let go of them, once no more trials are played."""
+        ...
+
+
+class CallBook(Protocol):
+    """The calls of one trial: what was replied before it was broken off, and what is replied now."""
+
+    def recall(self, step: int, turn: int, request: str) -> Call | None:
+        """The call that was made in this place with this request and got a reply; None if there is none."""
+        ...
+
+    def reserve(self, worst: Usage) -> None:
+        """Say what the next call may cost at most, before it is made.
+
+        Raises:
+            BudgetReached: If there is not so much money left.
+        """
+        ...
+
+    def write(self, call: Call) -> None:
+        """Put a call on disk, with or without a reply, in place of what was reserved for it."""
+        ...
+
+
+@runtime_checkable
+class Calling(Protocol):
+    """An agent whose decisions are calls to somebody who charges for them."""
+
+    def with_calls(self, key: str, book: CallBook) -> Agent:
+        """The same agent for one trial: it looks every call up before it makes it, and writes down what it makes."""
         ...

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass, replace
 from functools import partial
 
+from lockprobe.call import Usage
 from lockprobe.errors import (
     ChannelFault,
     LockprobeError,
@@ -21,18 +22,7 @@ from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
-from lockprobe.record import (
-    Decision,
-    Ending,
-    Fact,
-    Percept,
-    Situation,
-    Snapshot,
-    Step,
-    Trial,
-    TrialError,
-    Turn,
-)
+from lockprobe.record import Decision, Ending, Fact, Percept, Situation, Snapshot, Step, Trial, TrialError, Turn
 from lockprobe.seams import Agent, Channel, Plant
 
 __all__ = ["broken", "play"]
@@ -73,6 +63,7 @@ async def play(
 
     Raises:
         UserMistake: If the agent cannot be had at all, for example for want of a key.
+        BudgetReached: If its next call could cost more than is left.
     """
     names = Names(plan)
     loop = _Loop(plan, names, plant, channels, agent, keep)
@@ -107,8 +98,9 @@ def broken(plan: Plan, fault: TrialFault) -> Trial:
 
 
 def _error(fault: TrialFault, step: int) -> TrialError:
-    replies = fault.replies if isinstance(fault, ReplyFault) else ()
-    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=replies)
+    replies, spent = (fault.replies, fault.usage) if isinstance(fault, ReplyFault) else ((), {})
+    usage = Usage(**spent) if spent else None
+    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=replies, usage=usage)
 
 
 def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
@@ -133,6 +125,7 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         opening="",
         steps=(),
         ending=ending,
+        assessment=plan.assessment,
     )
 
 
@@ -234,6 +227,8 @@ class _Loop:
             )
         if (why := _why_unusable(decision, self._names.labels)) is not None:
             raise ReplyFault(why, tuple(map(without_secrets, getattr(decision, "replies", ()))))
+        if not self._task.assessment:
+            decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
         joint = self._names.index(decision.joint)
         with _boundary(PlantFault):
             snapshot = self._plant.attempt(joint)

@@ -18,7 +18,7 @@ from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
-from lockprobe.studies.stage import run_trial
+from lockprobe.studies.single import run_trial
 from lockprobe.trial import play
 
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20)

@@ -38,8 +38,8 @@ class Dying:
             os.kill(os.getpid(), signal.SIGKILL)
         return self.file.write(content)
 plain = Journal.__init__
-def init(self, directory, records, timings, done):
-    plain(self, directory, Dying(records), Dying(timings), done)
+def init(self, directory, records, timings, *others):
+    plain(self, directory, Dying(records), Dying(timings), *others)
 Journal.__init__ = init
 planned = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
 with Journal.open(directory, planned) as journal:

@@ -14,11 +14,14 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Literal
 from urllib.parse import urlencode
 
+from lockprobe.agents.access import Access
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
+from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Sight, Viewer
@@ -37,6 +40,7 @@ _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "round-robin": RoundRobin,
 }
 _PARAMETRIC = ("human-inspired", "cognitive", "ideal-observer")
+_ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
 
 
@@ -56,7 +60,7 @@ _OTHERS = {
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
-    "Options, where it is shown pictures: images (how many observations keep theirs), detail.",
+    f"Options: {', '.join(field.name for field in fields(Settings))}.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
 
@@ -86,8 +90,12 @@ def known_specs() -> dict[str, str]:
     return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
 
 
-def resolve(spec: str) -> AgentSource:
+def resolve(spec: str, access: Access = _ACCESS) -> AgentSource:
     """Find the agent that a spec names.
+
+    Args:
+        spec: Its spec.
+        access: How it is reached, if it is a hosted model.
 
     Raises:
         UnknownName: If there is none; the message lists what exists.
@@ -102,7 +110,7 @@ def resolve(spec: str) -> AgentSource:
         viewer = _viewer(spec)
         return AgentSource(spec=spec, engine="inline", senses="pictures", make=lambda: viewer)
     if head == "llm":
-        return _language_model(spec, rest)
+        return _language_model(spec, rest, access)
     if head == "python":
         return AgentSource(
             spec=spec,
@@ -154,7 +162,12 @@ def _viewer(spec: str) -> Viewer:
     return Viewer(strategy=resolve(strategy).make(), name=strategy, sight=sight)
 
 
-def _language_model(spec: str, name: str) -> AgentSource:
+def _hosted() -> ModuleType:
+    """Imported when a model is asked: it takes seconds."""
+    return importlib.import_module("lockprobe.agents.llm.model")
+
+
+def _language_model(spec: str, name: str, access: Access) -> AgentSource:
     if name.partition("?")[0] == "local" or name.startswith("gguf:"):
         from lockprobe.agents import local
 
@@ -166,14 +179,13 @@ def _language_model(spec: str, name: str) -> AgentSource:
             check=lambda: local.check(spec),
         )
     if "/" in name.strip("/"):
-        from lockprobe.agents import llm
-
+        read_settings(name)
         return AgentSource(
             spec=spec,
             engine="network",
             senses="pictures",
-            make=lambda: llm.HostedModel(name),
-            check=lambda: llm.check(name),
+            make=lambda: _hosted().HostedModel(name, access),
+            check=lambda: _hosted().check(name),
         )
     raise UnknownName("language model", spec, [name for name in _OTHERS if name.startswith("llm:")])
 

@@ -131,7 +131,7 @@ class LocalModel:
         task, last = situation.task, situation.percept.joint
         prompt = self._prompt(situation)
         said, claim_probability, draw = "", None, float(rng.random())
-        if last is not None:
+        if last is not None and task.assessment:
             chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in _CLAIMS])
             claim_probability = chances[0]
             said = list(_CLAIMS)[int(draw >= claim_probability)]
@@ -181,7 +181,7 @@ def _segments(situation: Situation) -> list[str]:
     for turn in situation.past:
         segments += ["\nObservation:", f" {turn.percept.text}".rstrip(), "\n", *_reply(turn)]
     segments += ["\nObservation:", f" {situation.percept.text}".rstrip(), "\n"]
-    if situation.percept.joint is not None:
+    if situation.percept.joint is not None and situation.task.assessment:
         segments += ["Last joint:", f" {situation.percept.joint}"]
     return segments
 

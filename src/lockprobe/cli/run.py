@@ -6,55 +6,42 @@ import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
+from lockprobe.agents.access import Access
+from lockprobe.cli import asking
 from lockprobe.cli.display import watch
 from lockprobe.errors import BadValue
 from lockprobe.report import write_report
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
-from lockprobe.studies.study import LayoutKind, Study
+from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
 __all__ = ["run"]
 
 
-PLANT = typer.Option(
-    help="What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."
-)
-MODALITY = typer.Option(help="How the box is shown: symbolic, rgb, rgbd, rgbd?depth=height; may be repeated.")
-LAYOUT = typer.Option(help="fixed, or shuffled: the same interlock on a panel dealt anew in every trial.")
-WORKERS = typer.Option(min=1, help="Processes for local models and simulated plants (one a core).")
-
-
 def run(
-    name: Annotated[
-        str,
-        typer.Argument(metavar="flips|modalities|FILE.toml", help="The study; mechanisms.toml comes with the package."),
-    ],
-    agent: Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")] = None,
-    box: Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = None,
-    p: Annotated[str | None, typer.Option(help="Flip probabilities, for example 0,0.2,0.4.")] = None,
-    trials: Annotated[int | None, typer.Option(help="Trials per repetition and condition.")] = None,
-    repetitions: Annotated[int | None, typer.Option(help="Repetitions.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of everything (1).")] = None,
-    max_steps: Annotated[int | None, typer.Option(help="Budget of a trial in steps (20).")] = None,
-    flip: Annotated[str | None, typer.Option(help="transient, sticky or outcome-only.")] = None,
-    plant: Annotated[str | None, PLANT] = None,
-    modality: Annotated[list[str] | None, MODALITY] = None,
-    layout: Annotated[LayoutKind | None, LAYOUT] = None,
-    shuffle: Annotated[
-        bool | None,
-        typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial."),
-    ] = None,
-    full: Annotated[bool, typer.Option("--full", help="The paper's 7 x 3 x 10 trials per agent (flips).")] = False,
-    out: Annotated[Path | None, typer.Option(help="Directory of the study.")] = None,
-    workers: Annotated[int | None, WORKERS] = None,
-    connections: Annotated[int, typer.Option(min=1, help="Trials side by side for hosted models.")] = 10,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
+    name: asking.Name,
+    agent: asking.Agents = None,
+    box: asking.BoxName = None,
+    p: asking.P = None,
+    trials: asking.Trials = None,
+    repetitions: asking.Repetitions = None,
+    seed: asking.Seed = None,
+    max_steps: asking.MaxSteps = None,
+    flip: asking.Flip = None,
+    plant: asking.PlantSpec = None,
+    modality: asking.Modalities = None,
+    layout: asking.Layout = None,
+    shuffle: asking.Shuffle = None,
+    assessment: asking.Assessment = None,
+    full: asking.Full = False,
+    out: asking.Out = None,
+    workers: asking.Workers = None,
+    connections: asking.Connections = 10,
+    timeout: asking.Timeout = 120.0,
+    json: asking.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it.
 
@@ -77,10 +64,16 @@ def run(
         "modality": modality or None,
         "layout": layout,
         "shuffle": shuffle,
+        "assessment": assessment,
+        "full": full or None,
     }
-    planned = _planned(name, asked | ({"full": True} if full else {}))
+    access = Access(connections=connections, timeout=timeout)
+    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
+    _play(_planned(name, asked), out, limits, json=json)
+
+
+def _play(planned: Study, out: Path | None, limits: Limits, *, json: bool) -> None:
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
-    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), connections=connections)
     with Journal.open(directory, planned) as journal, watch(json=json) as observer:
         try:
             play_study(planned, journal, limits=limits, observer=observer)

@@ -1,8 +1,9 @@
 """Finished trials on disk, one line each, appended and never rewritten.
 
-A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records) and ``timings.jsonl`` (clock
-readings, which are no part of a record). A line that a crash tore is cut off before the next one is written, and
-its trial is owed again. Only one process writes at a time.
+A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records), ``timings.jsonl`` (clock
+readings, which are no part of a record) and ``calls.jsonl`` (every call to a provider, where one was asked). A line
+that a crash tore is cut off before the next one is written, and its trial is owed again.
+Only one process writes at a time.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from typing import IO
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
+from lockprobe.studies.calls import Calls
+from lockprobe.studies.lines import cut_torn_tail, whole_lines
 from lockprobe.studies.study import LATER, Study
 
 __all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_settings", "read_timings"]
@@ -80,7 +83,7 @@ def _read(directory: Path | str) -> tuple[dict[str, Trial], LeftOut]:
         raise BadFile(directory, "no trials.jsonl here; is it the directory of a study?")
     trials: dict[str, Trial] = {}
     replaced = repeated = 0
-    for number, line in _whole_lines(path):
+    for number, line in whole_lines(path):
         try:
             trial = trial_from_json(line)
         except BadValue as error:
@@ -125,7 +128,7 @@ def read_timings(directory: Path | str) -> list[Timing]:
     if not path.is_file():
         return []
     found = {}
-    for _, line in _whole_lines(path):
+    for _, line in whole_lines(path):
         with suppress(ValueError, TypeError, KeyError):
             reading = json.loads(line)
             key, seconds, steps = str(reading["key"]), float(reading["seconds"]), int(reading["steps"])
@@ -133,18 +136,18 @@ def read_timings(directory: Path | str) -> list[Timing]:
     return list(found.values())
 
 
-def _whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Whole lines that are not blank, with their numbers."""
-    with path.open("rb") as lines:
-        yield from ((n, line) for n, line in enumerate(lines, 1) if line.endswith(b"\n") and line.strip())
-
-
 class Journal:
     """The open journal of one study. Use :meth:`open`."""
 
-    def __init__(self, directory: Path, records: IO[bytes], timings: IO[bytes], done: dict[str, Trial]) -> None:
+    def __init__(
+        self, directory: Path, records: IO[bytes], timings: IO[bytes], done: dict[str, Trial], calls: Calls
+    ) -> None:
         self.directory = directory
         self.trials = done
+        self.calls = calls
+        for key in done:
+            if not self.owes(key):
+                calls.forget(key)
         self._records = records
         self._timings = timings
         self._synced = time.monotonic()
@@ -171,13 +174,14 @@ class Journal:
             except OSError:
                 raise DirectoryBusy(directory) from None
             _claim(directory, study)
-            _cut_torn_tail(records, directory / "trials.jsonl")
-            _cut_torn_tail(timings, directory / "timings.jsonl")
-            journal = cls(directory, records, timings, {trial.key: trial for trial in load(directory)})
-            try:
-                yield journal
-            finally:
-                journal._sync()
+            cut_torn_tail(records, directory / "trials.jsonl")
+            cut_torn_tail(timings, directory / "timings.jsonl")
+            with Calls.open(directory) as calls:
+                journal = cls(directory, records, timings, {trial.key: trial for trial in load(directory)}, calls)
+                try:
+                    yield journal
+                finally:
+                    journal._sync()
 
     def owes(self, key: str) -> bool:
         """Whether a trial has still to be played: not finished, or broken by something outside the agent."""
@@ -192,6 +196,8 @@ class Journal:
         self._timings.write(json.dumps(clock).encode() + b"\n")
         self._timings.flush()
         self.trials[trial.key] = trial
+        if not trial.owed_again:
+            self.calls.forget(trial.key)
         if time.monotonic() - self._synced > _SYNC_SECONDS:
             self._sync()
 
@@ -220,11 +226,3 @@ def _claim(directory: Path, study: Study) -> None:
     }
     if different:
         raise SettingsChanged(directory, different)
-
-
-def _cut_torn_tail(handle: IO[bytes], path: Path) -> None:
-    """Cut an unfinished last line off, so that the next line starts clean."""
-    content = path.read_bytes()
-    whole = content.rfind(b"\n") + 1
-    if whole != len(content):
-        handle.truncate(whole)

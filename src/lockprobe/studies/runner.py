@@ -9,17 +9,19 @@ connections, and what needs a processor, a local model or a plant that is simula
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
+from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.errors import Missing, SettingsChanged
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Fact, Step, Trial
-from lockprobe.seams import Closable
+from lockprobe.seams import Agent, Closable
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.stage import play_timed
@@ -77,11 +79,11 @@ class Limits:
 
     Attributes:
         workers: Processes for what needs a processor: local models, and plants that are simulated.
-        connections: Trials side by side for hosted models.
+        access: How hosted models are reached.
     """
 
     workers: int = 1
-    connections: int = 10
+    access: Access = field(default_factory=Access)
 
 
 def run(study: Study, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None) -> None:
@@ -92,7 +94,7 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
     limits, observer = limits or Limits(), observer or Silent()
-    sources = [resolve(spec) for spec in study.agents]
+    sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
     owed = {source.spec: [plan for plan in study.plans(source.spec) if journal.owes(plan.key)] for source in sources}
     for source in sources:
@@ -110,8 +112,9 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
         if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
             play_in_workers(owed[source.spec], limits.workers, observer.step, finish, pictures=album)
         else:
-            side_by_side = limits.connections if source.engine == "network" else 1
-            asyncio.run(_play_here(owed[source.spec], source, side_by_side, observer.step, finish, album))
+            side_by_side = limits.access.connections if source.engine == "network" else 1
+            play = partial(play_timed, on_step=observer.step, pictures=album, calls=journal.calls)
+            asyncio.run(_play_here(owed[source.spec], source, side_by_side, play, finish))
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
@@ -178,16 +181,15 @@ async def _play_here(
     plans: list[Plan],
     source: AgentSource,
     side_by_side: int,
-    on_step: Callable[[str, Step], None],
+    play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
     finish: Callable[[Trial, Timing], None],
-    album: Path,
 ) -> None:
     queue: Iterator[Plan] = iter(plans)
     agent = source.make()
 
     async def lane() -> None:
         for plan in queue:
-            finish(*await play_timed(plan, agent, on_step, album))
+            finish(*await play(plan, agent))
             await asyncio.sleep(0)  # strategies never wait, and Ctrl-C is heard only where somebody does
 
     lanes = [asyncio.ensure_future(lane()) for _ in range(side_by_side)]

@@ -34,6 +34,7 @@ class _Settings(BaseModel):
     plant: Text
     layout: Text = "fixed"
     modalities: list[Text] = ["symbolic"]
+    assessment: bool = True
 
 
 def read_study(directory: Path | str) -> Study:
@@ -65,6 +66,7 @@ def read_study(directory: Path | str) -> Study:
             plant=found.plant,
             layout=found.layout,  # type: ignore[arg-type] # checked by the study itself
             modalities=tuple(found.modalities),
+            assessment=found.assessment,
         )
     except (BadValue, UnknownName) as error:
         raise BadFile(path, str(error)) from None

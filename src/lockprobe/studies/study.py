@@ -24,7 +24,7 @@ __all__ = ["IDENTITY_VERSION", "LATER", "LayoutKind", "Study"]
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
 
-LATER: Mapping[str, object] = {"layout": "fixed", "modalities": list(SYMBOLIC)}
+LATER: Mapping[str, object] = {"layout": "fixed", "modalities": list(SYMBOLIC), "assessment": True}
 """Settings that came later, as JSON holds them, with what they were before they could be set."""
 
 IDENTITY_VERSION = 1
@@ -55,6 +55,8 @@ class Study:
             not on condition and agent.
         modalities: How the box is shown, as specs of :mod:`lockprobe.studies.modality`. An agent that reads reports
             plays those only that tell.
+        assessment: Whether agents are asked what their last action did (the paper's always are). Asking may change
+            behaviour.
 
     Raises:
         BadValue: If a setting is out of range, or two modalities show the same.
@@ -74,6 +76,7 @@ class Study:
     plant: str = "symbolic"
     layout: LayoutKind = "fixed"
     modalities: tuple[str, ...] = SYMBOLIC
+    assessment: bool = True
 
     def __post_init__(self) -> None:
         for setting, known in (("flip", get_args(FlipKind)), ("layout", get_args(LayoutKind))):
@@ -109,7 +112,7 @@ class Study:
 
         A setting that came later is left out where it has its default, so that studies played before keep their names.
         """
-        now = {"layout": self.layout, "modalities": list(self.modalities)}
+        now = {"layout": self.layout, "modalities": list(self.modalities), "assessment": self.assessment}
         later = {name: now[name] for name, default in LATER.items() if now[name] != default}
         return {
             "identity": IDENTITY_VERSION,
@@ -194,6 +197,7 @@ class Study:
             budget=self.max_steps,
             plant=self.plant,
             shuffle=self.shuffle,
+            assessment=self.assessment,
         )
 
     def asks_for(self, trial: Trial) -> bool:
@@ -209,6 +213,7 @@ class Study:
             trial.key == plan.key
             and (trial.study, trial.flip, trial.seed, trial.budget) == (self.name, self.flip, self.seed, self.max_steps)
             and trial.joints == plan.box.names
+            and trial.assessment == self.assessment
         )
 
     @property

@@ -65,6 +65,7 @@ class Request(BaseModel):
     modality: Several | None = None
     layout: LayoutKind | None = None
     shuffle: bool | None = None
+    assessment: bool | None = None
     full: bool = False
 
 
@@ -131,6 +132,7 @@ def study(request: Request | str = "flips") -> Study:
         plant=plant,
         layout=_given(request.layout, "fixed"),
         modalities=modalities,
+        assessment=_given(request.assessment, True),
     )
     planned.check_agents()
     return planned

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import pytest
 from openai_server import Server, completion, pictures, refusal, truthful, words
 
+from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.prompt import picture_fingerprint
 from lockprobe.channels.text import TextChannel
@@ -23,7 +24,7 @@ from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.studyfile import Request, study
 from lockprobe.trial import play
 
-llm = pytest.importorskip("lockprobe.agents.llm")
+llm = pytest.importorskip("lockprobe.agents.llm.model")
 SPEC = "llm:openai-api/fake/model"
 
 
@@ -43,7 +44,7 @@ def played(tmp_path, monkeypatch, answer, spec=SPEC, **settings):
             monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
         planned = study(request)
         with Journal.open(tmp_path, planned) as journal:
-            run(planned, journal, limits=Limits(connections=4))
+            run(planned, journal, limits=Limits(access=Access(connections=4)))
         return load(tmp_path), server
 
 
@@ -99,11 +100,11 @@ def test_a_malformed_reply_is_asked_again_and_recorded(tmp_path, monkeypatch):
 
 def test_a_model_that_never_gives_a_usable_reply_ends_as_error_and_is_not_owed_again(tmp_path, monkeypatch):
     trials, server = played(tmp_path, monkeypatch, lambda request: completion("no"), trials=2, p=[0])
-    assert len(server.requests) == 2 * (1 + llm.REPAIRS)
+    assert len(server.requests) == 2 * 5
     for trial in trials:
         assert (trial.ending, trial.error.boundary) == ("error", "reply")
-        assert trial.error.message == "no usable reply in 3 turns: not one JSON object"
-        assert trial.error.replies == ("no", "no", "no")
+        assert trial.error.message == "no usable reply in 5 turns: not one JSON object"
+        assert trial.error.replies == ("no",) * 5
     played(tmp_path, monkeypatch, truthful, trials=2, p=[0])
     assert len(load(tmp_path)) == 2
     assert all(trial.ending == "error" for trial in load(tmp_path))
@@ -137,7 +138,8 @@ def test_a_provider_that_answers_rubbish_loses_and_repeats_no_finished_trial(tmp
     again, server = played(tmp_path, monkeypatch, truthful)
     assert {trial.key: trial for trial in again if trial.key in finished} == finished
     assert [trial.ending for trial in again] == ["solved"] * 6
-    assert len(server.requests) == sum(len(t.steps) for t in again if t.key not in finished)
+    paid_before = sum(len(trial.steps) for trial in broken)  # they go on where they stood
+    assert len(server.requests) == sum(len(t.steps) for t in again if t.key not in finished) - paid_before
 
 
 def test_a_run_in_which_only_errors_come_stops_and_says_why(tmp_path, monkeypatch):

@@ -1,0 +1,37 @@
+"""How hosted models are reached. None of it changes what they are asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lockprobe.errors import BadValue
+
+__all__ = ["Access"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Access:
+    """How hosted models are reached.
+
+    Attributes:
+        connections: Requests on their way at the same time, at least 1.
+        timeout: Seconds after which a request that hangs is made again.
+        retries: How often a request that the provider did not answer is made again before its trial ends as ``error``.
+        batch: Whether requests go through the provider's batch interface: cheaper, and hours instead of seconds.
+
+    Raises:
+        BadValue: If a number is out of range.
+    """
+
+    connections: int = 10
+    timeout: float = 120.0
+    retries: int = 6
+    batch: bool = False
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.connections <= 10_000:
+            raise BadValue("connections", self.connections, "a whole number from 1 to 10000")
+        if not 0 < self.timeout <= 86_400:
+            raise BadValue("timeout", self.timeout, "seconds above 0, at most a day")
+        if not 0 <= self.retries <= 100:
+            raise BadValue("retries", self.retries, "a whole number from 0 to 100")

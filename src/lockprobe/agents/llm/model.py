@@ -1,0 +1,155 @@
+"""A language model as an agent: one decision is one call, and one more for every malformed reply.
+
+A percept's pictures are sent as they are, as PNG, after its text; those of earlier percepts stay in the conversation,
+as the paper's did, or only the newest: ``llm:openai/gpt-4o?images=4``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from lockprobe.agents.access import Access
+from lockprobe.agents.llm.knowledge import facts_of
+from lockprobe.agents.llm.line import RUNTIME, Answer, Line
+from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.llm.size import at_most
+from lockprobe.agents.prompt import (
+    Message,
+    chat_fingerprint,
+    conversation,
+    parse_reply,
+    picture_fingerprint,
+    repair,
+    reply_schema,
+)
+from lockprobe.call import Call, Usage
+from lockprobe.errors import ModelFault, ReplyFault
+from lockprobe.record import Decision, Fact, Situation
+from lockprobe.seams import CallBook
+
+__all__ = ["HostedModel", "check"]
+
+_KEPT = ("stop", "served", "usage", "seconds", "retries")
+"""What a call keeps of an answer beside its text, under the same names."""
+
+_Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Answer]]
+"""From the turn, from 1, the conversation and the form of the reply to the reply."""
+
+
+def check(spec: str) -> None:
+    """Find out whether a model can be asked at all.
+
+    Raises:
+        Missing: If a key or a provider's package is missing.
+        BadValue: If there is no such provider, or an option has a value that it cannot have.
+        UnknownName: If there is no such option.
+    """
+    name, settings = read_settings(spec)
+    Line(name, settings, Access())
+
+
+class HostedModel:
+    """A model behind a provider's interface. A reply that is not of the form asked for is asked for again.
+
+    Args:
+        spec: Model name as Inspect AI knows it, and how it is asked, for example ``openai/gpt-4o?images=4``.
+        access: How it is reached.
+    """
+
+    def __init__(self, spec: str, access: Access | None = None) -> None:
+        self._name, self._settings = read_settings(spec)
+        self._line = Line(self._name, self._settings, access or Access())
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Model name, library, prompt and settings."""
+        return {
+            "model": self._name,
+            "runtime": RUNTIME,
+            "prompt": f"chat {chat_fingerprint()}",
+            "picture_prompt": f"chat {picture_fingerprint()}",
+            **self._settings.sent(facts_of(self._name)),
+        }
+
+    def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
+        """The same model for one trial: no call is made twice, and every one is written down."""
+        return _InOneTrial(self, key, book, self._settings, self._line)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Ask for the next joint. The stream is not used: a provider draws its own luck."""
+        return await _decision(situation, self._settings, lambda turn, messages, form: self._line.ask(messages, form))
+
+    async def aclose(self) -> None:
+        """Close the provider's connections."""
+        await self._line.aclose()
+
+
+class _InOneTrial:
+    """A model at one trial, with the calls that were made for it before."""
+
+    def __init__(self, model: HostedModel, key: str, book: CallBook, settings: Settings, line: Line) -> None:
+        self._model, self._key, self._book = model, key, book
+        self._settings, self._line = settings, line
+        self._facts = facts_of(str(model.facts["model"]))
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return self._model.facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        step = len(situation.past) + 1
+
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+            request = _fingerprint(messages, schema, self._settings)
+            if (known := self._book.recall(step, turn, request)) and known.reply is not None:
+                came = {name: getattr(known, name) for name in _KEPT}
+                return Answer(text=known.reply, **came)
+            self._book.reserve(at_most(messages, self._settings, self._facts))
+            call = Call(key=self._key, step=step, turn=turn, request=request, reply=None, error="broken off")
+            try:
+                answer = await self._line.ask(messages, schema)
+                call = replace(call, error="", reply=answer.text, **{name: getattr(answer, name) for name in _KEPT})
+            except ModelFault as fault:
+                call = replace(call, error=str(fault))
+                raise
+            finally:
+                self._book.write(call)
+            return answer
+
+        return await _decision(situation, self._settings, ask)
+
+
+def _fingerprint(messages: Sequence[Message], schema: dict[str, object], settings: Settings) -> str:
+    """Sixteen hexadecimal digits that change with anything that is sent."""
+    said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
+    text = json.dumps([said, schema, asdict(settings)], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+async def _decision(situation: Situation, settings: Settings, ask: _Ask) -> Decision:
+    """Ask until a reply is of the form asked for, or too often."""
+    messages = conversation(situation, images=settings.images)
+    schema = reply_schema(situation)
+    replies: list[str] = []
+    usage = Usage()
+    while True:
+        answer = await ask(len(replies) + 1, messages, schema)
+        replies.append(answer.text)
+        usage += answer.usage
+        try:
+            decision = parse_reply(answer.text, situation)
+            return replace(decision, replies=tuple(replies), usage=usage, served=answer.served)
+        except ReplyFault as fault:
+            if len(replies) > settings.repairs:
+                why = f"no usable reply in {len(replies)} turns: {fault}"
+                raise ReplyFault(why, tuple(replies), asdict(usage)) from None
+            messages = [
+                *messages,
+                Message(role="assistant", text=answer.text or "(empty)"),
+                Message(role="user", text=repair(fault, situation)),
+            ]

@@ -1,0 +1,67 @@
+"""One call to a model: what came of it, and what it cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+__all__ = ["Call", "Usage"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Usage:
+    """What calls to a model cost, as its provider counts. Of a decision: over all its calls, repairs included.
+
+    Attributes:
+        calls: Replies that came.
+        input_tokens: Tokens read, those from a cache included.
+        output_tokens: Tokens written, those of reasoning included.
+        cached_tokens: Of the tokens read, those that the provider had in its cache.
+        reasoning_tokens: Of the tokens written, those that nobody gets to see.
+    """
+
+    calls: int = 0
+    input_tokens: int = 0
+    output_tokens: int = 0
+    cached_tokens: int = 0
+    reasoning_tokens: int = 0
+
+    def __add__(self, other: Usage) -> Usage:
+        """Both together."""
+        return Usage(
+            calls=self.calls + other.calls,
+            input_tokens=self.input_tokens + other.input_tokens,
+            output_tokens=self.output_tokens + other.output_tokens,
+            cached_tokens=self.cached_tokens + other.cached_tokens,
+            reasoning_tokens=self.reasoning_tokens + other.reasoning_tokens,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Call:
+    """One call to a model, as it is put on disk the moment its reply comes: a reply that was paid for is never lost.
+
+    Attributes:
+        key: The trial.
+        step: The step that was to be decided, from 1.
+        turn: Which call for that step, from 1; those after the first follow a malformed reply.
+        request: Fingerprint of all that was sent; the same request in the same place has this reply already.
+        reply: The raw reply; None where none came.
+        stop: Why the model stopped, as Inspect AI names it: ``stop``, ``max_tokens``, ``content_filter`` and others.
+        served: The model that answered, as the provider names it.
+        usage: What it cost.
+        seconds: Wall time, retries included.
+        retries: How often the provider had to be asked again.
+        error: What the provider said instead of replying, without secrets; empty where a reply came.
+    """
+
+    key: str
+    step: int
+    turn: int
+    request: str
+    reply: str | None
+    stop: str = ""
+    served: str = ""
+    usage: Usage = field(default_factory=Usage)
+    seconds: float = 0.0
+    retries: int = 0
+    error: str = ""

@@ -1,0 +1,63 @@
+"""What can be asked of ``lockprobe run``, option by option."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.studies.study import LayoutKind
+
+__all__ = [
+    "Agents",
+    "AsJson",
+    "Assessment",
+    "BoxName",
+    "Connections",
+    "Flip",
+    "Full",
+    "Layout",
+    "MaxSteps",
+    "Modalities",
+    "Name",
+    "Out",
+    "P",
+    "PlantSpec",
+    "Repetitions",
+    "Seed",
+    "Shuffle",
+    "Timeout",
+    "Trials",
+    "Workers",
+]
+
+_STUDY = "The study; mechanisms.toml comes with the package."
+_PLANT = "What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."
+_MODALITY = "How the box is shown: symbolic, rgb, rgbd, rgbd?depth=height; may be repeated."
+_LAYOUT = "fixed, or shuffled: the same interlock on a panel dealt anew in every trial."
+_ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour."
+_WORKERS = "Processes for local models and simulated plants (one a core)."
+
+Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
+Agents = Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")]
+BoxName = Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")]
+P = Annotated[str | None, typer.Option(help="Flip probabilities, for example 0,0.2,0.4.")]
+Trials = Annotated[int | None, typer.Option(help="Trials per repetition and condition.")]
+Repetitions = Annotated[int | None, typer.Option(help="Repetitions.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of everything (1).")]
+MaxSteps = Annotated[int | None, typer.Option(help="Budget of a trial in steps (20).")]
+Flip = Annotated[str | None, typer.Option(help="transient, sticky or outcome-only.")]
+PlantSpec = Annotated[str | None, typer.Option(help=_PLANT)]
+Modalities = Annotated[list[str] | None, typer.Option(help=_MODALITY)]
+Layout = Annotated[LayoutKind | None, typer.Option(help=_LAYOUT)]
+Shuffle = Annotated[
+    bool | None, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial.")
+]
+Assessment = Annotated[bool | None, typer.Option("--assessment/--no-assessment", help=_ASSESSMENT)]
+Full = Annotated[bool, typer.Option("--full", help="The paper's 7 x 3 x 10 trials per agent (flips).")]
+Out = Annotated[Path | None, typer.Option(help="Directory of the study.")]
+Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
+Connections = Annotated[int, typer.Option(min=1, help="Requests to a provider on their way at once.")]
+Timeout = Annotated[float, typer.Option(help="Seconds after which a request that hangs is made again.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
