@@ -5,9 +5,10 @@ import io
 import json
 from dataclasses import replace
 
+import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.export import COLUMNS, tidy_rows, write_csv, write_jsonl
+from lockprobe.export import COLUMNS, tidy_rows, write_csv, write_jsonl, write_parquet
 
 PROMISED = (
     "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
@@ -69,3 +70,20 @@ def test_where_a_robot_played_its_verdict_comes_last():
     file = io.StringIO()
     write_csv([robot], file)
     assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",verdict"
+
+
+def test_parquet_keeps_types_and_leading_zeros(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
+    write_parquet(trials, tmp_path / "x.parquet")
+    table = parquet.read_table(tmp_path / "x.parquet")
+    assert table.to_pylist() == list(tidy_rows(trials))
+    kinds = {field.name: str(field.type) for field in table.schema}
+    assert (kinds["state"], kinds["p"], kinds["step"], kinds["moved"]) == ("string", "double", "int64", "int64")
+    assert [path.name for path in tmp_path.iterdir()] == ["x.parquet"]
+
+
+def test_parquet_of_nothing_has_all_columns(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    write_parquet([], tmp_path / "x.parquet")
+    assert tuple(parquet.read_table(tmp_path / "x.parquet").column_names) == COLUMNS

@@ -1,10 +1,13 @@
 """Options in a spec."""
 
+from dataclasses import dataclass
+from typing import Literal
+
 import pytest
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import read_options, spec_name
+from lockprobe.options import read_options, spec_name, with_options
 
 
 def test_the_name_is_what_stands_before_the_options():
@@ -37,6 +40,9 @@ def test_options_have_a_name_and_a_value_and_come_once(spec):
             "cognitive:random-map?window=0&avoid=last",
             "avoid: got 'last', expected none or failed where the window is 0",
         ),
+        ("llm:a/b?temperature=hot", "temperature: got 'hot', expected a number"),
+        ("llm:a/b?max_tokens=many", "max_tokens: got 'many', expected a whole number"),
+        ("llm:a/b?schema=hard", "schema: got 'hard', expected one of strict, loose, none"),
         ("cognitive:softmax", "no cognitive model is called 'softmax' (did you mean 'softmax-memory'?)"),
         ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map, careful, perseverant"),
         ("ideal-observer:fast", "no agent is called 'ideal-observer:fast'"),
@@ -47,3 +53,18 @@ def test_what_is_wrong_with_an_option_is_said_in_one_line(spec, message):
     with pytest.raises((BadValue, UnknownName)) as mistake:
         resolve(spec)
     assert str(mistake.value).startswith(message)
+
+
+@dataclass(frozen=True)
+class Optional:
+    """Fields that nobody has to set."""
+
+    number: float | None = None
+    count: int | None = None
+    kind: Literal["one", "two"] | None = None
+
+
+def test_an_option_that_need_not_be_set_takes_what_it_holds_if_it_is():
+    assert with_options(Optional, "x", {}) == Optional()
+    found = with_options(Optional, "x", {"number": "1.5", "count": "3", "kind": "two"})
+    assert found == Optional(number=1.5, count=3, kind="two")

@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
-__all__ = ["Call", "Usage"]
+from pydantic import Field
+
+__all__ = ["BROKEN_OFF", "Call", "Usage"]
+
+BROKEN_OFF = "broken off"
+"""What stands for the error of a call that was on its way when its run ended."""
+
+_Count = Annotated[int, Field(ge=0, le=2**53)]
+"""How a number is checked that stands on disk."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,14 +25,16 @@ class Usage:
         input_tokens: Tokens read, those from a cache included.
         output_tokens: Tokens written, those of reasoning included.
         cached_tokens: Of the tokens read, those that the provider had in its cache.
+        stored_tokens: Of the tokens read, those that it put into its cache, where it says so.
         reasoning_tokens: Of the tokens written, those that nobody gets to see.
     """
 
-    calls: int = 0
-    input_tokens: int = 0
-    output_tokens: int = 0
-    cached_tokens: int = 0
-    reasoning_tokens: int = 0
+    calls: _Count = 0
+    input_tokens: _Count = 0
+    output_tokens: _Count = 0
+    cached_tokens: _Count = 0
+    stored_tokens: _Count = 0
+    reasoning_tokens: _Count = 0
 
     def __add__(self, other: Usage) -> Usage:
         """Both together."""
@@ -32,6 +43,7 @@ class Usage:
             input_tokens=self.input_tokens + other.input_tokens,
             output_tokens=self.output_tokens + other.output_tokens,
             cached_tokens=self.cached_tokens + other.cached_tokens,
+            stored_tokens=self.stored_tokens + other.stored_tokens,
             reasoning_tokens=self.reasoning_tokens + other.reasoning_tokens,
         )
 
@@ -52,16 +64,25 @@ class Call:
         seconds: Wall time, retries included.
         retries: How often the provider had to be asked again.
         error: What the provider said instead of replying, without secrets; empty where a reply came.
+        batch: Whether it went through the provider's batch interface.
+        most: What it can have cost at most, where nobody said what it cost: it was broken off, or came without a count.
     """
 
     key: str
-    step: int
-    turn: int
+    step: _Count
+    turn: _Count
     request: str
     reply: str | None
     stop: str = ""
     served: str = ""
     usage: Usage = field(default_factory=Usage)
-    seconds: float = 0.0
-    retries: int = 0
+    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    retries: _Count = 0
     error: str = ""
+    batch: bool = False
+    most: Usage | None = None
+
+    @property
+    def broken_off(self) -> bool:
+        """Whether it was on its way when its run ended; its provider may have charged for it."""
+        return self.reply is None and self.error == BROKEN_OFF

@@ -5,11 +5,14 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
 from typing import IO
 
+from lockprobe.errors import Missing
 from lockprobe.record import Trial
 
-__all__ = ["COLUMNS", "tidy_rows", "write_csv", "write_jsonl"]
+__all__ = ["COLUMNS", "tidy_rows", "write_csv", "write_jsonl", "write_parquet"]
 
 COLUMNS = (
     "key",
@@ -29,6 +32,9 @@ COLUMNS = (
     "ending",
 )
 """Names of the columns, in order."""
+
+_WHOLE = ("repetition", "trial", "step", "moved", "told_moved", "target")
+"""Those that hold whole numbers; ``p`` holds a fraction, and all others text."""
 
 Cell = str | int | float
 
@@ -92,3 +98,23 @@ def write_jsonl(trials: Iterable[Trial], file: IO[str]) -> None:
     """Tidy rows, one JSON object a line."""
     for row in tidy_rows(trials):
         file.write(json.dumps(row, ensure_ascii=False) + "\n")
+
+
+def write_parquet(trials: Iterable[Trial], path: Path) -> None:
+    """Tidy rows as a Parquet file, every column with its type: ``state`` is text, what is counted is whole.
+
+    Raises:
+        Missing: If pyarrow is not installed.
+        OSError: If the file cannot be written.
+    """
+    try:
+        arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
+    trials = list(trials)
+    columns = (*COLUMNS, *_more_columns(trials))
+    kinds = {"p": arrow.float64(), **dict.fromkeys(_WHOLE, arrow.int64())}
+    schema = arrow.schema([(name, kinds.get(name, arrow.string())) for name in columns])
+    draft = path.with_name(f".{path.name}.draft")
+    parquet.write_table(arrow.Table.from_pylist(list(tidy_rows(trials)), schema=schema), draft)
+    draft.replace(path)

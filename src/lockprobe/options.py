@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import parse_qsl
 
 from lockprobe.errors import BadValue, UnknownName
@@ -74,7 +75,9 @@ def with_options(
 
 
 def _value(name: str, text: str, kind: Any) -> object:
-    if get_origin(kind) is not None:  # a Literal
+    if get_origin(kind) in (Union, UnionType):  # with None, which only leaving the option out can give
+        (kind,) = (part for part in get_args(kind) if part is not NoneType)
+    if get_origin(kind) is Literal:
         if text not in get_args(kind):
             raise BadValue(name, text, f"one of {', '.join(get_args(kind))}")
         return text

@@ -88,8 +88,10 @@ class CallBook(Protocol):
         """The call that was made in this place with this request and got a reply; None if there is none."""
         ...
 
-    def reserve(self, worst: Usage) -> None:
-        """Say what the next call may cost at most, before it is made.
+    async def reserve(self, worst: Usage) -> None:
+        """Say what the next call may cost at most, before it is made. It is the call that was just looked up.
+
+        Where only calls on their way stand against it, their replies are waited for.
 
         Raises:
             BudgetReached: If there is not so much money left.

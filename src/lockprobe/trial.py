@@ -16,7 +16,7 @@ from lockprobe.errors import (
     PlantFault,
     ReplyFault,
     TrialFault,
-    without_secrets,
+    without_keys,
 )
 from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.pictures.frame import Frame
@@ -100,7 +100,8 @@ def broken(plan: Plan, fault: TrialFault) -> Trial:
 def _error(fault: TrialFault, step: int) -> TrialError:
     replies, spent = (fault.replies, fault.usage) if isinstance(fault, ReplyFault) else ((), {})
     usage = Usage(**spent) if spent else None
-    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=replies, usage=usage)
+    kept = tuple(map(without_keys, replies))
+    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=kept, usage=usage)
 
 
 def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
@@ -156,10 +157,18 @@ def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
     if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
         return "a probability lies outside 0 to 1"
     try:
-        "".join((decision.hypothesis, *decision.replies)).encode("utf-8")
+        "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
     except (UnicodeEncodeError, TypeError) as error:
         return f"its text cannot be written ({error})"
     return None
+
+
+def _without_keys(decision: Decision) -> Decision:
+    """What an agent says is kept as it is, but for the keys of whoever runs it."""
+    if not decision.hypothesis and not decision.replies:
+        return decision
+    hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))
+    return replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
 
 
 def _facts_of(channel: Channel) -> dict[str, Fact]:
@@ -226,7 +235,8 @@ class _Loop:
                 Situation(task=self._task, past=self._past, percept=self._percept), self._rng
             )
         if (why := _why_unusable(decision, self._names.labels)) is not None:
-            raise ReplyFault(why, tuple(map(without_secrets, getattr(decision, "replies", ()))))
+            raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
+        decision = _without_keys(decision)
         if not self._task.assessment:
             decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
         joint = self._names.index(decision.joint)

@@ -8,7 +8,7 @@ import pytest
 
 from lockprobe import load, run_trial
 from lockprobe.agents import local
-from lockprobe.agents.local import CONSTANT, LocalModel, read_options
+from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel, read_options
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import box
@@ -134,9 +134,39 @@ def test_every_question_continues_the_one_before_by_two_tokens_or_more():
         assert len(after) > len(before) + 5
 
 
+def test_where_nobody_asks_what_the_last_action_did_it_is_neither_said_nor_scored():
+    engine, trial = asked(p=0.5, trial=3, max_steps=4, assessment=False)
+    assert engine.constant == UNASKED
+    assert len(engine.asked) == len(trial.steps)
+    for step, (prompt, options) in zip(trial.steps, engine.asked, strict=True):
+        assert options == [f" {label}" for label in trial.listing]
+        assert "Last joint" not in prompt
+        assert "last joint moved" not in prompt
+        assert prompt.startswith(UNASKED)
+        assert (step.decision.claimed, step.decision.claim_probability) == (None, None)
+        assert step.decision.replies == (f"Next joint: {step.decision.joint}",)
+
+
+def test_without_assessment_too_every_question_continues_the_one_before_by_two_tokens_or_more():
+    engine, _ = asked(p=0.5, trial=3, max_steps=6, assessment=False)
+    for (before, _), (after, _) in zip(engine.asked, engine.asked[1:], strict=False):
+        assert after.startswith(before)
+        assert len(after) > len(before) + 5
+
+
+def test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone(model):
+    settings = {"p": 0.4, "trial": 5, "max_steps": 3}
+    first = run_trial(agent=model, **settings)
+    unasked = run_trial(agent=model, assessment=False, **settings)
+    assert trial_to_json(run_trial(agent=model, **settings)) == trial_to_json(first)
+    assert trial_to_json(run_trial(agent=model, assessment=False, **settings)) == trial_to_json(unasked)
+    assert unasked.steps[1].decision.claimed is None
+    assert unasked.facts["prompt_unasked"] == first.facts["prompt_unasked"] != first.facts["prompt"]
+
+
 def test_the_instruction_leaks_nothing():
     words = ["chain", "slider", "revolute", "prismatic", "left", "right", "order", "open", *box().names]
-    assert [word for word in words if word in CONSTANT.lower()] == []
+    assert [word for word in words if word in CONSTANT.lower() + UNASKED.lower()] == []
 
 
 def test_two_draws_per_step_whatever_the_answers_are(model):

@@ -1,6 +1,7 @@
 """The prompt is the same for every trial and leaks nothing; replies are the object asked for or refused with the reason."""
 
 import itertools
+from dataclasses import replace
 
 import pytest
 
@@ -11,6 +12,7 @@ from lockprobe.agents.prompt import (
     instructions,
     parse_reply,
     picture_fingerprint,
+    repair,
     reply_schema,
 )
 from lockprobe.errors import ReplyFault
@@ -29,16 +31,24 @@ LATER = Situation(
 
 def test_it_states_the_problem_the_joints_the_target_and_the_budget():
     text = instructions(TASK, positions=True)
-    for part in ("4 joints: C, A, D, B.", "target joint D", "20 steps", "lock each other in a hidden way"):
+    for part in (
+        "a panel with 4 joints",
+        "joints: C, A, D, B.",
+        "target joint: D",
+        "20 steps",
+        "lock each other in a hidden way",
+    ):
         assert part in text
 
 
-def test_it_is_the_same_for_every_trial_up_to_names():
-    swap = str.maketrans("CADB", "ABCD")
+def test_what_is_of_one_trial_alone_stands_last_so_that_trials_share_the_rest():
     other = Task(joints=tuple("ABCD"), target="C", budget=20)
-    marked = instructions(TASK, positions=True).replace("C, A, D, B", "A, B, C, D").replace("joint D ", "joint C ")
-    assert marked == instructions(other, positions=True)
-    assert "C, A, D, B".translate(swap) == "A, B, C, D"
+    for settings in ({"positions": True}, {"positions": False, "pictures": 2}):
+        one, another = instructions(TASK, **settings), instructions(other, **settings)
+        shared, own = one.rsplit("\n", 1)
+        assert another == f"{shared}\nThe panel's joints: A, B, C, D. The target joint: C."
+        assert own == "The panel's joints: C, A, D, B. The target joint: D."
+        assert len(own) < 0.1 * len(one)
 
 
 def test_only_the_observation_sentence_follows_the_modality():
@@ -87,6 +97,8 @@ def test_a_reply():
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
+        ('{"joint": "B"}', "last_action: Field required"),
+        ('{"last_action": null, "joint": "B"}', "last_action: Field required"),
         ("", "not one JSON object"),
         ("[" * 100_000, "not one JSON object"),
         ('{"last_action": "moved", "joint": "B"} or C', "not one JSON object"),
@@ -106,6 +118,56 @@ def test_a_reply_of_another_form_is_refused_with_the_reason(text, reason):
 def test_the_schema_offers_what_can_be_said():
     assert reply_schema(FIRST)["properties"]["last_action"]["enum"] == ["none"]
     assert reply_schema(LATER)["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]
+
+
+UNASKED = replace(LATER, task=replace(TASK, assessment=False))
+
+
+def test_where_nobody_asks_what_the_last_action_did_neither_prompt_nor_form_nor_repair_says_a_word_of_it():
+    asked, unasked = instructions(TASK, positions=True), instructions(UNASKED.task, positions=True)
+    words = '"last_action": "moved" or "did not move" ("none" in the first step), '
+    assert asked.replace(words, "") == unasked
+    schema = reply_schema(UNASKED)
+    assert [*schema["properties"]] == schema["required"] == ["hypothesis", "joint"]
+    said = repair(ReplyFault("why"), UNASKED)
+    assert "last_action" not in said
+    assert '{"hypothesis": "", "joint": one of ["C", "A", "D", "B"]}' in said
+    assert '{"last_action": "moved" or "did not move", "hypothesis": "", "joint"' in repair(ReplyFault("why"), LATER)
+
+
+@pytest.mark.parametrize("volunteered", ["", '"last_action": "moved", ', '"last_action": "perhaps", '])
+def test_where_nobody_asks_whatever_is_said_of_the_last_action_is_no_claim(volunteered):
+    decision = parse_reply(f'{{{volunteered}"hypothesis": "h", "joint": "B"}}', UNASKED)
+    assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", None, "h")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"), [('{"hypothesis": ""}', "joint: Field required"), ("A", "not one JSON object")]
+)
+def test_a_reply_of_another_form_is_refused_whether_or_not_the_last_action_is_asked_for(text, reason):
+    with pytest.raises(ReplyFault, match="^" + reason):
+        parse_reply(text, UNASKED)
+
+
+def test_every_request_of_a_trial_begins_with_the_one_before():
+    situation, requests = FIRST, []
+    for step in range(1, 20):
+        requests.append(conversation(situation))
+        turn = Turn(percept=situation.percept, decision=Decision(joint="A", replies=("bad", f"reply {step}")))
+        told = Percept(joint="A", outcome="blocked", positions=(False,) * 4, text=f"A did not move {step}.")
+        situation = Situation(task=TASK, past=(*situation.past, turn), percept=told)
+    for before, after in itertools.pairwise(requests):
+        assert after[: len(before)] == before
+        assert len(after) == len(before) + 2
+
+
+@pytest.mark.parametrize("images", [0, 9])
+def test_so_do_those_with_pictures_as_long_as_none_leaves_the_conversation(images):
+    whole = looked("rgb")
+    for step in range(1, 6):
+        before = Situation(task=TASK, past=whole.past[: step - 1], percept=whole.past[step - 1].percept)
+        earlier = conversation(before, images=images)
+        assert conversation(whole, images=images)[: len(earlier)] == earlier
 
 
 def looked(*shown):

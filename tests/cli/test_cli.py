@@ -74,7 +74,7 @@ def test_a_terminal_gets_a_live_table(tmp_path):
 def test_status(directory):
     facts = json.loads(lockprobe("status", directory, "--json").stdout)
     assert (facts["trials"], facts["done"], facts["owed"], facts["errors"]) == (32, 32, 0, {})
-    assert "done: 32" in lockprobe("status", directory).stdout
+    assert "32 of 32 done" in lockprobe("status", directory).stdout
 
 
 def test_export_is_tidy(directory):

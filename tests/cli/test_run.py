@@ -1,14 +1,22 @@
-"""``lockprobe run modalities`` as users meet it: what is said before the first trial, and what is refused."""
+"""``lockprobe run`` as users meet it: what is said before the first trial, on the way and at the end, what is refused."""
 
+import json
+import os
 import subprocess
 import sys
 
 import pytest
-from builders import SOLUTION, make_trial
+from provider_server import failure, here, truthful
 
 from lockprobe import load
 from lockprobe.agents.catalogue import resolve
-from lockprobe.cli.progress import Plain, Tally
+from lockprobe.agents.llm.knowledge import OWN_FACTS
+from lockprobe.call import Call, Usage
+from lockprobe.cli.amounts import money
+from lockprobe.cli.progress import Plain
+from lockprobe.cli.run import run
+from lockprobe.errors import BadValue
+from lockprobe.studies.calls import read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.studyfile import Request, study
@@ -52,16 +60,6 @@ def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
     assert "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)" in said
 
 
-def test_what_is_counted_names_modalities_or_p():
-    tally = Tally()
-    tally.turn(resolve("viewer"), 4, [], slow=True)
-    for modality, joints in (("rgb", SOLUTION), ("rgb", [0] * 20), ("rgbd", SOLUTION)):
-        tally.trial(make_trial(joints, agent="viewer", modality=modality, study="modalities"))
-    assert "3/4 trials · solved rgb: 1/2, rgbd: 1/1" in tally.line()
-    tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
-    assert "0/1 trials · solved p=0.4: 1/1" in tally.line()
-
-
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
@@ -77,3 +75,159 @@ def test_what_cannot_be_shown_is_refused_in_one_line(tmp_path, arguments, line):
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert done.stderr.startswith("lockprobe: " + line)
     assert list(tmp_path.iterdir()) == []
+
+
+SPEC = "llm:openai-api/fake/model"
+FACTS = """
+[[model]]
+match = ["openai-api/fake/model"]
+most_output = 100
+price = { input = 100, cached = 100, output = 1000, date = "2026-01-02", source = "made up" }
+"""
+A_CALL = (11 * 100 + 5 * 1000) / 1e6
+"""US dollars of each call, as the server counts tokens."""
+
+
+@pytest.fixture
+def provider(tmp_path, monkeypatch):
+    """A provider of known prices; it can be told to answer otherwise. Reports are left out, which take seconds."""
+    pytest.importorskip("inspect_ai")
+    (tmp_path / "models.toml").write_text(FACTS)
+    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
+    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, tell: directory / "report.html")
+    answers = [truthful]
+
+    def newest(request):
+        return answers[-1](request)
+
+    with here(newest) as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        yield server, answers.append
+
+
+def play(out, **more):
+    run("flips", **({"agent": [SPEC], "p": "0", "trials": 4, "repetitions": 1, "out": out} | more))
+
+
+def events(capsys):
+    return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+
+def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, provider, capsys):
+    server, _ = provider
+    budget = 0.4
+    play(tmp_path / "s", budget=budget, connections=2)
+    said = capsys.readouterr().out
+    assert "Budget: $0.40; it may not last: the study then stops, and goes on with a larger one" in said
+    calls = list(read_calls(tmp_path / "s"))
+    spent = len(calls) * A_CALL
+    assert 0 < spent < budget
+    assert server.account()["replied"] == len(calls)
+    owed = 4 - len(load(tmp_path / "s"))
+    assert owed > 0
+    ended = f"Budget reached: {money(spent)} of $0.40 spent, too little is left for a call; {owed} of 4 trials are owed"
+    assert ended in said
+    play(tmp_path / "s", budget=50.0)
+    assert f"Budget: $50.00, of which {money(spent)} is spent" in capsys.readouterr().out
+    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"] * 4
+    replies = [call for call in read_calls(tmp_path / "s") if call.reply is not None]
+    assert len(replies) == server.account()["replied"] == sum(len(trial.steps) for trial in load(tmp_path / "s"))
+
+
+def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_path, provider, capsys):
+    play(tmp_path / "s", budget=0.4, connections=1, json=True)
+    found = events(capsys)
+    kinds = [event["event"] for event in found]
+    assert kinds[:3] == ["begin", "estimate", "agent"]
+    assert kinds[-2:] == ["budget", "report"]
+    estimate, ended = found[1], found[kinds.index("budget")]
+    assert (estimate["budget"], estimate["spent"]) == (0.4, 0.0)
+    assert estimate["agents"][0]["price"]["date"] == "2026-01-02"
+    assert ended["budget"] == 0.4
+    calls = list(read_calls(tmp_path / "s"))
+    assert ended["spent"] == pytest.approx(len(calls) * A_CALL)
+    assert (ended["owed"], ended["trials"]) == (4 - len(load(tmp_path / "s")), 4)
+
+
+def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):
+    server, _ = provider
+    monkeypatch.delenv("FAKE_API_KEY")
+    play(tmp_path / "s", estimate=True)
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"{SPEC}: about ")
+    assert second.endswith("; prices of 2026-01-02")
+    play(tmp_path / "s", estimate=True, json=True)
+    assert events(capsys)[0]["estimate"][0]["full"]["calls"] == 80
+    play(tmp_path / "s", estimate=True, agent=["random"])
+    assert capsys.readouterr().out == "Nothing: no agent of this study asks a provider.\n"
+    assert not (tmp_path / "s").exists()
+    assert server.account()["arrived"] == 0
+
+
+def test_an_estimate_imports_no_provider(tmp_path):
+    code = (
+        "import sys; from lockprobe.cli import main\n"
+        "sys.argv = ['lockprobe', 'run', 'flips', '--estimate', '--agent', 'llm:openai/gpt-4o', '--out', 'x']\n"
+        "try: main()\nfinally: print('inspect_ai' in sys.modules)"
+    )
+    without = {name: value for name, value in os.environ.items() if not name.endswith("_API_KEY")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path, env=without
+    )
+    assert done.stdout.startswith("llm:openai/gpt-4o: about ")
+    assert done.stdout.splitlines()[-1] == "False"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_budget_for_a_model_of_unknown_price_is_refused_before_anything_is_made(tmp_path):
+    with pytest.raises(BadValue, match="no budget with llm:openai-api/other/model, whose price is not known"):
+        play(tmp_path / "s", agent=["llm:openai-api/other/model"], budget=5.0)
+    assert not (tmp_path / "s").exists()
+
+
+def test_faults_and_spending_are_told_on_the_way(tmp_path, provider, capsys):
+    _, answer = provider
+    answer(lambda request: failure(401, "no such key"))
+    play(tmp_path / "s", retries=0, trials=2)
+    said = capsys.readouterr().out
+    assert "2 errors: model 2" in said
+    assert "Calls: $0.00 spent, 2 calls failed" in said
+    answer(truthful)
+    play(tmp_path / "s", trials=2, json=True)
+    last = [event for event in events(capsys) if event["event"] == "trial"][-1]
+    assert last["spent"]["failed_calls"] == 2
+    assert last["spent"]["dollars"] == pytest.approx(last["spent"]["calls"] * A_CALL)
+
+
+def test_a_call_that_had_to_be_repeated_is_an_event(tmp_path, provider, capsys):
+    _, answer = provider
+    answer(lambda request: (answer(truthful), failure(500, "try again"))[1])
+    play(tmp_path / "s", trials=1, json=True)
+    repeated = [event for event in events(capsys) if event["event"] == "call"]
+    assert [(event["step"], event["retries"], event["error"]) for event in repeated] == [(1, 1, None)]
+
+
+def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr("lockprobe.cli.progress.time.monotonic", lambda: now[0])
+    planned = study(Request(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
+    usage = Usage(calls=1, input_tokens=40_000, output_tokens=10_000)
+    with Journal.open(tmp_path, planned) as journal:
+        watching = Plain()
+        watching.begin(planned, journal, 1)
+        watching.agent(resolve("llm:openai/gpt-4o"), 1)
+        capsys.readouterr()
+        for number, at in enumerate((10, 29, 31, 40, 59, 62), 1):
+            now[0] = at
+            key = next(planned.plans("llm:openai/gpt-4o")).key
+            journal.calls.write(Call(key=key, step=number, turn=1, request="r", reply="said", usage=usage))
+    first, second = capsys.readouterr().out.splitlines()
+    assert "0/1 trials" in first
+    assert first.endswith("$0.60 spent")
+    assert second.endswith("$1.20 spent")
+
+
+def test_batches_are_for_providers_that_have_them(tmp_path, provider):
+    with pytest.raises(BadValue, match="batch: got"):
+        play(tmp_path / "s", batch=True)

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 from builders import make_trial, small_study, write_study
 
+from lockprobe.call import Call
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
-from lockprobe.studies.journal import Journal, LeftOut, left_out, load, read_settings, read_timings
+from lockprobe.studies.calls import read_calls
+from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_settings, read_timings
 from lockprobe.studies.runner import run
 from lockprobe.studies.studyfile import Request, study
 
@@ -130,6 +132,34 @@ def test_settings_can_be_mended_while_nothing_was_played(tmp_path):
     with Journal.open(tmp_path, study(Request(agent=["random"], trials=4, p=[0]))):
         pass
     assert len(resume(tmp_path)) == STUDY.size
+
+
+def test_calls_are_held_until_their_trial_is_finished_and_no_longer(tmp_path):
+    finished, broken = make_trial([0, 1], budget=2), make_trial([0], broken="model", trial=2)
+    calls = [Call(key=trial.key, step=1, turn=1, request="0f", reply="A") for trial in (finished, broken)]
+    with Journal.open(tmp_path, STUDY) as journal:
+        for trial, call in zip((finished, broken), calls, strict=True):
+            journal.calls.write(call)
+            assert journal.calls.recall(trial.key, 1, 1, "0f") == call
+            journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
+        assert [journal.calls.recall(call.key, 1, 1, "0f") for call in calls] == [None, calls[1]]
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert [journal.calls.recall(call.key, 1, 1, "0f") for call in calls] == [None, calls[1]]
+
+
+def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
+    call = Call(key="flips/x/p=0/rep=1/trial=1", step=1, turn=1, request="0f", reply="A")
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.calls.write(call)
+    with (
+        pytest.raises(SettingsChanged, match="trials is 3 there, 4 asked"),
+        Journal.open(tmp_path, study(Request(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))),
+    ):
+        pass
+    assert list(read_calls(tmp_path)) == [call]
+    (tmp_path / "study.json").unlink()
+    with pytest.raises(BadFile, match=r"holds calls.jsonl but no study.json: put it back, or give another --out"):
+        resume(tmp_path)
 
 
 def test_records_without_their_settings_are_claimed_by_nobody(tmp_path):

@@ -1,14 +1,18 @@
 """The issue's figures on whole studies, through runner and journal."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
+from provider_server import Manner, failure, here, truthful
 
 from lockprobe import load
-from lockprobe.errors import SettingsChanged
+from lockprobe.agents.access import Access
+from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
 from lockprobe.jsonline import trial_from_json
+from lockprobe.studies.calls import Calls, read_calls
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.runner import Limits, Silent, run
+from lockprobe.studies.runner import Limits, Silent, _lanes, run
 from lockprobe.studies.studyfile import Request, study
 
 
@@ -152,8 +156,6 @@ def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
 def test_a_plant_that_cannot_be_had_is_said_before_the_first_trial(tmp_path, monkeypatch):
     import importlib.util
 
-    from lockprobe.errors import Missing
-
     found = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name, *rest: None if name == "mujoco" else found(name, *rest)
@@ -161,3 +163,81 @@ def test_a_plant_that_cannot_be_had_is_said_before_the_first_trial(tmp_path, mon
     with pytest.raises(Missing, match="the twins need the package mujoco: pip install 'lockprobe"):
         shown(tmp_path, 1)
     assert load(tmp_path) == []
+
+
+def hosted(directory, monkeypatch, answer, *, trials, **access):
+    """A study of a hosted model on loopback: its trials, and what the server saw."""
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    planned = study(Request(agent=["llm:openai-api/fake/model"], p=[0], trials=trials, repetitions=1))
+    with here(answer, Manner(median=0.003)) as server, Journal.open(directory, planned) as journal:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        run(planned, journal, limits=Limits(access=Access(**({"pause": 0.01} | access))))
+    return load(directory), server
+
+
+def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=16, connections=3)
+    assert [trial.ending for trial in trials] == ["solved"] * 16
+    assert server.peak == 3
+    assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
+
+
+def test_one_outage_of_all_that_is_on_its_way_does_not_stop_a_run(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    asked = []
+
+    def answer(request):
+        asked.append(request)
+        return failure(403, "closed for a moment") if len(asked) <= 12 else truthful(request)
+
+    trials, _ = hosted(tmp_path, monkeypatch, answer, trials=20, connections=12)
+    assert sorted(trial.ending for trial in trials) == ["error"] * 12 + ["solved"] * 8
+
+
+@pytest.mark.parametrize(("connections", "broken"), [(2, 10), (12, 13)])
+def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch, connections, broken):
+    pytest.importorskip("inspect_ai")
+    with pytest.raises(Missing, match=f"broke {broken} trials in a row .*closed for good"):
+        hosted(
+            tmp_path, monkeypatch, lambda request: failure(403, "closed for good"), trials=60, connections=connections
+        )
+    assert len(load(tmp_path)) >= broken
+    assert {trial.error.boundary for trial in load(tmp_path)} == {"model"}
+
+
+def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goes_on(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    reserve, left = Calls.reserve, [9]
+
+    async def short(calls, call):
+        left[0] -= 1
+        if left[0] < 0:
+            raise BudgetReached(1.0, 1.0, 0.1)
+        await reserve(calls, call)
+
+    with monkeypatch.context() as poor:
+        poor.setattr(Calls, "reserve", short)
+        with pytest.raises(BudgetReached):
+            hosted(tmp_path, poor, truthful, trials=4, connections=4)
+    assert [call.error for call in read_calls(tmp_path)] == [""] * 9
+    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=4, connections=4)
+    assert [trial.ending for trial in trials] == ["solved"] * 4
+    assert server.arrived.total() == sum(len(trial.steps) for trial in trials) - 9
+
+
+def test_batches_of_a_provider_without_them_are_refused_before_the_first_trial(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    with pytest.raises(BadValue, match="expected a model of a provider that has batches: anthropic, google"):
+        hosted(tmp_path, monkeypatch, truthful, trials=1, batch=True)
+    assert load(tmp_path) == []
+
+
+def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connections(monkeypatch):
+    source = SimpleNamespace(engine="network")
+    light, access = study(Request(agent=["llm:openai-api/fake/model"])), Access(connections=7)
+    assert _lanes(light, source, access, 210) == (7, 14)
+    assert _lanes(light, source, Access(batch=True), 210) == (210, 0)
+    heavy = study(Request(study="modalities", agent=["llm:openai-api/fake/model"], modality=["rgb"], plant="fast-twin"))
+    assert _lanes(heavy, source, access, 10) == _lanes(heavy, source, Access(connections=7, batch=True), 10) == (7, 0)
+    assert _lanes(light, SimpleNamespace(engine="inline"), access, 210) == (1, 0)

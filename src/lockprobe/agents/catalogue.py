@@ -21,6 +21,7 @@ from urllib.parse import urlencode
 from lockprobe.agents.access import Access
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
+from lockprobe.agents.llm.knowledge import facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
@@ -179,13 +180,13 @@ def _language_model(spec: str, name: str, access: Access) -> AgentSource:
             check=lambda: local.check(spec),
         )
     if "/" in name.strip("/"):
-        read_settings(name)
+        blind = facts_of(read_settings(name)[0]).images is False  # of one that is not known its provider has to say so
         return AgentSource(
             spec=spec,
             engine="network",
-            senses="pictures",
+            senses="reports" if blind else "pictures",
             make=lambda: _hosted().HostedModel(name, access),
-            check=lambda: _hosted().check(name),
+            check=lambda: _hosted().check(name, access),
         )
     raise UnknownName("language model", spec, [name for name in _OTHERS if name.startswith("llm:")])
 

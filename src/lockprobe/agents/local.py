@@ -23,16 +23,21 @@ from lockprobe.record import Decision, Fact, Outcome, Situation, Task, Turn
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
 
-__all__ = ["CONSTANT", "LocalModel", "check", "read_options"]
+__all__ = ["CONSTANT", "UNASKED", "LocalModel", "check", "read_options"]
 
 Calibration = Literal["none", "first"]
 
-CONSTANT = """\
+_PROBLEM = """\
 A lockbox has several joints. Each joint has two positions, 0 and 1. The joints lock each other in a hidden way. \
 Trying a joint switches its position if the joint is not locked; if it is locked, nothing happens. \
 The goal is to move the target joint within the given steps. \
-Each reply says whether the last joint moved or did not move, then names the next joint to try."""
+"""
+
+CONSTANT = f"{_PROBLEM}Each reply says whether the last joint moved or did not move, then names the next joint to try."
 """The instruction, the same for every trial; it says nothing about which joint locks which."""
+
+UNASKED = f"{_PROBLEM}Each reply names the next joint to try."
+"""The same where it is not asked what the last action did."""
 
 _CONTEXT = 4096
 """Tokens that a trial may take: about 130 steps."""
@@ -104,6 +109,7 @@ class LocalModel:
         self.facts: Mapping[str, Fact] = {
             **facts,
             "prompt": f"log {fingerprint(*_segments(example()))}",
+            "prompt_unasked": f"log {fingerprint(*_segments(example(assessment=False)))}",
             "decoding": "scored answers",
             "temperature": temperature,
             "calibration": calibration,
@@ -159,9 +165,9 @@ class LocalModel:
         return adjusted
 
     def _prompt(self, situation: Situation) -> list[int]:
-        if not situation.past:
-            self._engine.restart(CONSTANT)
         constant, *rest = _segments(situation)
+        if not situation.past:
+            self._engine.restart(constant)
         prompt = self._extend([*self._engine.opening(constant)], *rest)
         if len(prompt) > _CONTEXT - 64:
             raise BadValue("max_steps", situation.task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
@@ -177,7 +183,7 @@ class LocalModel:
 
 def _segments(situation: Situation) -> list[str]:
     """The log up to the point where the model has to say what its last action did, or to choose."""
-    segments = [CONSTANT, *_introduction(situation.task)]
+    segments = [CONSTANT if situation.task.assessment else UNASKED, *_introduction(situation.task)]
     for turn in situation.past:
         segments += ["\nObservation:", f" {turn.percept.text}".rstrip(), "\n", *_reply(turn)]
     segments += ["\nObservation:", f" {situation.percept.text}".rstrip(), "\n"]

@@ -38,15 +38,19 @@ _CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked
 """What a reply may say of the last action."""
 
 _INSTRUCTIONS = """\
-You are trying to open a lockbox, a panel with {count} joints: {listing}.
+You are trying to open a lockbox, a panel with {count} joints.
 Every joint has two positions{names}. The joints lock each other in a hidden way: whether a joint can move \
 depends on the positions of other joints. If you attempt a joint that is not locked, it moves to its other \
 position; if it is locked, nothing happens.
-The box is open as soon as the target joint {target} moves. You have {budget} steps. In every step you choose one \
-joint to attempt. {observation}
+The box is open as soon as the target joint moves. You have {budget} steps. In every step you choose one joint to \
+attempt. {observation}
 Reply with one JSON object and nothing else:
-{{"last_action": "moved" or "did not move" ("none" in the first step), \
-"hypothesis": a short sentence on how the box works or "", "joint": the joint to attempt next}}"""
+{{{assessment}"hypothesis": a short sentence on how the box works or "", "joint": the joint to attempt next}}
+The panel's joints: {listing}. The target joint: {target}."""
+"""What is of one trial alone stands last: all trials of a condition share the rest, and providers' prefix caches it."""
+
+_ASSESSMENT = '"last_action": "moved" or "did not move" ("none" in the first step), '
+"""What is asked of the last action, if anything is."""
 
 _OBSERVATION = {
     True: "Then you are told whether it moved, and which joints are now at position 1.",
@@ -68,13 +72,14 @@ class Message:
     pictures: tuple[Picture, ...] = ()
 
 
-def example(pictures: int = 0) -> Situation:
+def example(pictures: int = 0, *, assessment: bool = True) -> Situation:
     """The second step of a made-up trial: what a prompt looks like, and what its fingerprint is taken from.
 
     Args:
         pictures: How many an observation shows. Where there are some, it tells nothing else.
+        assessment: Whether it is asked what the last action did.
     """
-    task = Task(joints=("B", "A"), target="A", budget=20)
+    task = Task(joints=("B", "A"), target="A", budget=20, assessment=assessment)
     decision = Decision(joint="B", replies=("reply",))
     first = Percept(positions=(False, False), text="first")
     then = Percept(joint="B", outcome="moved", positions=(True, False), text="then")
@@ -95,7 +100,7 @@ class Reply(BaseModel):
 
     model_config = ConfigDict(extra="ignore")
 
-    last_action: Literal["moved", "did not move", "none"]
+    last_action: Literal["moved", "did not move", "none"] | None = None
     hypothesis: str = Field(default="", max_length=4000)
     joint: str
 
@@ -116,6 +121,7 @@ def instructions(task: Task, *, positions: bool, pictures: int = 0) -> str:
         budget=task.budget,
         names="" if pictures else ", 0 and 1",
         observation=_SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions],
+        assessment=_ASSESSMENT if task.assessment else "",
     )
 
 
@@ -149,22 +155,20 @@ def _shown(percept: Percept) -> tuple[Picture, ...]:
 
 
 def claims(situation: Situation) -> list[str]:
-    """What a reply may say of the last action now; ``none`` is offered in the first step only."""
+    """What a reply may say of the last action now: ``none`` in the first step only, and nothing if nobody asks."""
+    if not situation.task.assessment:
+        return []
     return ["none"] if situation.percept.joint is None else ["moved", "did not move"]
 
 
 def reply_schema(situation: Situation) -> dict[str, object]:
     """The reply as a JSON schema, with what may be said in this step."""
-    return {
-        "type": "object",
-        "properties": {
-            "last_action": {"type": "string", "enum": claims(situation)},
-            "hypothesis": {"type": "string"},
-            "joint": {"type": "string", "enum": list(situation.task.joints)},
-        },
-        "required": ["last_action", "hypothesis", "joint"],
-        "additionalProperties": False,
+    asked = {"last_action": {"type": "string", "enum": said}} if (said := claims(situation)) else {}
+    properties = asked | {
+        "hypothesis": {"type": "string"},
+        "joint": {"type": "string", "enum": list(situation.task.joints)},
     }
+    return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
 
 
 def parse_reply(text: str, situation: Situation) -> Decision:
@@ -173,11 +177,14 @@ def parse_reply(text: str, situation: Situation) -> Decision:
     Raises:
         ReplyFault: If it is not the object that was asked for, saying why.
     """
-    body = text.strip()
+    body, asked = text.strip(), claims(situation)
     if body.startswith("```") and body.endswith("```"):
         body = body.strip("`").removeprefix("json").strip()
     try:
-        reply = Reply.model_validate(json.loads(body))
+        found = json.loads(body)
+        if not asked and isinstance(found, dict):
+            found.pop("last_action", None)  # said without being asked
+        reply = Reply.model_validate(found)
     except ValidationError as error:
         first = error.errors()[0]
         raise ReplyFault(f"{'.'.join(map(str, first['loc'])) or 'reply'}: {first['msg']}") from None
@@ -185,25 +192,31 @@ def parse_reply(text: str, situation: Situation) -> Decision:
         raise ReplyFault("not one JSON object") from None
     if reply.joint not in situation.task.joints:
         raise ReplyFault(f"joint: {reply.joint!r} is none of {', '.join(situation.task.joints)}")
-    if reply.last_action not in claims(situation):
-        raise ReplyFault(f"last_action: {reply.last_action!r} is none of {', '.join(claims(situation))}")
-    return Decision(joint=reply.joint, claimed=_CLAIMS[reply.last_action], hypothesis=reply.hypothesis, replies=(text,))
+    said = reply.last_action
+    if asked and said not in asked:
+        raise ReplyFault("last_action: " + (f"{said!r} is none of {', '.join(asked)}" if said else "Field required"))
+    claimed = None if said is None else _CLAIMS[said]
+    return Decision(joint=reply.joint, claimed=claimed, hypothesis=reply.hypothesis, replies=(text,))
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:
     """What a model is told after a malformed reply."""
+    said = " or ".join(json.dumps(claim) for claim in claims(situation))
+    last_action = f'"last_action": {said}, ' if said else ""
     return (
         f"That reply could not be used ({fault}). Reply with one JSON object and nothing else: "
-        f'{{"last_action": {" or ".join(json.dumps(claim) for claim in claims(situation))}, '
-        f'"hypothesis": "", "joint": one of {json.dumps(list(situation.task.joints))}}}'
+        f'{{{last_action}"hypothesis": "", "joint": one of {json.dumps(list(situation.task.joints))}}}'
     )
 
 
 def chat_fingerprint() -> str:
     """What changes with any word of a conversation in which reports are told, but for those of the observation."""
-    shown = example()
+    return fingerprint(*(text for assessment in (True, False) for text in _said(example(assessment=assessment))))
+
+
+def _said(shown: Situation) -> list[str]:
     texts = [message.text for message in conversation(shown)]
-    return fingerprint(*texts, repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown)))
+    return [*texts, repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown))]
 
 
 def picture_fingerprint() -> str:

@@ -137,6 +137,7 @@ class Misinterpretations:
         moved_for_blocked: Said to have moved, of the claims about a step reported as blocked.
         blocked_for_moved: Said to have been blocked, of the claims about a step reported as moved.
         counts: All eight kinds of (said, told, true).
+        not_asked: Trials in which the agent was not asked what its actions did.
     """
 
     trials: int
@@ -153,6 +154,7 @@ class Misinterpretations:
     moved_for_blocked: ClusteredProportion
     blocked_for_moved: ClusteredProportion
     counts: tuple[ClaimCount, ...]
+    not_asked: int
 
     @property
     def believed(self) -> int:
@@ -230,6 +232,7 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
         moved_for_blocked=_misread(asked, "blocked"),
         blocked_for_moved=_misread(asked, "moved"),
         counts=_counts(claim for trial in asked for claim in trial.claims),
+        not_asked=sum(not trial.assessment for trial in ended(trials)),
     )
 
 

@@ -21,17 +21,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import accumulate
 from statistics import fmean
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.analysis.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
+from lockprobe.analysis.observing import Moment, moment
 from lockprobe.analysis.outcomes import ended
-from lockprobe.beliefs.planning import expected_steps, information, least
-from lockprobe.beliefs.posterior import Belief, Report, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.posterior import Report, begin, noise_model
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
@@ -54,11 +52,6 @@ OBSERVERS = ("naive", "aware")
 JUDGED, ACTIONS = 100, 5000
 """So many trials of a condition are judged at most, the first by repetition and trial, and no more after so many
 actions."""
-
-_NOTHING = 1e-9
-"""Bits that are none."""
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,23 +199,16 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
         BadValue: If there is no such noise model, or the prior has too many interlocks over so many joints.
     """
     numbers = _numbers(trial)
-    belief = begin(interlocks(prior, len(trial.joints)), noise_model(noise))
-    steps = []
+    now, restarts, steps = moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise))), 0, []
     for step in trial.steps:
-        joint, values = numbers[step.joint], _value(belief)
-        if trial.solved and step is trial.steps[-1]:
-            after = opened(belief)
-        else:
-            after = update(belief, Report(joint, step.told_moved, _positions(trial, numbers, step.told_state)))
-        steps.append(_judged(step.step, joint, values, values.entropy - entropy(after)))
-        belief = after
+        joint, told = numbers[step.joint], None
+        if not (trial.solved and step is trial.steps[-1]):
+            told = Report(joint, step.told_moved, _positions(trial, numbers, step.told_state))
+        after, again = now.after(told)
+        steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))
+        now, restarts = after, restarts + again
     return JudgedTrial(
-        key=trial.key,
-        prior=prior,
-        noise=noise,
-        steps=tuple(steps),
-        entropy_left=entropy(belief),
-        restarts=belief.restarts,
+        key=trial.key, prior=prior, noise=noise, steps=tuple(steps), entropy_left=now.entropy, restarts=restarts
     )
 
 
@@ -243,42 +229,11 @@ def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> in
     return sum((now != start) << numbers[joint] for joint, now, start in pairs)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Values:
-    """What each attempt is worth to an observer, arrays of shape (n,)."""
-
-    entropy: float
-    bits: Floats
-    optimal: NDArray[np.bool_]
-    regret: Floats
-    uninformative: NDArray[np.bool_]
-    by_chance: Mapping[str, float]
-
-
-@lru_cache(maxsize=1 << 13)
-def _value(belief: Belief) -> _Values:
-    bits, steps = information(belief), expected_steps(belief)
-    optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
-    uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
-    return _Values(
-        entropy=entropy(belief),
-        bits=bits,
-        optimal=optimal,
-        regret=regret,
-        uninformative=uninformative,
-        by_chance={
-            "expected": float(bits.mean()),
-            "optimal": float(optimal.mean()),
-            "regret": float(regret.mean()),
-            "uninformative": float(uninformative.mean()),
-        },
-    )
-
-
-def _judged(step: int, joint: int, values: _Values, gained: float) -> JudgedStep:
+def _judged(step: int, joint: int, now: Moment, gained: float) -> JudgedStep:
+    values = now.worth
     return JudgedStep(
         step=step,
-        entropy=values.entropy,
+        entropy=now.entropy,
         gained=gained,
         expected=float(values.bits[joint]),
         best=float(values.bits.max()),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations, groupby
+from typing import Protocol, TypeVar
 
 import numpy as np
 
+from lockprobe.analysis.comparison import Comparison
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
@@ -18,9 +20,11 @@ from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
 from lockprobe.analysis.outcomes import Point, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
+from lockprobe.analysis.ranking import Entrant, comparisons, ranked
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.robot import Verdicts, verdicts
+from lockprobe.analysis.standing import Standing, standing
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
@@ -28,12 +32,25 @@ from lockprobe.seeds import generator
 
 __all__ = [
     "AgentSummary",
+    "Each",
     "StudySummary",
     "summarise",
 ]
 
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
 """Agents that stand in a study to be compared with, by the head of their spec."""
+
+
+_Job = TypeVar("_Job")
+_Done = TypeVar("_Done")
+
+
+class Each(Protocol):
+    """Does the same work on several jobs, in their order: ``map``, or that of a pool of processes."""
+
+    def __call__(self, work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> Iterable[_Done]:
+        """The results, in the order of the jobs."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +103,8 @@ class StudySummary:
     Attributes:
         agents: In the order in which they first appear in the trials.
         paces: Every two agents at their common lowest p: who is faster.
+        comparisons: Every two agents that the study is about, and each with the baselines, on the same boxes.
+        standings: Every agent over all p, the highest success first.
         reference: What blind agents and the shortest plan reach on the box; None where the box is not known.
         modalities: What the way of showing the box does, for every agent that was shown it in several.
         verdicts: What a robot took for true; None without a robot.
@@ -93,6 +112,8 @@ class StudySummary:
 
     agents: tuple[AgentSummary, ...]
     paces: tuple[Pace, ...]
+    comparisons: tuple[Comparison, ...]
+    standings: tuple[Standing, ...]
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
     verdicts: Verdicts | None
@@ -108,12 +129,13 @@ class StudySummary:
         return tuple(agent for agent in self.agents if not agent.reference) or self.agents
 
 
-def summarise(trials: Sequence[Trial], box: Lockbox | None = None) -> StudySummary:
+def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each = map) -> StudySummary:
     """All numbers of a study. The order of an agent's trials does not matter.
 
     Args:
         trials: Of one box; those that ended as ``error`` are counted apart.
         box: The box, for what blind agents and the optimum reach on it.
+        each: Works on one agent after the other, or on several at once.
 
     Raises:
         BadValue: If the trials are of several boxes.
@@ -133,13 +155,34 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None) -> StudySumma
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
     by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
     shown = Counter(agent for agent, _ in place)
+    agents = tuple(each(_agent, [(members, reference, shown[members[0].agent] > 1) for members in by_agent]))
+    compared = comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0)
+    rows = [standing(members, agent.conditions, reference) for members, agent in zip(by_agent, agents, strict=True)]
     return StudySummary(
-        agents=tuple(_agent(members, reference, several=shown[members[0].agent] > 1) for members in by_agent),
+        agents=agents,
         paces=_paces(by_agent),
+        comparisons=compared,
+        standings=ranked(rows, compared),
         reference=reference,
         modalities=_modalities(by_agent),
         verdicts=verdicts(trials),
     )
+
+
+def _entrant(trials: Sequence[Trial]) -> Entrant:
+    first = trials[0]
+    return Entrant(
+        agent=first.agent,
+        modality=first.modality,
+        head=_head(first.agent),
+        reference=_head(first.agent) in _REFERENCES,
+        counted=outcomes(trials),
+    )
+
+
+def _head(agent: str) -> str:
+    """A spec without its preset and options."""
+    return re.split("[:?]", agent)[0]
 
 
 def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
@@ -162,7 +205,9 @@ def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
     return [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
 
 
-def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: bool) -> AgentSummary:
+def _agent(job: tuple[Sequence[Trial], Reference | None, bool]) -> AgentSummary:
+    """One agent, shown the box in one way; and whether others of its trials were shown it in another."""
+    trials, reference, several = job
     first = trials[0]
     conditions = tuple(
         condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)
@@ -178,7 +223,7 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: boo
         agent=first.agent,
         modality=first.modality,
         shown=spoken(first.modality) if several or first.modality != "symbolic" else "",
-        reference=re.split("[:?]", first.agent)[0] in _REFERENCES,
+        reference=_head(first.agent) in _REFERENCES,
         blind=blind,
         conditions=conditions,
         success_fit=trend_fit(shares, "success", draws.success),

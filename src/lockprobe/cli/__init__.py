@@ -18,9 +18,10 @@ __all__ = ["COMMANDS", "build", "main"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
-    "status": ("results", "status", "What is done, owed and failed."),
+    "status": ("status", "status", "What is done, owed and failed, and what it has cost."),
     "report": ("results", "report", "Write the report of a study again."),
-    "export": ("results", "export", "Tidy steps, one row a step."),
+    "export": ("results", "export", "Tidy steps, one row a step; or logs for Inspect AI."),
+    "import": ("gather", "take", "Take in trials of Inspect logs, or of other directories of the same study."),
     "replay": ("replay", "replay", "A finished trial, step by step, truth beside told, or as a film."),
     "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),

@@ -13,8 +13,11 @@ __all__ = [
     "Agents",
     "AsJson",
     "Assessment",
+    "Batch",
     "BoxName",
+    "Budget",
     "Connections",
+    "EstimateOnly",
     "Flip",
     "Full",
     "Layout",
@@ -25,6 +28,7 @@ __all__ = [
     "P",
     "PlantSpec",
     "Repetitions",
+    "Retries",
     "Seed",
     "Shuffle",
     "Timeout",
@@ -37,6 +41,10 @@ _PLANT = "What is acted on: symbolic (flips), fast-twin (modalities) or twin; op
 _MODALITY = "How the box is shown: symbolic, rgb, rgbd, rgbd?depth=height; may be repeated."
 _LAYOUT = "fixed, or shuffled: the same interlock on a panel dealt anew in every trial."
 _ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour."
+_BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
+_BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
+_ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
+_RETRIES = "How often a request that the provider did not answer is made again."
 _WORKERS = "Processes for local models and simulated plants (one a core)."
 
 Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
@@ -60,4 +68,8 @@ Out = Annotated[Path | None, typer.Option(help="Directory of the study.")]
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to a provider on their way at once.")]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a request that hangs is made again.")]
+Retries = Annotated[int, typer.Option(help=_RETRIES)]
+Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
+Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
+EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]

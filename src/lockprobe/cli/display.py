@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -14,9 +14,14 @@ from rich.table import Table
 from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
+from lockprobe.call import Call
+from lockprobe.cli.amounts import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, told
+from lockprobe.errors import BudgetReached
 from lockprobe.record import Step, Trial
+from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
+from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
 
 __all__ = ["JsonLines", "LiveDisplay", "watch"]
@@ -34,7 +39,6 @@ class JsonLines(Plain):
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """The study's settings, and what of it is done."""
-        super().begin(study, journal, owed)
         self.event(
             "begin",
             directory=str(journal.directory),
@@ -43,6 +47,7 @@ class JsonLines(Plain):
             done=study.size - owed,
             settings=study.settings(),
         )
+        super().begin(study, journal, owed)
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """An agent's turn comes."""
@@ -73,22 +78,49 @@ class JsonLines(Plain):
             steps=len(trial.steps),
             seconds=round(timing.seconds, 3),
             error=error,
+            **self._cost(),
         )
+
+    def _cost(self) -> dict[str, object]:
+        return {} if self.tally.ledger is None else {"spent": spent_facts(self.tally.ledger.total)}
+
+    def estimated(self, found: Sequence[Estimate]) -> None:
+        """What will be spent, before anything is."""
+        allowed, spent = (None, None) if self._budget is None else (self._budget.allowed, self._budget.spent)
+        self.event("estimate", agents=[estimate_facts(one) for one in found], budget=allowed, spent=spent)
+
+    def call(self, call: Call) -> None:
+        """A call that its provider did not answer at once."""
+        super().call(call)
+        if call.retries or call.error:
+            self.event(
+                "call",
+                key=call.key,
+                step=call.step,
+                turn=call.turn,
+                retries=call.retries,
+                seconds=round(call.seconds, 3),
+                error=call.error or None,
+            )
 
     def interrupted(self, directory: Path) -> None:
         """Stopped by Ctrl-C."""
-        self.event("interrupted", directory=str(directory))
+        self.event("interrupted", directory=str(directory), **self._cost())
+
+    def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
+        """The budget is spent."""
+        self.event("budget", spent=reached.spent, budget=reached.budget, owed=owed, trials=trials)
 
     def reported(self, path: Path) -> None:
         """The report is written."""
-        self.event("report", path=str(path))
+        self.event("report", path=str(path), **self._cost())
 
 
 class LiveDisplay(Plain):
     """A table that stays in place, with the latest step of every trial that is being played."""
 
-    def __init__(self, console: Console) -> None:
-        super().__init__()
+    def __init__(self, console: Console, *, batch: bool = False, budget: Budget | None = None) -> None:
+        super().__init__(batch=batch, budget=budget)
         self._console = console
         self._playing: dict[str, str] = {}
         self._live: Live | None = None
@@ -111,6 +143,11 @@ class LiveDisplay(Plain):
             self._live.stop()
             self._live = None
 
+    def call(self, call: Call) -> None:
+        """A call is on disk; the table shows what it cost."""
+        assert self.tally.ledger is not None
+        self.tally.ledger.add(call)
+
     def step(self, key: str, step: Step) -> None:
         """Remember the latest step of a trial."""
         self.tally.steps += 1
@@ -127,6 +164,11 @@ class LiveDisplay(Plain):
         """Say how to go on after Ctrl-C."""
         self.close()
         super().interrupted(directory)
+
+    def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
+        """Say that the budget is spent."""
+        self.close()
+        super().stopped(reached, owed, trials)
 
     def reported(self, path: Path) -> None:
         """Name the report."""
@@ -148,14 +190,20 @@ class LiveDisplay(Plain):
 
 
 @contextmanager
-def watch(*, json: bool) -> Iterator[Plain]:
-    """The display that fits where the output goes."""
+def watch(*, json: bool, batch: bool = False, budget: Budget | None = None) -> Iterator[Plain]:
+    """The display that fits where the output goes.
+
+    Args:
+        json: Whether machines read it.
+        batch: Whether providers' batch interfaces are used.
+        budget: What the study may cost.
+    """
     if json:
-        yield JsonLines()
+        yield JsonLines(batch=batch, budget=budget)
     elif not sys.stdout.isatty():
-        yield Plain()
+        yield Plain(batch=batch, budget=budget)
     else:
-        display = LiveDisplay(Console())
+        display = LiveDisplay(Console(), batch=batch, budget=budget)
         try:
             yield display
         finally:

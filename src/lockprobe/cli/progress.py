@@ -1,95 +1,36 @@
-"""What a run counts while it goes on, and plain lines about it."""
+"""A run in plain lines."""
 
 from __future__ import annotations
 
 import time
-from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.call import Call
+from lockprobe.cli.amounts import estimate_lines, money, spent_in_words
+from lockprobe.cli.tally import Tally, count
+from lockprobe.errors import BudgetReached
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
+from lockprobe.studies.calls import read_calls
+from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import ROBOT, is_short
+from lockprobe.studies.spending import Budget, Ledger, hosted
 from lockprobe.studies.study import Study
 
-__all__ = ["Plain", "Tally", "minutes", "told"]
+__all__ = ["Plain", "minutes", "told"]
 
 _EVERY = 2.0
 """Seconds between plain lines about the state of a run."""
 
+_QUIET = 30.0
+"""Seconds after which one is due although no trial has ended."""
+
 STEPS_PER_TRIAL = 17.0
 STEPS_PER_MINUTE = 300.0
 """What the embedded model was measured to play on two cores; only for the first guess of the time."""
-
-
-class Tally:
-    """The state of a run: what was played, solved and broken, and how fast."""
-
-    def __init__(self) -> None:
-        self.owed = self.played = self.errors = self.steps = 0
-        self.solved: Counter[str] = Counter()
-        self.ended: Counter[str] = Counter()
-        self.agent = ""
-        self.slow = False
-        self._began = time.monotonic()
-        self.agent_owed = 0
-
-    def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
-        """Another agent begins; its trials of an earlier run count as solved or not, but not as played.
-
-        Args:
-            source: The agent.
-            owed: Trials that it is to play.
-            done: Trials that it has played before.
-            slow: Whether a step takes so long that one wants to see it.
-        """
-        self.agent, self.slow, self.agent_owed = source.spec, slow, owed
-        self.played = self.steps = self.errors = 0
-        self.solved.clear()
-        self.ended.clear()
-        self._began = time.monotonic()
-        for trial in done:
-            self._count(trial)
-
-    def _count(self, trial: Trial) -> None:
-        # keys with a modality in them are of studies with several
-        several = trial.condition != f"{trial.study}/{trial.agent}/p={trial.p:g}"
-        condition = trial.modality if several and not trial.p else f"p={trial.p:g}"
-        self.ended[condition] += trial.ending != "error"
-        self.solved[condition] += trial.solved
-
-    def trial(self, trial: Trial) -> None:
-        """A trial is on disk."""
-        self.played += 1
-        self.errors += trial.ending == "error"
-        self._count(trial)
-
-    @property
-    def speed(self) -> float:
-        """Steps per second of this agent in this run."""
-        return self.steps / max(time.monotonic() - self._began, 1e-9)
-
-    @property
-    def left(self) -> str:
-        """Time left for this agent, in words."""
-        if not self.played:
-            return "…"
-        seconds = (time.monotonic() - self._began) / self.played * (self.agent_owed - self.played)
-        return f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
-
-    def line(self, *, solved: bool = True) -> str:
-        """The state in one line, with or without what is solved under which condition."""
-        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in sorted(self.ended))
-        errors = f" · {self.errors} errors" if self.errors else ""
-        return (
-            f"{self.agent}  {self.played}/{self.agent_owed} trials · {f'solved {shares or None} · ' if solved else ''}"
-            f"{self.speed:.1f} steps/s · {self.left} left{errors}"
-        )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def minutes(trials: int) -> int:
@@ -136,8 +77,9 @@ def _of_agents(study: Study) -> list[str]:
 class Plain:
     """Prints lines: the first trial's steps of every slow agent, then how it goes."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, batch: bool = False, budget: Budget | None = None) -> None:
         self.tally = Tally()
+        self._batch, self._budget = batch, budget
         self._journal: Journal | None = None
         self._simulated = False
         self._shown: str | None = None
@@ -154,7 +96,7 @@ class Plain:
         kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, f"Study {study.name}")
         self.say(
             f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
-            f"{_count(study.repetitions, 'repetition')} of {_count(study.trials, 'trial')} of "
+            f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')} of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
         for line in (*_of_the_plant(study, owed), *_of_agents(study)):
@@ -169,6 +111,37 @@ class Plain:
         self.say(f"Records: {journal.directory} (the same command resumes it)")
         if owed < study.size:
             self.say(f"{study.size - owed} of {study.size} trials are done already; {owed} are owed")
+        self._costs(study, journal)
+
+    def _costs(self, study: Study, journal: Journal) -> None:
+        """What it has cost, and what it should still cost, if somebody charges for it."""
+        if not hosted(study):
+            return
+        self.tally.ledger, self.tally.calls = Ledger(study, read_calls(journal.directory)), journal.calls
+        journal.calls.listen(self.call)
+        self.estimated(estimates(study, journal.trials, read_calls(journal.directory), batch=self._batch))
+
+    def estimated(self, found: Sequence[Estimate]) -> None:
+        """Say what will be spent, before anything is."""
+        for line in (line for one in found for line in estimate_lines(one)):
+            self.say(line)
+        if self._budget is None:
+            return
+        before = f", of which {money(self._budget.spent)} is spent" if self._budget.spent else ""
+        left = self._budget.allowed - self._budget.spent
+        lasts = left >= sum(one.dollars(one.full, cached=False) or 0.0 for one in found)
+        self.say(
+            f"Budget: {money(self._budget.allowed)}{before}"
+            f"{'' if lasts else '; it may not last: the study then stops, and goes on with a larger one'}"
+        )
+
+    def call(self, call: Call) -> None:
+        """A call is on disk; if nothing has been said for long, say how it goes."""
+        assert self.tally.ledger is not None
+        self.tally.ledger.add(call)
+        if time.monotonic() - self._last >= _QUIET:
+            self._last = time.monotonic()
+            self.say("  " + self.tally.line())
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """An agent's turn comes."""
@@ -201,9 +174,29 @@ class Plain:
             self.say("  " + self.tally.line())
 
     def interrupted(self, directory: Path) -> None:
-        """Say how to go on after Ctrl-C."""
+        """Say how to go on after Ctrl-C, and what it has cost."""
         self.say(f"Stopped. Every finished trial is in {directory}; run the same command again to go on.")
+        self._spent()
+
+    def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
+        """Say that the budget is spent, and how to go on.
+
+        Args:
+            reached: What was spent, and allowed.
+            owed: Trials that are still owed.
+            trials: Trials of the study.
+        """
+        self.say(
+            f"Budget reached: {money(reached.spent)} of {money(reached.budget)} spent, too little is left for a call; "
+            f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"
+        )
+        self.tally.ledger = None  # what was spent is said
+
+    def _spent(self) -> None:
+        if self.tally.ledger is not None and (said := spent_in_words(self.tally.ledger.total)):
+            self.say(f"Calls: {said}")
 
     def reported(self, path: Path) -> None:
-        """Name the report."""
+        """Say what it has cost, and name the report."""
+        self._spent()
         self.say(f"Report: {path}")

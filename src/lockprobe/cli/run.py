@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from lockprobe.agents.access import Access
 from lockprobe.cli import asking
+from lockprobe.cli.amounts import print_estimates
 from lockprobe.cli.display import watch
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.report import write_report
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
+from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
@@ -41,6 +43,10 @@ def run(
     workers: asking.Workers = None,
     connections: asking.Connections = 10,
     timeout: asking.Timeout = 120.0,
+    retries: asking.Retries = 6,
+    batch: asking.Batch = False,
+    budget: asking.Budget = None,
+    estimate: asking.EstimateOnly = False,
     json: asking.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it.
@@ -67,20 +73,37 @@ def run(
         "assessment": assessment,
         "full": full or None,
     }
-    access = Access(connections=connections, timeout=timeout)
-    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    _play(_planned(name, asked), out, limits, json=json)
-
-
-def _play(planned: Study, out: Path | None, limits: Limits, *, json: bool) -> None:
+    planned = _planned(name, asked)
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
-    with Journal.open(directory, planned) as journal, watch(json=json) as observer:
+    access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
+    if estimate:
+        print_estimates(planned, directory, batch=batch, json=json)
+        return
+    allowed = None if budget is None else Budget(planned, budget)
+    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
+    _play(planned, directory, limits, allowed, json=json)
+
+
+def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
+    with (
+        Journal.open(directory, planned) as journal,
+        watch(json=json, batch=limits.access.batch, budget=budget) as observer,
+    ):
+        if budget is not None:
+            journal.calls.limit(budget)
         try:
             play_study(planned, journal, limits=limits, observer=observer)
         except KeyboardInterrupt:
             observer.interrupted(directory)
             raise
-    observer.reported(write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr)))
+        except BudgetReached as reached:
+            observer.stopped(reached, sum(journal.owes(key) for key in _keys(planned)), planned.size)
+    path = write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
+    observer.reported(path)
+
+
+def _keys(planned: Study) -> Iterator[str]:
+    return (plan.key for agent in planned.agents for plan in planned.plans(agent))
 
 
 def _planned(name: str, asked: Mapping[str, object]) -> Study:

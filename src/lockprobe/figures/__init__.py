@@ -4,7 +4,7 @@ Drawing only: every number comes from a :class:`lockprobe.analysis.summary.Study
 axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` all of a study, ``render`` files.
 """
 
-from lockprobe.figures.compose import panels, pictures, render, single
+from lockprobe.figures.compose import drawings, panels, pictures, render, single
 from lockprobe.figures.corrected import (
     draw_relative_success,
     draw_success_by_p_corrected,
@@ -12,6 +12,7 @@ from lockprobe.figures.corrected import (
     draw_success_curves_corrected,
 )
 from lockprobe.figures.courses import draw_course
+from lockprobe.figures.differences import draw_changes, draw_differences
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
     draw_loops_against_success,
@@ -22,7 +23,9 @@ from lockprobe.figures.paper import (
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
 __all__ = [
+    "draw_changes",
     "draw_course",
+    "draw_differences",
     "draw_loop_harm",
     "draw_loop_onset",
     "draw_loops_against_success",
@@ -36,6 +39,7 @@ __all__ = [
     "draw_success_curves",
     "draw_success_curves_by_p",
     "draw_success_curves_corrected",
+    "drawings",
     "panels",
     "pictures",
     "render",

@@ -22,6 +22,7 @@ from lockprobe.figures.corrected import (
     draw_success_curves_corrected,
 )
 from lockprobe.figures.courses import draw_course
+from lockprobe.figures.differences import draw_changes, draw_differences, shown
 from lockprobe.figures.frame import FAINT, SMALL
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
@@ -32,7 +33,7 @@ from lockprobe.figures.paper import (
 )
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
-__all__ = ["panels", "pictures", "render", "single"]
+__all__ = ["drawings", "panels", "pictures", "render", "single"]
 
 _COLUMN = 3.5
 """Width of a panel in inches."""
@@ -58,12 +59,23 @@ def pictures(result: StudySummary) -> dict[str, Figure]:
 
     What runs over p is left out of a study that compares modalities at a single p.
     """
+    return {name: draw() for name, draw in drawings(result).items()}
+
+
+def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
+    """The same before they are drawn."""
     subjects, rows = result.subjects, len(result.agents)
     by_p = partial(draw_success_by_p_corrected, reference=result.reference)
     relative = [draw_relative_success] if any(condition.relative for condition in result.conditions) else []
     judged = [agent for agent in subjects if any(condition.rationality for condition in agent.conditions)]
+    pairs = shown(result)
+    moved = sum(one.interaction is not None for one in pairs)
+    below = [draw_changes] if moved else []
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
     drawn: dict[str, Callable[[], Figure]] = {
+        "side-by-side": lambda: single(
+            draw_differences, result, *below, heights=(0.9 + 0.3 * len(pairs), 0.9 + 0.3 * moved)[: 1 + len(below)]
+        ),
         "fig3": lambda: single(draw_success_curves, result),
         "fig3-corrected": lambda: single(
             draw_success_curves_corrected, result, *relative, heights=(_HEIGHT, 0.6 + 0.3 * rows)[: 1 + len(relative)]
@@ -80,9 +92,10 @@ def pictures(result: StudySummary) -> dict[str, Figure]:
     }
     left_out = {"courses"} if rows < 2 else set()
     left_out |= set() if judged else {"rationality"}
+    left_out |= set() if pairs else {"side-by-side"}
     if result.modalities and len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
-    return {name: draw() for name, draw in drawn.items() if name not in left_out}
+    return {name: draw for name, draw in drawn.items() if name not in left_out}
 
 
 def single(
@@ -107,11 +120,12 @@ def panels(
 
 
 def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
-    """The picture as a file. Equal figures give equal bytes."""
+    """The picture as a file. Equal figures give equal bytes. It is laid out once, for the first form asked for."""
     out = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "lockprobe"}):
         metadata = {"Date": None} if form == "svg" else {"Software": None}
         figure.savefig(out, format=form, dpi=200, metadata=metadata)
+    figure.set_layout_engine(None)  # with one, every file is drawn twice
     return out.getvalue()
 
 

@@ -19,9 +19,17 @@ from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
+from lockprobe.report.leaderboard_tables import (
+    comparison_by_p_table,
+    comparison_table,
+    interaction_table,
+    leaderboard_by_p_table,
+    leaderboard_table,
+)
 from lockprobe.report.pictures import CAPTIONS, Pictures, pictures
 from lockprobe.report.results import numbers, read
 from lockprobe.report.seen import embedded
+from lockprobe.report.sharing import shared
 from lockprobe.report.tables import (
     claim_table,
     condition_table,
@@ -41,7 +49,7 @@ __all__ = ["write_report"]
 Content = dict[str, Any]
 
 
-def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None) -> Path:
+def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None, processes: int = 1) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
     Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go.
@@ -49,6 +57,8 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
     Args:
         directory: The directory of a study.
         tell: Told what it is at, since it takes some seconds.
+        processes: Processes that may work at a large report; they change no byte of it. With several the program that
+            calls has to be importable without harm (``if __name__ == "__main__"``).
 
     Returns:
         Where ``report.html`` is.
@@ -57,11 +67,12 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    study = read(directory, tell=tell)
-    content = numbers(study)
-    _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    tell("drawing the figures")
-    drawn = pictures(study.summary)
+    with shared(directory, processes) as (each, parts):
+        study = read(directory, tell=tell, each=each)
+        content = numbers(study)
+        _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        tell("drawing the figures")
+        drawn = pictures(study.summary, each=each, parts=parts)
     for name, forms in drawn.items():
         for form, picture in forms.items():
             _write(directory / "figures" / f"{name}.{form}", picture)
@@ -90,6 +101,11 @@ def _tables(content: Content) -> dict[str, Table]:
         "table1": table1(subjects)[0],
         "table1-corrected": table1_corrected(subjects),
         **({"modalities": modality_table(content["modalities"])} if content["modalities"] else {}),
+        "leaderboard": leaderboard_table(content["leaderboard"]),
+        "leaderboard-by-p": leaderboard_by_p_table(content["leaderboard"]),
+        "comparisons": comparison_table(content["comparisons"]),
+        "comparisons-by-p": comparison_by_p_table(content["comparisons"]),
+        "interactions": interaction_table(content["interactions"]),
         "courses": course_table(content["courses"]),
         "speed": speed_table(content["conditions"]),
         "paces": pace_table(content["paces"]),
@@ -119,6 +135,7 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
     return environment.get_template(f"{name}.html.jinja").render(
         content=content,
         several_p=several_p,
+        not_asked=any(row["not_asked"] for row in content["leaderboard"]),
         photographs=photographs or {},
         images={
             figure: "data:image/svg+xml;base64," + base64.b64encode(forms["svg"]).decode()

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.summary import StudySummary
+from lockprobe.analysis.summary import Each, StudySummary
 
 __all__ = ["CAPTIONS", "Pictures", "pictures"]
 
 Pictures = dict[str, dict[str, bytes]]
 
 CAPTIONS = {
+    "side-by-side": "Two agents on the same boxes with the same false reports, the first named less the other: "
+    "difference in the share of trials solved over all p, and below how much more its success changes from the lowest "
+    "p, mean over the higher ones. Bars: 95 % intervals in which trials that share their luck count together; filled "
+    "where the test, corrected for the number of pairs, tells the two apart.",
     "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent, and per modality where there "
     "are several, at its lowest p.",
     "fig3-corrected": "The same with what it takes to judge it: one minus Kaplan-Meier with its 95 % band, the "
@@ -42,13 +46,28 @@ CAPTIONS = {
 """What every figure shows, by file name."""
 
 
-def pictures(summary: StudySummary) -> Pictures:
-    """Every figure as PNG and SVG; none if no trial has ended."""
+def pictures(summary: StudySummary, *, each: Each = map, parts: int = 1) -> Pictures:
+    """Every figure as PNG and SVG; none if no trial has ended.
+
+    Args:
+        summary: The study.
+        each: Draws one part after the other, or several at once.
+        parts: How many there are.
+    """
     if not any(condition.success.n for condition in summary.conditions):
         return {}
+    found: Pictures = {}
+    for part in each(_part, [(summary, i, parts) for i in range(parts)]):
+        found |= part
+    return {name: found[name] for name in CAPTIONS if name in found}
+
+
+def _part(job: tuple[StudySummary, int, int]) -> Pictures:
+    """Every so-manieth figure."""
     from lockprobe import figures
 
+    summary, first, parts = job
+    drawn = ((name, draw()) for name, draw in list(figures.drawings(summary).items())[first::parts])
     return {
-        name: {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
-        for name, figure in figures.pictures(summary).items()
+        name: {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")} for name, figure in drawn
     }

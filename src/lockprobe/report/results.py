@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,14 @@ from lockprobe.analysis.finding import (
     modality_finding,
     verdicts_said,
 )
-from lockprobe.analysis.summary import StudySummary, summarise
+from lockprobe.analysis.summary import Each, StudySummary, summarise
+from lockprobe.analysis.versus import comparison_said, ranking_said
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
+from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
 from lockprobe.report.rows import (
     claim_row,
     condition_row,
@@ -85,8 +87,13 @@ class LoadedStudy:
         return self.finished < self.planned
 
 
-def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None) -> LoadedStudy:
+def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None, each: Each = map) -> LoadedStudy:
     """Read and summarise a study directory.
+
+    Args:
+        directory: The directory of a study.
+        tell: Told what it is at, since it takes some seconds.
+        each: Works on one agent after the other, or on several at once.
 
     Raises:
         BadFile: If it is not that of a study, or holds trials of another box.
@@ -99,7 +106,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
     trials = sorted(asked, key=lambda t: (place[t.agent, t.modality], t.p, t.repetition, t.trial))
     tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
     try:
-        summary = summarise(trials, study.box)
+        summary = summarise(trials, study.box, each=each)
     except BadValue as error:
         raise BadFile(Path(directory) / "trials.jsonl", str(error)) from error
     return LoadedStudy(
@@ -142,10 +149,15 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "findings": [finding(agent) for agent in summary.subjects],
         "loop_findings": [loop_finding(agent) for agent in summary.subjects],
         "conclusions": [conclusions(agent) for agent in summary.subjects],
+        "ranking_said": ranking_said(summary),
+        "comparisons_said": [comparison_said(one, summary) for one in summary.comparisons],
         "beside": beside(summary),
         "courses_said": courses_said(summary),
         "box": asdict(summary.reference) if summary.reference else None,
         "conditions": labelled((condition_row(c, blind=a.blind) for a in agents for c in a.conditions), names),
+        "leaderboard": leaderboard_rows(summary, study.trials),
+        "comparisons": comparison_rows(summary.comparisons, names),
+        "interactions": interaction_rows(summary.comparisons, names),
         "rationality": labelled(
             (row for a in agents for c in a.conditions for row in rationality_rows(c, blind=a.blind)), names
         ),
@@ -162,7 +174,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "detectors": labelled(detector_rows(_members(study)), names),
         "examples": examples(summary, study.trials),
         "errors": _errors(study.trials),
-        "agents": _facts((trial.agent, trial.facts) for trial in study.trials),
+        "agents": _facts(chain.from_iterable(_told(trial) for trial in study.trials)),
         "plants": _facts((str(study.settings.get("plant")), _known(trial.plant)) for trial in study.trials),
         "seen": seen(study.trials),
         "subjects": list(dict.fromkeys(agent.agent for agent in summary.subjects)),
@@ -206,6 +218,14 @@ def _facts(told: Iterable[tuple[str, Mapping[str, Fact]]]) -> dict[str, dict[str
         }
         for what, facts in found.items()
     }
+
+
+def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, Fact]]]:
+    """What the agent said it was, and which models answered in its place, as their provider names them."""
+    yield trial.agent, trial.facts
+    for served in dict.fromkeys(step.decision.served for step in trial.steps):
+        if served:
+            yield trial.agent, {"answered by": served}
 
 
 def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:

@@ -89,6 +89,7 @@ def _said(condition: ConditionSummary) -> Row:
         "misinterpretation_rate_pooled": said.pooled.value,
         "misinterpretation_trials": said.trials,
         "misinterpretation_trials_affected": said.affected,
+        "misinterpretation_trials_not_asked": said.not_asked,
         "claims": said.pooled.n,
         "claims_against_truth": said.against_truth.count,
         "misread": asdict(said.misinterpreted),

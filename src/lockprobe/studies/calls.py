@@ -2,26 +2,35 @@
 
 A reply that was paid for is never lost: a trial that was broken off, by a fault, a kill or the end of the money, goes
 on where it stood, because the calls that it made before are looked up instead of made again. What a study has cost is
-the sum of its calls, those of broken trials among them.
+the sum of its calls, those of broken trials among them. So that a kill hides no cost, what is asked is written down
+before it is asked (``asked.jsonl``); the next run notes what never came back as broken off.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import asyncio
+import time
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
-from lockprobe.call import Call, Usage
+from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile
 from lockprobe.studies.lines import cut_torn_tail, whole_lines
+from lockprobe.studies.spending import Budget
 
-__all__ = ["CALLS", "Calls", "read_calls"]
+__all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
 
 CALLS = "calls.jsonl"
 """Where in the directory of a study its calls stand."""
+
+ASKED = "asked.jsonl"
+"""Where calls stand before they are made, each with what it can cost at most."""
 
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
@@ -32,7 +41,23 @@ def read_calls(directory: Path | str) -> Iterator[Call]:
     Raises:
         BadFile: If a line is damaged.
     """
-    path = Path(directory) / CALLS
+    yield from _read(Path(directory) / CALLS)
+
+
+def unanswered(directory: Path | str) -> list[Call]:
+    """The calls that were asked and never written down: on their way now, or when their run was killed.
+
+    Raises:
+        BadFile: If a line is damaged.
+    """
+    asked: defaultdict[str, list[Call]] = defaultdict(list)
+    for call in _read(Path(directory) / ASKED):  # before the calls, so that one asked meanwhile is in neither
+        asked[call.key].append(call)
+    answered = Counter(call.key for call in read_calls(directory)) if asked else Counter()
+    return [call for key, calls in asked.items() for call in calls[answered[key] :]]
+
+
+def _read(path: Path) -> Iterator[Call]:
     if not path.is_file():
         return
     for number, line in whole_lines(path):
@@ -45,11 +70,15 @@ def read_calls(directory: Path | str) -> Iterator[Call]:
 class Calls:
     """The open book of calls of a study. Use :meth:`open`."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._file: IO[bytes] | None = None
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory
+        self._files: dict[str, IO[bytes]] = {}
         self._replied: dict[str, dict[tuple[int, int], Call]] = {}
-        for call in read_calls(path.parent):
+        self._on_their_way: dict[str, tuple[Call, float]] = {}
+        self._budget: Budget | None = None
+        self._waiting: list[asyncio.Future[None]] = []
+        self._listeners: list[Callable[[Call], None]] = []
+        for call in read_calls(directory):
             self._note(call)
 
     def _note(self, call: Call) -> None:
@@ -59,46 +88,96 @@ class Calls:
     @classmethod
     @contextmanager
     def open(cls, directory: Path) -> Iterator[Calls]:
-        """Open the book of a directory, which the caller has locked. The file is made with the first call.
+        """Open the book of a directory, which the caller has locked. The files are made with the first call.
 
         Raises:
-            BadFile: If it cannot be read.
+            BadFile: If they cannot be read or written.
         """
-        calls = cls(directory / CALLS)
+        calls = cls(directory)
         try:
+            for call in unanswered(directory):
+                calls.write(replace(call, error=BROKEN_OFF))
             yield calls
         finally:
-            if calls._file is not None:
-                calls._file.close()
+            for file in calls._files.values():
+                file.close()
+
+    def limit(self, budget: Budget) -> None:
+        """Make no call from now on that could pass this budget, of which earlier runs have spent their part."""
+        for call in read_calls(self._directory):
+            budget.settle(call)
+        self._budget = budget
+
+    def listen(self, listener: Callable[[Call], None]) -> None:
+        """Have every call passed on that is written from now on."""
+        self._listeners.append(listener)
 
     def of(self, key: str) -> _Page:
         """The calls of one trial."""
         return _Page(self, key)
+
+    @property
+    def on_their_way(self) -> int:
+        """Calls that have not come back yet."""
+        return len(self._on_their_way)
+
+    @property
+    def longest_wait(self) -> float:
+        """Seconds that the oldest of them has been on its way; 0 where there is none."""
+        return time.monotonic() - min((began for _, began in self._on_their_way.values()), default=time.monotonic())
 
     def recall(self, key: str, step: int, turn: int, request: str) -> Call | None:
         """The call that was made in this place with this request and got a reply; None if there is none."""
         call = self._replied.get(key, {}).get((step, turn))
         return call if call is not None and call.request == request else None
 
-    def reserve(self, key: str, worst: Usage) -> None:
-        """Say what the next call may cost at most."""
+    async def reserve(self, call: Call) -> None:
+        """Put a call on disk before it is made, with what it can cost at most.
+
+        Where only calls on their way stand against it, their replies are waited for.
+
+        Raises:
+            BudgetReached: If there is not so much money left.
+            BadFile: If it cannot be written.
+        """
+        while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage()):
+            room = asyncio.get_running_loop().create_future()
+            self._waiting.append(room)
+            await room
+        self._append(ASKED, call)
+        self._on_their_way[call.key] = call, time.monotonic()
 
     def write(self, call: Call) -> None:
-        """Put a call on disk.
+        """Put a call on disk, with or without a reply. One whose cost nobody said keeps what it can have cost.
 
         Raises:
             BadFile: If it cannot be written.
         """
-        line = _adapter.dump_json(call, exclude_defaults=True) + b"\n"
-        try:
-            if self._file is None:
-                self._file = self._path.open("ab")
-                cut_torn_tail(self._file, self._path)
-            self._file.write(line)
-            self._file.flush()
-        except OSError as error:
-            raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
+        asked, _ = self._on_their_way.pop(call.key, (call, 0.0))
+        counted = call.usage.input_tokens or call.usage.output_tokens
+        if call.broken_off or (call.reply is not None and not counted):
+            call = replace(call, most=asked.most)
+        self._append(CALLS, call)
         self._note(call)
+        if self._budget is not None:
+            self._budget.settle(call)
+        waiting, self._waiting = self._waiting, []
+        for room in waiting:
+            if not room.done():
+                room.set_result(None)
+        for listener in self._listeners:
+            listener(call)
+
+    def _append(self, name: str, call: Call) -> None:
+        path = self._directory / name
+        try:
+            if name not in self._files:
+                self._files[name] = path.open("ab")
+                cut_torn_tail(self._files[name], path)
+            self._files[name].write(_adapter.dump_json(call, exclude_defaults=True) + b"\n")
+            self._files[name].flush()
+        except OSError as error:
+            raise BadFile(path, f"cannot be written ({error.strerror})") from error
 
     def forget(self, key: str) -> None:
         """Let go of the calls of a trial that is finished; they stay on disk."""
@@ -110,12 +189,14 @@ class _Page:
 
     def __init__(self, calls: Calls, key: str) -> None:
         self._calls, self._key = calls, key
+        self._next = Call(key=key, step=0, turn=0, request="", reply=None)
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
+        self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
         return self._calls.recall(self._key, step, turn, request)
 
-    def reserve(self, worst: Usage) -> None:
-        self._calls.reserve(self._key, worst)
+    async def reserve(self, worst: Usage) -> None:
+        await self._calls.reserve(replace(self._next, most=worst))
 
     def write(self, call: Call) -> None:
         self._calls.write(call)

@@ -1,8 +1,9 @@
 """Finished trials on disk, one line each, appended and never rewritten.
 
 A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records), ``timings.jsonl`` (clock
-readings, which are no part of a record) and ``calls.jsonl`` (every call to a provider, where one was asked). A line
-that a crash tore is cut off before the next one is written, and its trial is owed again.
+readings, which are no part of a record) and, where a provider was asked, ``asked.jsonl`` and ``calls.jsonl`` (every
+call before it is made, and what came of it). A line that a crash tore is cut off before the next one is written, and
+its trial is owed again.
 Only one process writes at a time.
 """
 
@@ -14,14 +15,14 @@ import os
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
-from lockprobe.studies.calls import Calls
+from lockprobe.studies.calls import ASKED, CALLS, Calls
 from lockprobe.studies.lines import cut_torn_tail, whole_lines
 from lockprobe.studies.study import LATER, Study
 
@@ -189,13 +190,20 @@ class Journal:
         return trial is None or trial.owed_again
 
     def append(self, trial: Trial, timing: Timing) -> None:
-        """Put a finished trial on disk."""
-        self._records.write(trial_to_json(trial) + b"\n")
-        self._records.flush()
+        """Put a finished trial on disk.
+
+        Raises:
+            BadFile: If it cannot be written.
+        """
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
-        self._timings.write(json.dumps(clock).encode() + b"\n")
-        self._timings.flush()
-        self.trials[trial.key] = trial
+        try:
+            self._records.write(trial_to_json(trial) + b"\n")
+            self._records.flush()
+            self._timings.write(json.dumps(clock).encode() + b"\n")
+            self._timings.flush()
+        except OSError as error:
+            raise BadFile(self.directory, f"cannot be written ({error.strerror})") from error
+        self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one
         if not trial.owed_again:
             self.calls.forget(trial.key)
         if time.monotonic() - self._synced > _SYNC_SECONDS:
@@ -207,13 +215,13 @@ class Journal:
 
 
 def _claim(directory: Path, study: Study) -> None:
-    """Write the settings of a study that has no trials yet, or hold them against those that are there."""
+    """Write the settings of a study of which nothing was played, or hold them against those that are there."""
     path = directory / "study.json"
     asked = json.loads(json.dumps(study.settings()))
-    empty = (directory / "trials.jsonl").stat().st_size == 0
-    if not path.exists() and not empty:
-        raise BadFile(directory, "holds trials.jsonl but no study.json: put it back, or give another --out")
-    if empty:
+    played = [name for name in ("trials.jsonl", CALLS, ASKED) if _size(directory / name)]
+    if not path.exists() and played:
+        raise BadFile(directory, f"holds {played[0]} but no study.json: put it back, or give another --out")
+    if not played:
         draft = path.with_suffix(".draft")
         draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
         draft.replace(path)
@@ -226,3 +234,7 @@ def _claim(directory: Path, study: Study) -> None:
     }
     if different:
         raise SettingsChanged(directory, different)
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0

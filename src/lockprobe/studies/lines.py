@@ -1,4 +1,8 @@
-"""Files of lines that are appended and never rewritten: a line that a crash tore is no line."""
+"""Files of lines that are appended and never rewritten: a line that a crash tore is no line.
+
+What is written is handed to the system at once, line by line, so that a process that is killed loses nothing that it
+had written but its last line; when the machine itself goes down, as much is lost as had not reached the disk.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,9 @@ from pathlib import Path
 from typing import IO
 
 __all__ = ["cut_torn_tail", "whole_lines"]
+
+_BLOCK = 1 << 16
+"""Bytes read at once on the way back to the end of the last whole line."""
 
 
 def whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
@@ -22,7 +29,14 @@ def cut_torn_tail(handle: IO[bytes], path: Path) -> None:
         handle: The file, open for appending.
         path: Where it lies.
     """
-    content = path.read_bytes()
-    whole = content.rfind(b"\n") + 1
-    if whole != len(content):
+    with path.open("rb") as lines:
+        end = whole = lines.seek(0, 2)
+        while whole:
+            begin = max(0, whole - _BLOCK)
+            lines.seek(begin)
+            if (last := lines.read(whole - begin).rfind(b"\n")) >= 0:
+                whole = begin + last + 1
+                break
+            whole = begin
+    if whole != end:
         handle.truncate(whole)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +13,7 @@ from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.journal import read_settings
 from lockprobe.studies.study import IDENTITY_VERSION, Study
 
-__all__ = ["read_study"]
+__all__ = ["read_study", "study_from"]
 
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 Count = Annotated[int, Field(ge=0, le=2**63)]
@@ -43,9 +44,21 @@ def read_study(directory: Path | str) -> Study:
     Raises:
         BadFile: If they describe none, or one of another release.
     """
-    path = Path(directory) / "study.json"
+    return study_from(read_settings(directory), Path(directory) / "study.json")
+
+
+def study_from(settings: Mapping[str, object], path: Path) -> Study:
+    """The study that settings describe, as :meth:`lockprobe.studies.study.Study.settings` has them.
+
+    Args:
+        settings: The settings.
+        path: Where they stood, for messages.
+
+    Raises:
+        BadFile: If they describe none, or one of another release.
+    """
     try:
-        found = _Settings.model_validate(read_settings(directory))
+        found = _Settings.model_validate(settings)
     except ValidationError as error:
         first = error.errors()[0]
         raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None

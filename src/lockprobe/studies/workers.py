@@ -103,7 +103,7 @@ class _Pool:
             self._on_step(*cast(tuple[str, Step], content))
             return
         if kind == "mistake":
-            raise UserMistake(*content)
+            raise UserMistake(str(content[0]))
         if kind == "trial":
             self._finish(*cast(tuple[Trial, Timing], content))
         worker.plan = self._queue.pop() if self._queue else None

@@ -8,7 +8,7 @@ import sys
 from dataclasses import dataclass, replace
 
 import pytest
-from openai_server import Server, completion, pictures, refusal, truthful, words
+from provider_server import completion, failure, here, pictures, truthful, words
 
 from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
@@ -19,6 +19,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.calls import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.studyfile import Request, study
@@ -38,13 +39,13 @@ def no_keys(monkeypatch):
 def played(tmp_path, monkeypatch, answer, spec=SPEC, **settings):
     """Trials of a small study against a server."""
     request = Request(agent=[spec], **({"p": [0, 0.4], "trials": 3, "repetitions": 1} | settings))
-    with Server(answer).running() as server:
+    with here(answer, keep=True) as server:
         for provider in ("FAKE", "OPENAI"):
             monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
             monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
         planned = study(request)
         with Journal.open(tmp_path, planned) as journal:
-            run(planned, journal, limits=Limits(access=Access(connections=4)))
+            run(planned, journal, limits=Limits(access=Access(connections=4, retries=2, pause=0.01)))
         return load(tmp_path), server
 
 
@@ -75,7 +76,8 @@ def test_the_schema_is_sent_and_none_is_offered_in_the_first_step_only(tmp_path,
 
 def test_the_key_is_used_and_never_written(tmp_path, monkeypatch):
     _, server = played(tmp_path, monkeypatch, truthful, trials=1)
-    assert set(server.keys) == {"Bearer sk-private-0123456789"}
+    sent = {line for line in server.headers if line.lower().startswith("authorization")}
+    assert sent == {"authorization: Bearer sk-private-0123456789"}
     assert not any(b"private" in path.read_bytes() for path in tmp_path.iterdir())
 
 
@@ -112,7 +114,7 @@ def test_a_model_that_never_gives_a_usable_reply_ends_as_error_and_is_not_owed_a
 
 def test_a_provider_that_refuses_ends_as_error_and_is_owed_again(tmp_path, monkeypatch):
     def answer(request):
-        return refusal(401, "Incorrect API key provided: sk-private-0123456789")
+        return failure(401, "Incorrect API key provided: sk-private-0123456789")
 
     trials, _ = played(tmp_path, monkeypatch, answer, trials=1)
     assert [trial.error.boundary for trial in trials] == ["model", "model"]
@@ -123,7 +125,7 @@ def test_a_provider_that_refuses_ends_as_error_and_is_owed_again(tmp_path, monke
     assert len((tmp_path / "trials.jsonl").read_bytes().splitlines()) == 4
 
 
-def test_a_provider_that_answers_rubbish_loses_and_repeats_no_finished_trial(tmp_path, monkeypatch):
+def test_a_provider_that_answers_rubbish_is_asked_again_and_no_step_is_played_twice(tmp_path, monkeypatch):
     asked = []
 
     def answer(request):
@@ -131,20 +133,27 @@ def test_a_provider_that_answers_rubbish_loses_and_repeats_no_finished_trial(tmp
         return (200, b'{"choices": [') if len(asked) in (3, 30) else truthful(request)
 
     trials, _ = played(tmp_path, monkeypatch, answer)
-    broken = [trial for trial in trials if trial.ending == "error"]
-    assert [trial.error.boundary for trial in broken] == ["model", "model"]
-    finished = {trial.key: trial for trial in trials if trial.ending == "solved"}
-    assert len(finished) == 4
-    again, server = played(tmp_path, monkeypatch, truthful)
-    assert {trial.key: trial for trial in again if trial.key in finished} == finished
-    assert [trial.ending for trial in again] == ["solved"] * 6
-    paid_before = sum(len(trial.steps) for trial in broken)  # they go on where they stood
-    assert len(server.requests) == sum(len(t.steps) for t in again if t.key not in finished) - paid_before
+    assert [trial.ending for trial in trials] == ["solved"] * 6
+    assert len(asked) == sum(len(trial.steps) for trial in trials) + 2
+    calls = list(read_calls(tmp_path))
+    assert sorted(call.retries for call in calls)[-3:] == [0, 1, 1]
+    assert len({(call.key, call.step) for call in calls}) == len(calls)
+
+
+def test_a_provider_that_answers_only_rubbish_breaks_trials_which_then_go_on_where_they_stood(tmp_path, monkeypatch):
+    def answer(request):
+        return (200, b'{"choices": [') if len(request["messages"]) == 5 else truthful(request)
+
+    broken, _ = played(tmp_path, monkeypatch, answer, trials=2)
+    assert [(trial.error.boundary, len(trial.steps)) for trial in broken] == [("model", 2)] * 4
+    again, server = played(tmp_path, monkeypatch, truthful, trials=2)
+    assert [trial.ending for trial in again] == ["solved"] * 4
+    assert len(server.requests) == sum(len(trial.steps) - 2 for trial in again)
 
 
 def test_a_run_in_which_only_errors_come_stops_and_says_why(tmp_path, monkeypatch):
     with pytest.raises(Missing, match=r"broke 10 trials in a row \(.*out of credit.*nothing finished is lost"):
-        played(tmp_path, monkeypatch, lambda request: refusal(403, "out of credit"), trials=30)
+        played(tmp_path, monkeypatch, lambda request: failure(403, "out of credit"), trials=30)
 
 
 def test_what_cannot_be_asked_is_one_line():
@@ -206,7 +215,7 @@ def shown(monkeypatch, answer, channel, spec=SPEC):
         finally:
             await agent.aclose()
 
-    with Server(answer).running() as server:
+    with here(answer, keep=True) as server:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         return asyncio.run(played()), server.requests
@@ -256,7 +265,7 @@ def test_a_repair_keeps_the_pictures(monkeypatch):
 
 def test_a_model_that_cannot_see_is_a_fault_of_the_model_as_any_other(monkeypatch):
     def answer(request):
-        return refusal(400, "Invalid content type. image_url is only supported by certain models.")
+        return failure(400, "Invalid content type. image_url is only supported by certain models.")
 
     trial, _ = shown(monkeypatch, answer, Photographs())
     assert (trial.ending, trial.error.boundary, trial.steps) == ("error", "model", ())
@@ -264,12 +273,13 @@ def test_a_model_that_cannot_see_is_a_fault_of_the_model_as_any_other(monkeypatc
     assert "base64" not in trial.error.message
 
 
-def test_a_model_that_is_told_reports_is_asked_and_recorded_as_before_there_were_pictures(monkeypatch):
+def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pictures(monkeypatch):
     """The fingerprint of the prompt and the other facts are compared when a study is resumed."""
     trial, requests = shown(monkeypatch, truthful, TextChannel())
-    assert trial.facts["prompt"] == "chat a78a7663d4a6"
+    assert trial.facts["prompt"] == "chat 91048d939031"
     assert trial.facts["picture_prompt"] == f"chat {picture_fingerprint()}"
-    assert sorted(trial.facts) == ["model", "picture_prompt", "prompt", "repairs", "runtime", "temperature"]
+    sent = ["effort", "host", "max_tokens", "repairs", "schema", "temperature", "top_p"]
+    assert sorted(trial.facts) == sorted([*sent, "model", "picture_prompt", "prompt", "runtime"])
     assert all(isinstance(message["content"], str) for request in requests for message in request["messages"])
 
 
@@ -286,3 +296,18 @@ def test_an_option_that_cannot_be_is_one_line(options, mistake, message):
     with pytest.raises(mistake) as wrong:
         llm.check(f"openai-api/fake/model?{options}")
     assert str(wrong.value).startswith(message)
+
+
+def test_where_nobody_asks_what_the_last_action_did_nothing_that_is_sent_speaks_of_it(tmp_path, monkeypatch):
+    def answer(request):
+        listing = request["messages"][0]["content"].split(" joints: ")[1].split(".")[0].split(", ")
+        turn = sum(message["role"] == "assistant" for message in request["messages"])
+        return completion(json.dumps({"hypothesis": "in turn", "joint": listing[turn % len(listing)]}))
+
+    trials, server = played(tmp_path, monkeypatch, answer, assessment=False)
+    assert not any("last_action" in json.dumps(request) for request in server.requests)
+    assert [trial.ending for trial in trials] == ["solved"] * 6
+    for trial in trials:
+        assert trial.assessment is False
+        assert {step.decision.claimed for step in trial.steps} == {None}
+        assert all(len(step.decision.replies) == 1 for step in trial.steps)

@@ -1,18 +1,42 @@
-"""What is known of models: what they accept, what they can see, what they cost. Facts are data (``models.toml``)."""
+"""What is known of models: what they accept, what they can see, what they cost. Facts are data (``models.toml``).
+
+A file of the same form, named by the environment variable :data:`OWN_FACTS`, adds entries of one's own. What such an
+entry says goes before what is shipped; what it leaves out stays as shipped.
+"""
 
 from __future__ import annotations
 
-import tomllib
+import os
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
-__all__ = ["ModelFacts", "Price", "facts_of"]
+from pydantic import Field, TypeAdapter, ValidationError
+
+from lockprobe.call import Usage
+from lockprobe.errors import BadFile, printable
+from lockprobe.lockbox.boxfile import read_toml
+
+__all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]
+
+OWN_FACTS = "LOCKPROBE_MODEL_FACTS"
+"""Environment variable with the path of one's own file of facts."""
+
+SHIPPED = Path(__file__).with_name("models.toml")
 
 Schema = Literal["strict", "loose", "none"]
 """How the form of a reply can be asked for: as a schema that is enforced, as one that need not be, or in words only."""
+
+Sampling = Literal["free", "no effort", "effort none", "fixed"]
+"""When temperature and top-p can be set: always, unless an effort is asked for, with effort ``none`` only, or never."""
+
+Effort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+"""How much a model is asked to reason, as Inspect AI names it."""
+
+_Dollars = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+_Count = Annotated[int, Field(ge=1, le=10**9)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,17 +47,31 @@ class Price:
         input: For tokens read.
         cached: For tokens read that it had in its cache.
         output: For tokens written, those of reasoning included.
-        batch: Factor on all three in its batch interface; None where it has none.
+        stored: For tokens read that it puts into its cache; None where they cost as any other.
+        batch: Factor on all of them in its batch interface; None where it has none, or it is not known.
         date: When these prices were looked up, ISO 8601.
         source: Where.
     """
 
-    input: float
-    output: float
-    cached: float
-    batch: float | None
-    date: str
-    source: str
+    input: _Dollars
+    cached: _Dollars
+    output: _Dollars
+    stored: _Dollars | None = None
+    batch: Annotated[float, Field(gt=0, le=1)] | None = None
+    date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
+    source: Annotated[str, Field(min_length=1, max_length=300)]
+
+    def of(self, usage: Usage, *, batch: bool = False) -> float:
+        """What calls cost, in US dollars.
+
+        Args:
+            usage: What they used.
+            batch: Whether they went through the batch interface.
+        """
+        stored = self.input if self.stored is None else self.stored
+        fresh = usage.input_tokens - usage.cached_tokens - usage.stored_tokens
+        dollars = fresh * self.input + usage.cached_tokens * self.cached + usage.stored_tokens * stored
+        return (dollars + usage.output_tokens * self.output) * ((self.batch or 1.0) if batch else 1.0) / 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,29 +80,48 @@ class ModelFacts:
 
     Attributes:
         known: Whether a pattern fits its name.
-        temperature: Whether it takes a temperature.
-        top_p: Whether it takes top-p.
+        sampling: When it takes a temperature and top-p.
         efforts: Reasoning efforts that it takes, empty where it takes none.
-        reasons: Whether it writes tokens that nobody sees before it replies.
+        reasons: Whether it writes tokens that nobody sees before it replies, without being asked to.
         schema: How the form of its reply can be asked for.
         context: Tokens that a conversation may have; None where not known.
         most_output: Tokens that a reply may have; None where not known.
         images: Whether it can see; None where not known, then its provider has to say so.
-        largest_image: Longest side in pixels of a picture that it sees as it is; None where not known.
+        largest_image: Longest side in pixels of a picture that it sees as it is, larger ones are scaled by its
+            provider; None where not known.
+        picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most; None where not known.
         price: What it costs; None where not known.
     """
 
     known: bool = False
-    temperature: bool = True
-    top_p: bool = True
-    efforts: tuple[str, ...] = ()
+    sampling: Sampling = "free"
+    efforts: tuple[Effort, ...] = ()
     reasons: bool = False
     schema: Schema = "strict"
-    context: int | None = None
-    most_output: int | None = None
+    context: _Count | None = None
+    most_output: _Count | None = None
     images: bool | None = None
-    largest_image: int | None = None
+    largest_image: _Count | None = None
+    picture_tokens: _Count | None = None
     price: Price | None = None
+
+
+class Entry(NamedTuple):
+    """What a file says of the models whose names fit.
+
+    Attributes:
+        match: Patterns of names as Inspect AI has them; ``*`` stands for anything.
+        says: Fields of :class:`ModelFacts`, only those that it gives.
+    """
+
+    match: tuple[str, ...]
+    says: dict[str, Any]
+
+
+_Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*]*(\*[^*]+){0,4}\*?$")]
+_patterns: TypeAdapter[tuple[str, ...]] = TypeAdapter(Annotated[tuple[_Pattern, ...], Field(min_length=1)])
+_facts: TypeAdapter[ModelFacts] = TypeAdapter(ModelFacts)
+_SETTABLE = [field.name for field in fields(ModelFacts) if field.name != "known"]
 
 
 def facts_of(name: str) -> ModelFacts:
@@ -72,17 +129,52 @@ def facts_of(name: str) -> ModelFacts:
 
     Args:
         name: As Inspect AI has it, for example ``openai/gpt-4o``; without options.
+
+    Raises:
+        BadFile: If one's own file of facts cannot be used.
     """
-    for entry in _entries():
-        if any(fnmatchcase(name, pattern) for pattern in entry["match"]):
-            given: dict[str, Any] = {f.name: entry[f.name] for f in fields(ModelFacts) if f.name in entry}
-            if "price" in entry:
-                given["price"] = Price(**entry["price"])
-            return ModelFacts(**given | {"known": True, "efforts": tuple(entry.get("efforts", ()))})
-    return ModelFacts()
+    own = os.environ.get(OWN_FACTS)
+    files = [SHIPPED, Path(own).expanduser()] if own else [SHIPPED]
+    said: dict[str, Any] = {}
+    for path in files:
+        for entry in _read(path):
+            if any(fnmatchcase(name, pattern) for pattern in entry.match):
+                said |= entry.says | {"known": True}
+                break
+    return ModelFacts(**said)
+
+
+def read_facts(path: Path) -> tuple[Entry, ...]:
+    """The entries of a file of facts, in their order; the first that fits a name counts.
+
+    Raises:
+        BadFile: If it is not one, with the entry and the key that are wrong.
+    """
+    tables = read_toml(path)
+    found = tables.pop("model", [])
+    if tables or not isinstance(found, list):
+        raise BadFile(path, f"{printable(next(iter(tables), 'model'))}: expected tables [[model]] and nothing else")
+    return tuple(_entry(path, number, table) for number, table in enumerate(found, start=1))
+
+
+def _entry(path: Path, number: int, table: Any) -> Entry:
+    where = f"model {number}"
+    try:
+        match = _patterns.validate_python(table.pop("match", ()))
+        where = f"model {number} ({match[0]})"
+        facts = _facts.validate_python(table, extra="forbid")
+    except AttributeError:
+        raise BadFile(path, f"{where}: expected a table") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"])) if "(" in where else "match"
+        known = f"; keys are match, {', '.join(_SETTABLE)}" if first["type"] == "unexpected_keyword_argument" else ""
+        raise BadFile(path, printable(f"{where}: {key}: {first['msg']}{known}")) from None
+    if "known" in table:
+        raise BadFile(path, f"{where}: known: not a key; keys are match, {', '.join(_SETTABLE)}")
+    return Entry(match, {name: getattr(facts, name) for name in table})
 
 
 @cache
-def _entries() -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("models.toml").read_text("utf-8"))["model"]
-    return found
+def _read(path: Path) -> tuple[Entry, ...]:
+    return read_facts(path)

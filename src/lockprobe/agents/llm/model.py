@@ -27,30 +27,46 @@ from lockprobe.agents.prompt import (
     repair,
     reply_schema,
 )
-from lockprobe.call import Call, Usage
+from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import ModelFault, ReplyFault
 from lockprobe.record import Decision, Fact, Situation
 from lockprobe.seams import CallBook
 
-__all__ = ["HostedModel", "check"]
+__all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
 
 _KEPT = ("stop", "served", "usage", "seconds", "retries")
 """What a call keeps of an answer beside its text, under the same names."""
 
-_Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Answer]]
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Answer]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
 
 
-def check(spec: str) -> None:
+def check(spec: str, access: Access | None = None) -> None:
     """Find out whether a model can be asked at all.
+
+    Args:
+        spec: Model name as Inspect AI knows it, and how it is asked.
+        access: How it is to be reached.
 
     Raises:
         Missing: If a key or a provider's package is missing.
-        BadValue: If there is no such provider, or an option has a value that it cannot have.
+        BadValue: If there is no such provider, an option has a value that it cannot have, or batches are asked for of
+            a provider that has none.
         UnknownName: If there is no such option.
     """
     name, settings = read_settings(spec)
-    Line(name, settings, Access())
+    Line(name, settings, access or Access())
+
+
+def model_facts(name: str, settings: Settings) -> dict[str, Fact]:
+    """Model name, library, prompt and settings, for the record."""
+    return {
+        "model": name,
+        "runtime": RUNTIME,
+        "prompt": f"chat {chat_fingerprint()}",
+        "picture_prompt": f"chat {picture_fingerprint()}",
+        **settings.sent(facts_of(name)),
+    }
 
 
 class HostedModel:
@@ -64,17 +80,14 @@ class HostedModel:
     def __init__(self, spec: str, access: Access | None = None) -> None:
         self._name, self._settings = read_settings(spec)
         self._line = Line(self._name, self._settings, access or Access())
+        self._facts = model_facts(self._name, self._settings)
+        if (host := self._line.host) is not None:
+            self._facts["host"] = host
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Model name, library, prompt and settings."""
-        return {
-            "model": self._name,
-            "runtime": RUNTIME,
-            "prompt": f"chat {chat_fingerprint()}",
-            "picture_prompt": f"chat {picture_fingerprint()}",
-            **self._settings.sent(facts_of(self._name)),
-        }
+        """Model name, library, prompt and settings; the host, where it is not the provider's own."""
+        return self._facts
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The same model for one trial: no call is made twice, and every one is written down."""
@@ -82,7 +95,12 @@ class HostedModel:
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
-        return await _decision(situation, self._settings, lambda turn, messages, form: self._line.ask(messages, form))
+
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+            async with self._line.slots:
+                return await self._line.ask(messages, schema)
+
+        return await decided(situation, self._settings, ask)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
@@ -109,8 +127,13 @@ class _InOneTrial:
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 came = {name: getattr(known, name) for name in _KEPT}
                 return Answer(text=known.reply, **came)
-            self._book.reserve(at_most(messages, self._settings, self._facts))
-            call = Call(key=self._key, step=step, turn=turn, request=request, reply=None, error="broken off")
+            async with self._line.slots:
+                await self._book.reserve(at_most(messages, self._settings, self._facts))
+                return await made(turn, request, messages, schema)
+
+        async def made(turn: int, request: str, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+            place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
+            call = replace(place, error=BROKEN_OFF)
             try:
                 answer = await self._line.ask(messages, schema)
                 call = replace(call, error="", reply=answer.text, **{name: getattr(answer, name) for name in _KEPT})
@@ -121,7 +144,7 @@ class _InOneTrial:
                 self._book.write(call)
             return answer
 
-        return await _decision(situation, self._settings, ask)
+        return await decided(situation, self._settings, ask)
 
 
 def _fingerprint(messages: Sequence[Message], schema: dict[str, object], settings: Settings) -> str:
@@ -131,8 +154,17 @@ def _fingerprint(messages: Sequence[Message], schema: dict[str, object], setting
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-async def _decision(situation: Situation, settings: Settings, ask: _Ask) -> Decision:
-    """Ask until a reply is of the form asked for, or too often."""
+async def decided(situation: Situation, settings: Settings, ask: Ask) -> Decision:
+    """Ask until a reply is of the form asked for.
+
+    Args:
+        situation: All that may be used to decide.
+        settings: How the model is asked.
+        ask: Makes one call.
+
+    Raises:
+        ReplyFault: If too many replies were of another form.
+    """
     messages = conversation(situation, images=settings.images)
     schema = reply_schema(situation)
     replies: list[str] = []

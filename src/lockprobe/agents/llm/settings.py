@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
-from typing import Literal
+from dataclasses import dataclass, fields
+from typing import Literal, get_args
 
-from lockprobe.agents.llm.knowledge import ModelFacts, facts_of
+from lockprobe.agents.llm.knowledge import Effort, ModelFacts, Schema, facts_of
 from lockprobe.errors import BadValue
 from lockprobe.options import read_options, with_options
 from lockprobe.record import Fact
 
-__all__ = ["Settings", "read_settings"]
+__all__ = ["MOST_PLAIN", "MOST_REASONED", "Settings", "read_settings"]
+
+MOST_PLAIN = 1000
+"""Tokens that a reply may have by default where a model writes it at once; ours are of 20 to 100."""
+
+MOST_REASONED = 25_000
+"""The same where it reasons before: what OpenAI's guide to reasoning models says to leave room for at least."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """How a model is asked.
+    """How a model is asked. What is None is not sent: its provider decides.
 
     Attributes:
+        temperature: From 0 to 2.
+        top_p: Above 0, at most 1.
+        effort: How much it is asked to reason.
+        max_tokens: Tokens that a reply may have, those of reasoning included. None for what :meth:`most_tokens` says.
+        schema: How the form of the reply is asked for: as a schema that the provider enforces (``strict``), as one that
+            it need not (``loose``), or in words only (``none``). None for the closest that the model is known to take.
         images: How many observations, the newest, keep their pictures in the conversation; 0 for all.
         detail: How closely the provider is asked to look, where it offers that.
         repairs: How often a malformed reply is asked for again before the trial ends as ``error``.
@@ -26,15 +38,67 @@ class Settings:
         BadValue: If a number is out of range.
     """
 
+    temperature: float | None = None
+    top_p: float | None = None
+    effort: Effort | None = None
+    max_tokens: int | None = None
+    schema: Schema | None = None
     images: int = 0
     detail: Literal["auto", "low", "high"] = "high"
     repairs: int = 4
 
     def __post_init__(self) -> None:
+        if self.temperature is not None and not 0 <= self.temperature <= 2:
+            raise BadValue("temperature", self.temperature, "a number from 0 to 2")
+        if self.top_p is not None and not 0 < self.top_p <= 1:
+            raise BadValue("top_p", self.top_p, "a number above 0, at most 1")
+        if self.max_tokens is not None and not 1 <= self.max_tokens <= 10**7:
+            raise BadValue("max_tokens", self.max_tokens, "a whole number from 1 to 10000000")
         if self.images < 0:
             raise BadValue("images", self.images, "how many observations keep their pictures, 0 for all")
         if not 0 <= self.repairs <= 20:
             raise BadValue("repairs", self.repairs, "a whole number from 0 to 20")
+
+    def most_tokens(self, facts: ModelFacts) -> int | None:
+        """Tokens that a reply may have; None where its provider decides, because nothing is known of the model.
+
+        Args:
+            facts: What is known of the model.
+        """
+        if self.max_tokens is not None or not facts.known:
+            return self.max_tokens
+        most = MOST_REASONED if self.reasons(facts) else MOST_PLAIN
+        return min(most, facts.most_output or most)
+
+    def reasons(self, facts: ModelFacts) -> bool:
+        """Whether a model asked like this is known to write tokens that nobody sees before it replies.
+
+        Args:
+            facts: What is known of the model.
+        """
+        return facts.reasons if self.effort is None else self.effort != "none"
+
+    def form(self, facts: ModelFacts) -> Schema:
+        """How the form of the reply is asked for.
+
+        Args:
+            facts: What is known of the model.
+        """
+        return self.schema or facts.schema
+
+    def parameters(self, facts: ModelFacts) -> dict[str, object]:
+        """What is sent beside conversation and form, under the names of Inspect AI's ``GenerateConfig``.
+
+        Args:
+            facts: What is known of the model.
+        """
+        given: dict[str, object] = {
+            "temperature": self.temperature,
+            "top_p": self.top_p,
+            "reasoning_effort": self.effort,
+            "max_tokens": self.most_tokens(facts),
+        }
+        return {name: value for name, value in given.items() if value is not None}
 
     def sent(self, facts: ModelFacts) -> dict[str, Fact]:
         """What is sent with every request besides the conversation, and what is left to the provider, for the record.
@@ -42,8 +106,53 @@ class Settings:
         Args:
             facts: What is known of the model.
         """
-        changed = {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
-        return {"temperature": "provider default", **asdict(self), **changed} if changed else {"repairs": self.repairs}
+        left = "provider default"
+        sampling = "fixed by the model" if facts.sampling == "fixed" else left
+        found: dict[str, Fact] = {
+            "temperature": sampling if self.temperature is None else self.temperature,
+            "top_p": sampling if self.top_p is None else self.top_p,
+            "effort": self.effort or ("not taken" if facts.known and not facts.efforts else left),
+            "max_tokens": self.most_tokens(facts) or left,
+            "schema": self.form(facts),
+            "repairs": self.repairs,
+        }
+        for field in fields(self):
+            if field.name in ("images", "detail") and (value := getattr(self, field.name)) != field.default:
+                found[field.name] = value
+        if facts.largest_image is not None:
+            found["largest_image"] = facts.largest_image
+        return found
+
+    def check(self, name: str, facts: ModelFacts) -> None:
+        """Refuse what a model is known to refuse; of one that is not known, nothing is refused.
+
+        Args:
+            name: The model, for the message.
+            facts: What is known of it.
+
+        Raises:
+            BadValue: If it would refuse one of these settings.
+        """
+        if not facts.known:
+            return
+        self._check_sampling(name, facts)
+        if self.effort is not None and self.effort not in facts.efforts:
+            taken = f"one of {', '.join(facts.efforts)}" if facts.efforts else "no effort"
+            raise BadValue("effort", self.effort, f"{taken} with {name}")
+        if self.max_tokens is not None and facts.most_output is not None and self.max_tokens > facts.most_output:
+            raise BadValue("max_tokens", self.max_tokens, f"at most {facts.most_output} with {name}")
+        kinds = get_args(Schema)
+        if self.schema is not None and kinds.index(self.schema) < kinds.index(facts.schema):
+            raise BadValue("schema", self.schema, f"{' or '.join(kinds[kinds.index(facts.schema) :])} with {name}")
+        if facts.images is False and (self.images, self.detail) != (0, "high"):
+            raise BadValue("images, detail", (self.images, self.detail), f"neither with {name}, which cannot see")
+
+    def _check_sampling(self, name: str, facts: ModelFacts) -> None:
+        may = {"free": True, "no effort": self.effort in (None, "none"), "effort none": self.effort == "none"}
+        for option in ("temperature", "top_p"):
+            if (value := getattr(self, option)) is not None and not may.get(facts.sampling, False):
+                where = ", which fixes it" if facts.sampling == "fixed" else " unless with effort=none"
+                raise BadValue(option, value, f"no {option} with {name}{where}")
 
 
 def read_settings(spec: str) -> tuple[str, Settings]:
@@ -52,8 +161,9 @@ def read_settings(spec: str) -> tuple[str, Settings]:
     Raises:
         UnknownName: If there is no such option.
         BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
+        BadFile: If one's own file of facts cannot be used.
     """
     name, options = read_options(spec)
     settings = with_options(Settings, f"llm:{name}", options)
-    facts_of(name)
+    settings.check(f"llm:{name}", facts_of(name))
     return name, settings

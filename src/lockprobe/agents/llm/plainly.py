@@ -1,0 +1,53 @@
+"""Requests go to OpenAI's client as they are.
+
+Before it sends a conversation, the client holds every part of every message against all types that the part could
+have, looking for names to translate and files to encode. What Inspect AI hands it is JSON already and holds neither,
+and the search costs more processor time than all the rest of a request, more with every step of a trial (figures in
+``benchmarks/README.md``). So it is told to send what it is given, by the method that its README has for requests that
+it does not know. All providers that Inspect AI reaches through this client gain; others are left alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+try:
+    from openai import AsyncOpenAI, NotGiven, Omit
+    from openai.resources.chat import AsyncCompletions
+    from openai.resources.responses import AsyncResponses
+    from openai.types.chat import ChatCompletion
+    from openai.types.responses import Response
+except ImportError:  # another provider's package will do
+    AsyncOpenAI = None  # type: ignore[assignment,misc]
+
+__all__ = ["send_plainly"]
+
+
+def send_plainly(client: object) -> None:
+    """Have a client of OpenAI's send requests as they are; leave any other as it is.
+
+    Args:
+        client: The client of a provider.
+    """
+    if AsyncOpenAI is None or not isinstance(client, AsyncOpenAI):
+        return
+    chat, responses = client.chat.completions, client.responses
+    chat.create = _posting(client, "/chat/completions", ChatCompletion, chat)  # type: ignore[method-assign]
+    responses.create = _posting(client, "/responses", Response, responses)  # type: ignore[method-assign]
+
+
+def _posting(client: AsyncOpenAI, path: str, answer: type, usual: AsyncCompletions | AsyncResponses) -> Any:
+    created = usual.create
+
+    async def create(**request: Any) -> Any:
+        if request.get("stream") or not _KNOWN.isdisjoint(request):
+            return await created(**request)
+        headers = request.pop("extra_headers", None)
+        body = {name: value for name, value in request.items() if not isinstance(value, NotGiven | Omit)}
+        return await client.post(path, cast_to=answer, body=body, options={"headers": headers or {}})
+
+    return create
+
+
+_KNOWN = {"extra_body", "extra_query", "timeout"}
+"""What the client's own method takes beside a request."""

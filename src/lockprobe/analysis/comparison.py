@@ -1,0 +1,159 @@
+"""Two agents side by side, trial by trial on the same boxes with the same false reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.exchange import BlockMean, Sheet, block_mean
+from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.interaction import Interaction, interaction
+from lockprobe.analysis.proportions import ALPHA, Paired, paired
+
+__all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected"]
+
+Among = Literal["subjects", "reference"]
+"""Whether two agents that the study is about are compared, or one of them with an agent to compare with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonAt:
+    """Two agents at one p.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        success: Of the trials that both finished, the share that the second solved less that of the first;
+            McNemar's test, which exchanges the agents too.
+        steps: Mean steps of the second less the first's, an unsolved trial counted with its whole budget.
+        p_adjusted: McNemar's p-value corrected for all pairs of agents and all p (Holm); None before that.
+    """
+
+    p: float
+    success: Paired
+    steps: BlockMean
+    p_adjusted: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Two agents, or two that were shown the box in one way, over all p. Differences are the second less the first.
+
+    Attributes:
+        first: Agent spec and modality.
+        second: Agent spec and modality.
+        among: What kind of pair it is; corrections are made for the pairs of one kind.
+        first_share: Share that the first solved of the trials that both finished, [0, 1].
+        second_share: Share that the second solved of them.
+        success: Difference of these shares.
+        success_adjusted: Its p-value corrected for the number of pairs (Holm).
+        steps: Difference in mean steps, an unsolved trial counted with its whole budget.
+        steps_adjusted: Its p-value corrected in the same way.
+        at: The same by p, ascending.
+        alone: Trials that only one of the two finished; they are in no number here.
+        interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
+    """
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+    among: Among
+    first_share: float
+    second_share: float
+    success: BlockMean
+    steps: BlockMean
+    at: tuple[ComparisonAt, ...]
+    alone: int
+    interaction: Interaction | None
+    success_adjusted: float | None = None
+    steps_adjusted: float | None = None
+
+    @property
+    def verdict(self) -> int:
+        """1 if the second solves the box more often, -1 if less often, 0 if that cannot be told."""
+        told = self.success_adjusted is not None and self.success_adjusted < ALPHA
+        return int(np.sign(self.success.value)) if told else 0
+
+
+def compare(
+    names: tuple[tuple[str, str], tuple[str, str]],
+    values: tuple[float, ...],
+    laid: tuple[Sheet, Sheet],
+    among: Among,
+    rng: np.random.Generator,
+) -> Comparison | None:
+    """Compare two agents over the trials that both finished; None if there are none.
+
+    Args:
+        names: Agent spec and modality of the first, which is compared with, and of the second.
+        values: The values of p, ascending.
+        laid: Their sheets.
+        among: What kind of pair it is.
+        rng: The stream of the flips.
+    """
+    first, second = laid
+    solved, steps = second.solved - first.solved, second.steps - first.steps
+    both: NDArray[np.bool_] = ~np.isnan(solved)
+    if not both.any():
+        return None
+    played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
+    return Comparison(
+        first=names[0],
+        second=names[1],
+        among=among,
+        first_share=float(first.solved[both].mean()),
+        second_share=float(second.solved[both].mean()),
+        success=block_mean(solved, unit=1.0),
+        steps=block_mean(steps),
+        at=tuple(
+            ComparisonAt(
+                p=p,
+                success=paired(first.solved[both[:, i], i] > 0, second.solved[both[:, i], i] > 0),
+                steps=block_mean(steps[:, [i]]),
+            )
+            for i, p in enumerate(values)
+            if both[:, i].any()
+        ),
+        alone=int(np.sum(played & ~both)),
+        interaction=interaction(values, first, second, rng) if among == "subjects" and len(values) > 1 else None,
+    )
+
+
+def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
+    """The same with p-values corrected for how many pairs of one kind, and how many p, were looked at (Holm)."""
+    success = _holm(found, lambda one: one.success.p_value)
+    steps = _holm(found, lambda one: one.steps.p_value)
+    moved = _holm(found, lambda one: one.interaction.p_value if one.interaction else None)
+    everywhere = [(one, at) for one in found for at in one.at]
+    adjusted = dict(
+        zip(
+            [(id(one), at.p) for one, at in everywhere],
+            _by_kind([one.among for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
+            strict=True,
+        )
+    )
+    return tuple(
+        replace(
+            one,
+            success_adjusted=success[i],
+            steps_adjusted=steps[i],
+            at=tuple(replace(at, p_adjusted=adjusted[id(one), at.p]) for at in one.at),
+            interaction=replace(one.interaction, p_adjusted=moved[i]) if one.interaction else None,
+        )
+        for i, one in enumerate(found)
+    )
+
+
+def _holm(found: Sequence[Comparison], of: Callable[[Comparison], float | None]) -> list[float | None]:
+    return _by_kind([one.among for one in found], [of(one) for one in found])
+
+
+def _by_kind(kinds: Sequence[Among], values: Sequence[float | None]) -> list[float | None]:
+    adjusted: list[float | None] = [None] * len(values)
+    for kind in dict.fromkeys(kinds):
+        places = [i for i, other in enumerate(kinds) if other == kind]
+        for i, value in zip(places, holm([values[i] for i in places]), strict=True):
+            adjusted[i] = value
+    return adjusted

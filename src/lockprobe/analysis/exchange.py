@@ -1,0 +1,151 @@
+"""Differences between two agents that met the same luck: a mean with its interval, and a test that exchanges agents.
+
+A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. If two
+agents solve the box equally often, the sign of a block's difference is as good as the throw of a coin, whatever the
+block's trials have in common. So agents are exchanged within whole blocks, never trial by trial.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.proportions import LEVEL
+
+__all__ = ["BlockMean", "Sheet", "block_mean", "sheets", "sign_flip"]
+
+Array = NDArray[np.float64]
+
+_EXACT = 50_000_000
+"""Additions up to which the distribution of a sum under exchange is worked out exactly; beyond, it is normal."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheet:
+    """One agent's trials, a row for each block of luck and a column for each p; not a number where none has ended.
+
+    Attributes:
+        solved: 1 where the box was solved, else 0, shape (blocks, p).
+        steps: Steps played, of the same shape; an unsolved trial has its whole budget.
+    """
+
+    solved: Array
+    steps: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockMean:
+    """A mean over pairs of trials, which belong together by blocks of luck.
+
+    Attributes:
+        value: The mean; not a number without pairs.
+        low: Lower end of the 95 % interval; None where blocks do not tell how far they vary.
+        high: Upper end.
+        p_value: Exchange of the two agents within blocks, two-sided; 1 if no block differs; None without pairs, and
+            where it would not keep its level.
+        pairs: Pairs of trials.
+        blocks: Blocks with at least one.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+    p_value: float | None
+    pairs: int
+    blocks: int
+
+
+def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
+    """Several agents' trials on equal rows and columns.
+
+    Args:
+        groups: The ended trials of one agent each.
+
+    Returns:
+        The values of p, ascending, and a sheet for each agent.
+    """
+    values = np.unique(np.concatenate([group.p for group in groups])) if groups else np.empty(0)
+    lucks = sorted({luck for group in groups for luck in _lucks(group)})
+    row = {luck: i for i, luck in enumerate(lucks)}
+    made = []
+    for group in groups:
+        place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.p)
+        solved, steps = np.full((2, len(lucks), len(values)), math.nan)
+        solved[place], steps[place] = group.solved, group.length
+        made.append(Sheet(solved=solved, steps=steps))
+    return tuple(values.tolist()), made
+
+
+def _lucks(group: Outcomes) -> list[tuple[int, int]]:
+    return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
+
+
+def block_mean(differences: Array, *, unit: float | None = None) -> BlockMean:
+    """The mean of all differences, with blocks taken together.
+
+    The interval is Student's over blocks, of a ratio of sums. That of shares is widened as if one pair more
+    of every column differed, so that it is no point where few of them do (Agresti and Min 2005 do the same for
+    independent pairs); where none differs at all, a block counts as a single trial.
+
+    Args:
+        differences: Shape (blocks, pairs of a block), not a number where a pair is missing.
+        unit: The largest difference that a single trial makes; None for what is no share and needs no help.
+    """
+    present = ~np.isnan(differences)
+    kept = present.any(axis=1)
+    sizes = present.sum(axis=1)[kept].astype(np.float64)
+    sums = np.where(present, differences, 0.0).sum(axis=1)[kept]
+    n, pairs = len(sizes), int(sizes.sum())
+    if not n:
+        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
+    low, high = _interval(sums, sizes, unit)
+    return BlockMean(
+        value=float(sums.sum()) / pairs, low=low, high=high, p_value=sign_flip(sums), pairs=pairs, blocks=n
+    )
+
+
+def _interval(sums: Array, sizes: Array, unit: float | None) -> tuple[float, float] | tuple[None, None]:
+    n, total = len(sizes), float(sizes.sum())
+    if n < 2:
+        return None, None
+    added, widest = 0.0, float(sizes.max())
+    if unit is not None:
+        added = unit**2 * (widest if sums.any() else widest**2)
+    value = float(sums.sum()) / total
+    spread = float(np.sum((sums - value * sizes) ** 2)) + added
+    if spread == 0:
+        return None, None
+    from scipy.stats import t
+
+    half = float(t.ppf((1 + LEVEL) / 2, n - 1)) * math.sqrt(n / (n - 1) * spread) / total
+    most = math.inf if unit is None else unit
+    return max(-most, value - half), min(most, value + half)
+
+
+def sign_flip(sums: Array) -> float:
+    """How often a sum at least as far from 0 comes of signs thrown at random, every one of them: exact.
+
+    Args:
+        sums: Whole numbers, one of each block, shape (blocks,).
+
+    >>> sign_flip(np.array([1.0, 2.0, 3.0, 1.0, 1.0]))
+    0.0625
+    """
+    sums = np.rint(sums)
+    sizes = np.abs(sums[sums != 0]).astype(np.int64)
+    if not len(sizes):
+        return 1.0
+    sizes //= np.gcd.reduce(sizes)
+    total, observed = int(sizes.sum()), abs(float(sums.sum())) / float(np.abs(sums).sum())
+    if total * len(sizes) > _EXACT:
+        return math.erfc(observed * total / math.sqrt(2 * float(np.sum(sizes**2))))
+    chance = np.zeros(total + 1)
+    chance[0] = 1.0
+    for size in sizes:  # of the sum of those with a plus
+        chance[size:], chance[:size] = (chance[size:] + chance[:-size]) / 2, chance[:size] / 2
+    away = np.abs(2 * np.arange(total + 1) - total)
+    return min(1.0, float(chance[away >= observed * total - 0.5].sum()))

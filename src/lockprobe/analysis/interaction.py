@@ -1,0 +1,99 @@
+"""Does noise help one agent more than another? How far the difference between them moves with p.
+
+The difference of two agents in a block of luck at one p, less the same at the lowest p, has a mean of 0 at every p
+if false reports change the success of both alike, in points, however often each solves the box. Signs of whole blocks
+are flipped at random: that keeps what trials of a block have in common. Exchanging the agents themselves would test
+whether they are equal in everything.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.analysis.exchange import Array, BlockMean, Sheet, block_mean
+
+__all__ = ["Interaction", "InteractionAt", "interaction"]
+
+FLIPS = 4000
+_TIE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InteractionAt:
+    """What the change from the lowest p to this one does to the second agent more than to the first.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        change: Change of the second's success less that of the first's, with its 95 % interval; uncorrected, and
+            without a p-value of its own.
+        p_adjusted: Flips of whole blocks, corrected for looking at every p (Westfall & Young's maximum).
+    """
+
+    p: float
+    change: BlockMean
+    p_adjusted: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interaction:
+    """Whether false reports change the success of two agents differently.
+
+    Attributes:
+        lowest: The p that the others are compared with.
+        at: The others, ascending.
+        mean: The mean of the changes over all higher p. It has no p-value: where agents seldom differ such a sum is too
+            skewed for flips of signs, which then reject in up to 15 % of studies (``benchmarks/comparison_rates.py``).
+        p_value: That none of the changes differs: the largest of all t, by flips.
+        p_adjusted: Corrected for the number of pairs of agents (Holm); None before that.
+    """
+
+    lowest: float
+    at: tuple[InteractionAt, ...]
+    mean: BlockMean
+    p_value: float
+    p_adjusted: float | None = None
+
+
+def interaction(
+    values: tuple[float, ...], first: Sheet, second: Sheet, rng: np.random.Generator, flips: int = FLIPS
+) -> Interaction | None:
+    """Compare how two agents change with p.
+
+    Args:
+        values: The values of p, ascending: the columns of both sheets.
+        first: The agent that is compared with.
+        second: The agent that is compared.
+        rng: The stream of the flips.
+        flips: How many are drawn.
+
+    Returns:
+        None where fewer than two blocks have both agents at the lowest p and a higher one.
+    """
+    apart = second.solved - first.solved
+    changes: Array = apart[:, 1:] - apart[:, :1]
+    changes = changes[~np.isnan(changes).all(axis=1)]
+    met = [i for i in range(changes.shape[1]) if not np.isnan(changes[:, i]).all()]
+    if len(changes) < 2 or not met:
+        return None
+    found = np.nan_to_num(changes[:, met])
+    scale = np.sqrt(np.sum(found**2, axis=0))
+    scale = np.where(scale > 0, scale, np.inf)
+    observed = np.abs(found.sum(axis=0)) / scale
+    signs = rng.integers(0, 2, size=(flips, len(found))) * 2.0 - 1.0
+    largest = (np.abs(signs @ found) / scale).max(axis=1)
+    reached = [(1 + int(np.sum(largest >= value - _TIE))) / (1 + flips) for value in observed]
+    return Interaction(
+        lowest=values[0],
+        at=tuple(
+            InteractionAt(p=values[i + 1], change=_mean(changes[:, [i]]), p_adjusted=p_value)
+            for i, p_value in zip(met, reached, strict=True)
+        ),
+        mean=_mean(changes[:, met]),
+        p_value=min(reached),
+    )
+
+
+def _mean(changes: Array) -> BlockMean:
+    return replace(block_mean(changes, unit=2.0), p_value=None)

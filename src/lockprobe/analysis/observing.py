@@ -1,0 +1,104 @@
+"""What an ideal observer knows, moment by moment, each worked out once however many trials come by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.beliefs.planning import expected_steps, information, least
+from lockprobe.beliefs.posterior import Belief, Report, entropy, opened, update
+
+__all__ = ["MANY", "Moment", "Worth", "moment"]
+
+Floats = NDArray[np.float64]
+
+MANY = 1 << 14
+"""Moments that are remembered; each takes a few kilobytes."""
+
+_NOTHING = 1e-9
+"""Bits below which an attempt tells nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Worth:
+    """What each attempt is worth to an observer, arrays of shape (n,).
+
+    Attributes:
+        bits: Expected bits that it gives.
+        optimal: Whether no other costs fewer expected steps.
+        regret: Expected steps that it costs more than the best.
+        uninformative: Whether it can neither tell anything nor open the box.
+        by_chance: ``expected``, ``optimal``, ``regret`` and ``uninformative`` of a random choice.
+    """
+
+    bits: Floats
+    optimal: NDArray[np.bool_]
+    regret: Floats
+    uninformative: NDArray[np.bool_]
+    by_chance: Mapping[str, float]
+
+
+class Moment:
+    """What an observer knows at one moment, and what follows from it.
+
+    Args:
+        belief: What it knows.
+    """
+
+    def __init__(self, belief: Belief) -> None:
+        self._belief = belief
+        self._after: dict[Report | None, tuple[Moment, int]] = {}
+
+    @cached_property
+    def entropy(self) -> float:
+        """How much is unknown of the interlock, in bits, from 0."""
+        return entropy(self._belief)
+
+    @cached_property
+    def worth(self) -> Worth:
+        """What each attempt is worth."""
+        belief = self._belief
+        bits, steps = information(belief), expected_steps(belief)
+        optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
+        uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
+        return Worth(
+            bits=bits,
+            optimal=optimal,
+            regret=regret,
+            uninformative=uninformative,
+            by_chance={
+                "expected": float(bits.mean()),
+                "optimal": float(optimal.mean()),
+                "regret": float(regret.mean()),
+                "uninformative": float(uninformative.mean()),
+            },
+        )
+
+    def after(self, report: Report | None) -> tuple[Moment, int]:
+        """What is known after a report, or after the box has opened, and how often the observer had to begin again."""
+        if report not in self._after:
+            belief = opened(self._belief) if report is None else update(self._belief, report)
+            again = belief.restarts - self._belief.restarts
+            # Where weights are scaled from others, beliefs that are equal differ in their last digits.
+            scaled = report is None or (again and report.joint == 0)
+            self._after[report] = (Moment if scaled else moment)(belief), again
+        return self._after[report]
+
+
+def moment(belief: Belief) -> Moment:
+    """The moment at which this is known; one and the same for beliefs from which the same follows.
+
+    Once there are :data:`MANY`, all are forgotten, since each holds those that follow from it.
+    """
+    if _moment.cache_info().currsize >= MANY:
+        _moment.cache_clear()
+    return _moment(belief)
+
+
+@cache
+def _moment(belief: Belief) -> Moment:
+    return Moment(belief)

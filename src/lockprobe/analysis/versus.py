@@ -1,0 +1,111 @@
+"""What the comparisons of agents say, in plain words: who solves more, what noise does to whom, who is faster."""
+
+from __future__ import annotations
+
+from lockprobe.analysis.comparison import Comparison
+from lockprobe.analysis.exchange import BlockMean
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.summary import StudySummary
+
+__all__ = ["comparison_said", "ranking_said"]
+
+Name = tuple[str, str]
+
+
+def ranking_said(summary: StudySummary) -> str:
+    """The agents that the study is about by success over all p; empty for fewer than two."""
+    placed = [row for row in summary.standings if row.ranks]
+    if len(placed) < 2:
+        return ""
+    names = _names(summary)
+    said = [
+        f"{names[row.agent, row.modality]} {_percent(row.success.value)} ({_rank(*row.ranks)})"
+        for row in placed
+        if row.ranks
+    ]
+    told = sum(one.verdict != 0 for one in summary.comparisons if one.among == "subjects")
+    pairs = sum(one.among == "subjects" for one in summary.comparisons)
+    apart = "they can be told apart" if pairs == 1 == told else "they cannot be told apart" if pairs == 1 else ""
+    return (
+        f"Solved over all p: {', '.join(said)}; "
+        f"{apart or f'{told} of {pairs} pairs can be told apart'} on the same boxes with the same false reports."
+    )
+
+
+def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
+    """One pair: who solves the box more often; whether noise helps one more; who needs fewer steps."""
+    names, pairs = _names(summary), sum(other.among == one.among for other in summary.comparisons)
+    second, first = names[one.second], names[one.first]
+    shares = (
+        f"{_percent(one.second_share)} against {_percent(one.first_share)} of the {one.success.pairs} trials that both "
+        f"finished ({_points(one.success)}; agents exchanged within luck, {_p(one.success_adjusted, pairs)})"
+    )
+    if one.verdict:
+        said = [f"{second} solves the box {'more' if one.verdict > 0 else 'less'} often than {first}: {shares}."]
+    else:
+        said = [f"{second} and {first} cannot be told apart by how often they solve the box: {shares}."]
+    if one.interaction:
+        said.append(_changes(one, second, first, pairs))
+    return [*said, _steps(one, second, first, pairs)]
+
+
+def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
+    moved = one.interaction
+    if moved is None:
+        return ""
+    farthest = max(moved.at, key=lambda at: abs(at.change.value))
+    test = f"signs of whole blocks of luck flipped, {_p(moved.p_adjusted, pairs, 'every p')}"
+    where = f"from p = {moved.lowest:g} to {farthest.p:g}"
+    if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
+        more = "rises more, or falls less," if farthest.change.value > 0 else "rises less, or falls more,"
+        return (
+            f"False reports do not do the same to both: {where} the success of {second} {more} than that of {first} "
+            f"({_points(farthest.change)}, the farthest; {test})."
+        )
+    return (
+        f"That false reports help one of them more than the other is not detectable: {where} their changes lie "
+        f"farthest apart ({_points(farthest.change)}; {test})."
+    )
+
+
+def _steps(one: Comparison, second: str, first: str, pairs: int) -> str:
+    found = one.steps
+    interval = (
+        "" if found.low is None or found.high is None else f", 95 % interval {found.low:+.1f} to {found.high:+.1f}"
+    )
+    test = f"{found.value:+.1f} steps{interval}; {_p(one.steps_adjusted, pairs)}".replace("-", "\N{MINUS SIGN}")
+    if one.steps_adjusted is not None and one.steps_adjusted < ALPHA:
+        return (
+            f"{second} needs {'fewer' if found.value < 0 else 'more'} steps than {first}, an unsolved trial counted "
+            f"with its whole budget ({test})."
+        )
+    return f"That one needs fewer steps than the other is not detectable ({test})."
+
+
+def _names(summary: StudySummary) -> dict[Name, str]:
+    return {(agent.agent, agent.modality): agent.name for agent in summary.agents}
+
+
+def _rank(low: int, high: int) -> str:
+    return f"rank {low}" if low == high else f"rank {low} to {high}"
+
+
+def _points(found: BlockMean) -> str:
+    interval = (
+        ""
+        if found.low is None or found.high is None
+        else (f", 95 % interval {100 * found.low:+.0f} to {100 * found.high:+.0f}")
+    )
+    return f"{100 * found.value:+.0f} points{interval}".replace("-", "\N{MINUS SIGN}")
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.0f} %"
+
+
+def _p(value: float | None, pairs: int, beside: str = "") -> str:
+    if value is None:
+        return "not tested"
+    looked = [beside] * bool(beside) + [f"{pairs} pairs"] * (pairs > 1)
+    said = "p < 0.001" if value < 0.001 else f"p = {value:.2g}"
+    return said + (f", corrected for {' and '.join(looked)}" if looked else "")

@@ -1,0 +1,53 @@
+"""``lockprobe import``: trials that were played elsewhere."""
+
+from __future__ import annotations
+
+import json as json_
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.studies.gathering import Source, gather, source_of_directory
+
+__all__ = ["take"]
+
+_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, or the directory of another study."
+
+
+def take(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study; made if need be.")],
+    sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
+    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+) -> None:
+    """Take in the trials of Inspect logs and of other study directories that DIR does not have.
+
+    They have to be of the same study: every setting is the same but for the agents.
+    """
+    found = [source for path in sources for source in _sources(path, directory)]
+    gathered = gather(directory, found)
+    if json:
+        print(json_.dumps(asdict(gathered)))
+        return
+    agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
+    missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
+    print(
+        f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
+        f"{agents}{missing} Report: lockprobe report {directory}"
+    )
+
+
+def _sources(path: Path, directory: Path) -> list[Source]:
+    if path.resolve() == directory.resolve():
+        raise BadValue("SOURCE", str(path), "another directory than DIR")
+    if not path.exists():
+        raise BadFile(path, "no such file or directory")
+    if (path / "study.json").is_file():
+        return [source_of_directory(path)]
+    from lockprobe.evals.reading import log_files, read_log
+
+    if not (files := log_files(path)):
+        raise BadFile(path, "neither the directory of a study nor one of Inspect logs: no study.json, no .eval file")
+    return [read_log(file) for file in files]

@@ -1,0 +1,176 @@
+"""``lockprobe status``: how a study stands and what it has cost, while it runs or afterwards."""
+
+from __future__ import annotations
+
+import json as json_
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.call import BROKEN_OFF, Call
+from lockprobe.cli.amounts import money, share, spent_facts
+from lockprobe.cli.tally import count, in_boundaries
+from lockprobe.record import Trial
+from lockprobe.studies.calls import read_calls, unanswered
+from lockprobe.studies.journal import load, read_timings
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.spending import Ledger, agent_of
+from lockprobe.studies.study import Study
+
+__all__ = ["status"]
+
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+
+
+def status(directory: Directory, json: AsJson = False) -> None:
+    """What is done, owed and failed (by boundary), what it took, and what it has cost."""
+    study = read_study(directory)
+    everything = load(directory)
+    trials = [trial for trial in everything if study.asks_for(trial)]
+    over = {trial.key for trial in trials if not trial.owed_again}
+    ledger, begun = Ledger(study), Counter[str]()
+    waiting = unanswered(directory)
+    for call in (*(replace(call, error=BROKEN_OFF) for call in waiting), *_decided(study, directory, everything)):
+        ledger.add(call)
+    for call in read_calls(directory):
+        ledger.add(call)
+        begun.update([call.key] if call.reply is not None and call.key not in over else [])
+    facts = _played(study, trials, everything) | _took(directory, trials)
+    facts["in_progress"] = len({*begun, *(call.key for call in waiting)} - over)
+    facts |= {"in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
+    if not json:
+        _show(directory, facts, ledger)
+        return
+    agents = {agent: spent_facts(spent) for agent, spent in ledger.by_agent.items()}
+    dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
+    spent = spent_facts(ledger.total) | {"price_date": min(dates, default=None), "agents": agents}
+    print(json_.dumps(facts | spent))
+
+
+def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial]) -> dict[str, object]:
+    again = sum(trial.owed_again for trial in trials)
+    first = {trial.error.boundary: trial.error.message for trial in reversed(trials) if trial.error}
+    return {
+        "study": study.name,
+        "trials": study.size,
+        "done": len(trials) - again,
+        "owed": study.size - len(trials) + again,
+        "not_asked_for": len(everything) - len(trials),
+        "solved": sum(trial.solved for trial in trials),
+        "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
+        "first_errors": first,
+    }
+
+
+def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
+    timings = read_timings(directory)
+    seconds, steps = sum(t.seconds for t in timings), sum(t.steps for t in timings)
+    return {
+        "steps": steps,
+        "pictures": len({name for trial in trials for name in trial.picture_names}),
+        "seconds_playing": round(seconds, 1),
+        "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
+    }
+
+
+def _decided(study: Study, directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
+    """Of agents that have no calls on disk, as before there was such a file, what their decisions say."""
+    known = {agent_of(study, call.key) for call in read_calls(directory)}
+    for trial in trials:
+        if agent_of(study, trial.key) in known:
+            continue
+        asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]
+        if trial.error is not None:
+            asked.append((trial.error.step, trial.error.usage, ""))
+        for step, usage, served in asked:
+            if usage is not None:
+                yield Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
+
+
+def _show(directory: Path, facts: Mapping[str, object], ledger: Ledger) -> None:
+    lines = [*_lines(directory, facts)]
+    if ledger.by_agent:
+        _print_named(lines)
+        print()
+        _print_columns(_table(ledger))
+        print()
+        lines = [*_about_calls(ledger)]
+    _print_named(lines)
+
+
+def _print_named(lines: Iterable[tuple[str, str]]) -> None:
+    for name, said in lines:
+        print(f"{name:<12}{said}")
+
+
+def _print_columns(rows: Sequence[Sequence[str]]) -> None:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for first, *others in rows:
+        cells = (f"{cell:>{width}}" for cell, width in zip(others, widths[1:], strict=True))
+        print("  ".join((f"{first:<{widths[0]}}", *cells)))
+
+
+def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    yield "study", f"{facts['study']} in {directory}"
+    extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
+    yield "trials", f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved{extra}"
+    if facts["in_progress"]:
+        kept = f"{facts['in_progress_calls']} replies kept for them"
+        yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} begun and not finished, {kept}"
+    if facts["unanswered_calls"]:
+        number = int(str(facts["unanswered_calls"]))
+        which = "its way, or was when its run was" if number == 1 else "their way, or were when their run was"
+        yield "", f"{count(number, 'call')} on {which} killed"
+    pace = f", {facts['steps_per_minute']} a minute" if facts["steps_per_minute"] else ""
+    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing{pace}"
+    if facts["pictures"]:
+        yield "pictures", f"{facts['pictures']}"
+    errors, first = facts["errors"], facts["first_errors"]
+    assert isinstance(errors, dict)
+    assert isinstance(first, dict)
+    yield "errors", in_boundaries(errors) or "none"
+    for boundary, message in sorted(first.items()):
+        yield "", f"first of {boundary}: {' '.join(message.split())[:200]}"
+
+
+def _table(ledger: Ledger) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = [
+        ("calls of", "replies", "failed", "broken off", "retries", "tokens in", "cached", "out", "reasoning", "cost")
+    ]
+    parts = [*ledger.by_agent.items()]
+    for agent, spent in (*parts, ("all", ledger.total)) if len(parts) > 1 else parts:
+        numbers = (
+            spent.usage.calls,
+            spent.failed,
+            spent.broken_off,
+            spent.retries,
+            spent.usage.input_tokens,
+            spent.usage.cached_tokens,
+            spent.usage.output_tokens,
+            spent.usage.reasoning_tokens,
+        )
+        cost = "not known" if spent.dollars is None else money(spent.dollars)
+        rows.append((agent, *(f"{number:,}" for number in numbers), cost))
+    return rows
+
+
+def _about_calls(ledger: Ledger) -> Iterator[tuple[str, str]]:
+    spent = ledger.total
+    read = spent.usage.input_tokens
+    if read:
+        repeated, cached = share(spent.repeated_tokens, read) or 0, share(spent.usage.cached_tokens, read) or 0
+        yield "prefixes", f"{repeated:.0%} of the tokens in had been sent before, {cached:.0%} came from a cache"
+    if spent.broken_off or spent.uncounted:
+        most = "" if spent.dollars_unknown is None else f", at most {money(spent.dollars_unknown)} more"
+        lost = f"{count(spent.broken_off, 'call')} broken off" if spent.broken_off else ""
+        bare = f"{count(spent.uncounted, 'reply', 'replies')} without a count" if spent.uncounted else ""
+        yield "uncounted", f"{' and '.join(filter(None, (lost, bare)))}: what that cost is not known{most}"
+    if dates := {part.price.date for part in ledger.by_agent.values() if part.price is not None}:
+        yield "prices", f"of {', '.join(sorted(dates))}, US dollars"
+    if spent.served:
+        yield "served by", ", ".join(f"{name} ({number})" for name, number in spent.served)

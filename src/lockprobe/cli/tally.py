@@ -1,0 +1,116 @@
+"""What a run counts while it goes on."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Mapping
+
+from lockprobe.agents.catalogue import AgentSource
+from lockprobe.cli.amounts import spent_in_words
+from lockprobe.record import Trial
+from lockprobe.studies.calls import Calls
+from lockprobe.studies.spending import Ledger
+
+__all__ = ["Tally", "count", "in_boundaries"]
+
+_LONG = 5.0
+"""Seconds after which a call that has not come back is spoken of."""
+
+
+class Tally:
+    """The state of a run: what was played, solved and broken, how fast, and what it cost.
+
+    Attributes:
+        ledger: What the study has cost; None where nobody is asked.
+        calls: Its calls, as above.
+    """
+
+    def __init__(self) -> None:
+        self.owed = self.played = self.steps = 0
+        self.errors: Counter[str] = Counter()
+        self.solved: Counter[str] = Counter()
+        self.ended: Counter[str] = Counter()
+        self.ledger: Ledger | None = None
+        self.calls: Calls | None = None
+        self.agent = ""
+        self.slow = False
+        self._began = time.monotonic()
+        self.agent_owed = 0
+
+    def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
+        """Another agent begins; its trials of an earlier run count as solved or not, but not as played.
+
+        Args:
+            source: The agent.
+            owed: Trials that it is to play.
+            done: Trials that it has played before.
+            slow: Whether a step takes so long that one wants to see it.
+        """
+        self.agent, self.slow, self.agent_owed = source.spec, slow, owed
+        self.played = self.steps = 0
+        self.errors.clear()
+        self.solved.clear()
+        self.ended.clear()
+        self._began = time.monotonic()
+        for trial in done:
+            self._count(trial)
+
+    def _count(self, trial: Trial) -> None:
+        # keys with a modality in them are of studies with several
+        several = trial.condition != f"{trial.study}/{trial.agent}/p={trial.p:g}"
+        condition = trial.modality if several and not trial.p else f"p={trial.p:g}"
+        self.ended[condition] += trial.ending != "error"
+        self.solved[condition] += trial.solved
+
+    def trial(self, trial: Trial) -> None:
+        """A trial is on disk."""
+        self.played += 1
+        self.errors.update([] if trial.error is None else [trial.error.boundary])
+        self._count(trial)
+
+    @property
+    def speed(self) -> float:
+        """Steps per second of this agent in this run."""
+        return self.steps / max(time.monotonic() - self._began, 1e-9)
+
+    @property
+    def left(self) -> str:
+        """Time left for this agent, in words."""
+        if not self.played:
+            return "…"
+        seconds = (time.monotonic() - self._began) / self.played * (self.agent_owed - self.played)
+        return f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
+
+    @property
+    def waiting(self) -> str:
+        """How long a provider has been making us wait, in words; empty where it answers soon."""
+        if self.calls is None or (longest := self.calls.longest_wait) < _LONG:
+            return ""
+        return f"{count(self.calls.on_their_way, 'call')} on the way, the oldest for {longest:.0f} s"
+
+    def line(self, *, solved: bool = True) -> str:
+        """The state in one line, with or without what is solved under which condition."""
+        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in sorted(self.ended))
+        parts = [
+            f"{self.agent}  {self.played}/{self.agent_owed} trials",
+            f"solved {shares or None}" if solved else "",
+            f"{self.speed:.1f} steps/s",
+            f"{self.left} left",
+            spent_in_words(self.ledger.total) if self.ledger is not None else "",
+            self.waiting,
+            in_boundaries(self.errors),
+        ]
+        return " · ".join(part for part in parts if part)
+
+
+def in_boundaries(errors: Mapping[str, int]) -> str:
+    """Errors by boundary: ``3 errors: model 2, reply 1``; empty where there are none."""
+    if not (number := sum(errors.values())):
+        return ""
+    return f"{count(number, 'error')}: {', '.join(f'{name} {errors[name]}' for name in sorted(errors))}"
+
+
+def count(number: int, one: str, several: str | None = None) -> str:
+    """A number of things: ``1 trial``, ``2 trials``, ``3 replies``."""
+    return f"{number} {one if number == 1 else several or f'{one}s'}"

@@ -1,0 +1,57 @@
+"""The pictures of a trial in its sample: those that messages show, and those that are kept beside them for the record.
+
+Depth as it was measured is shown to nobody, and a picture that was made smaller for a model is not the one on record.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from lockprobe.errors import Missing
+from lockprobe.pictures.picture import Picture
+from lockprobe.record import Trial
+
+try:
+    from inspect_ai.model import ChatMessage, ContentImage
+except ImportError as error:
+    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["PICTURES", "beside", "pictures_of"]
+
+PICTURES = "pictures"
+"""Where in the store of a sample those pictures stand that no message shows: name -> data URI."""
+
+_URI = "data:image/png;base64,"
+
+
+def beside(trial: Trial, messages: Iterable[ChatMessage], directory: Path) -> dict[str, dict[str, str]]:
+    """What the store of a sample has to hold, so that no picture that the record names is lost.
+
+    Args:
+        trial: The trial.
+        messages: What its sample shows.
+        directory: Where its pictures lie; one that is not there is left out.
+    """
+    unseen = trial.picture_names - {name for name, _ in pictures_of(messages, {})}
+    files = [file for name in sorted(unseen) if (file := directory / name).is_file()]
+    uris = {file.name: _URI + base64.b64encode(file.read_bytes()).decode("ascii") for file in files}
+    return {PICTURES: uris} if uris else {}
+
+
+def pictures_of(messages: Iterable[ChatMessage], store: Mapping[str, object]) -> Iterator[tuple[str, bytes]]:
+    """Every picture in the messages and in the store of a sample, with the name that says what is in it."""
+    kept = store.get(PICTURES)
+    uris = [uri for uri in kept.values() if isinstance(uri, str)] if isinstance(kept, dict) else []
+    for message in messages:
+        parts = [] if isinstance(message.content, str) else message.content
+        uris += [part.image for part in parts if isinstance(part, ContentImage)]
+    for uri in uris:
+        if uri.startswith(_URI):
+            try:
+                png = base64.b64decode(uri.removeprefix(_URI), validate=True)
+            except binascii.Error:
+                continue
+            yield Picture(kind="rgb", png=png).name, png

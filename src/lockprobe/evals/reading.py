@@ -1,0 +1,151 @@
+"""Trials out of Inspect logs: those that an eval of our tasks wrote, and those that were exported.
+
+A log is data from anyone: it is parsed with limits, every record is checked as a line of a journal is, and no code
+runs from it.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.evals.album import pictures_of
+from lockprobe.evals.playing import agent_spec
+from lockprobe.evals.samples import OPTIONS, SETTINGS
+from lockprobe.evals.scoring import TRIAL
+from lockprobe.jsonline import trial_from_json
+from lockprobe.record import Trial
+from lockprobe.studies.gathering import Source
+from lockprobe.studies.settings import study_from
+from lockprobe.studies.study import Study
+
+try:
+    from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
+except ImportError as error:
+    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["LARGEST", "log_files", "read_log", "trials_in"]
+
+LARGEST = 4 * 2**30
+"""Bytes of a log, unpacked, above which it is not read."""
+
+
+def log_files(path: Path | str) -> list[Path]:
+    """The logs in a directory, also in those below it, in the order of their names; or the one log that a path is."""
+    path = Path(path)
+    return sorted(file for file in path.rglob("*.eval") if not file.name.startswith(".")) if path.is_dir() else [path]
+
+
+def trials_in(path: Path | str) -> list[Trial]:
+    """The finished trials of a log, or of all logs in a directory, each key once: the last one counts.
+
+    Raises:
+        BadFile: If a log cannot be read, holds no trials of ours, or a record that is damaged or impossible.
+    """
+    found: dict[str, Trial] = {}
+    for file in log_files(path):
+        found |= {trial.key: trial for trial in read_log(file).trials}
+    return list(found.values())
+
+
+def read_log(path: Path | str) -> Source:
+    """What a log holds. Its epochs are further repetitions of its study.
+
+    Raises:
+        BadFile: As :func:`trials_in`.
+    """
+    path = Path(path)
+    _check_size(path)
+    trials: dict[str, Trial] = {}
+    seconds: dict[str, float] = {}
+    pictures: dict[str, bytes] = {}
+    broken: list[EvalSample] = []
+    try:
+        if path.suffix == ".json":
+            json.loads(path.read_bytes())  # Inspect tries what is no JSON in ways that never end
+        header = read_eval_log(str(path), header_only=True)
+        for sample in _samples(path):
+            if (line := _line(sample)) is None:
+                broken.append(sample)
+                continue
+            trial = trial_from_json(line)
+            trials[trial.key] = trial
+            if sample.total_time is not None:
+                seconds[trial.key] = sample.total_time
+            if wanted := trial.picture_names - pictures.keys():
+                pictures |= {name: png for name, png in pictures_of(sample.messages, sample.store) if name in wanted}
+    except BadValue as fault:
+        raise BadFile(path, str(fault)) from None
+    except (OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, zipfile.BadZipFile) as fault:
+        said = fault.errors()[0]["msg"] if isinstance(fault, ValidationError) else str(fault)
+        raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
+    study = _study(header, trials.values(), path)
+    return Source(
+        path=path,
+        study=study,
+        trials=tuple(trials.values()),
+        unfinished=frozenset(_key(sample, study, header) for sample in broken),
+        seconds=seconds,
+        picture=pictures.get,
+    )
+
+
+def _check_size(path: Path) -> None:
+    """A log is a few megabytes; a small file that unpacks to very much is none."""
+    try:
+        size = path.stat().st_size
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as packed:
+                size = sum(member.file_size for member in packed.infolist())
+    except (OSError, zipfile.BadZipFile) as fault:
+        why = fault.strerror if isinstance(fault, OSError) and fault.strerror else str(fault)
+        raise BadFile(path, f"cannot be read ({why})") from None
+    if size > LARGEST:
+        raise BadFile(path, f"{size} bytes unpacked; at most {LARGEST} are read")
+
+
+def _samples(path: Path) -> Iterator[EvalSample]:
+    """One after another, without what is not looked at; a log whose eval was broken off has those that it wrote."""
+    return read_eval_log_samples(
+        str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
+    )
+
+
+def _line(sample: EvalSample) -> str | None:
+    """The record of a trial, out of whichever score has one; an eval may have scorers of others too."""
+    for score in (sample.scores or {}).values():
+        line = (score.metadata or {}).get(TRIAL)
+        if isinstance(line, str):
+            return line
+    return None
+
+
+def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
+    settings = (log.eval.metadata or {}).get(SETTINGS)
+    if not isinstance(settings, dict):
+        raise BadFile(path, "an Inspect log, but not of trials of Lockprobe")
+    if not settings.get("agents"):  # a task does not know its model
+        agents = list(dict.fromkeys(trial.agent for trial in trials))
+        settings = {**settings, "agents": agents or [_agent(log)]}
+    study = study_from(settings, path)
+    return replace(study, repetitions=study.repetitions * (log.eval.config.epochs or 1))
+
+
+def _agent(log: EvalLog) -> str:
+    given = {name: log.eval.task_args.get(name) for name in OPTIONS}
+    return agent_spec(log.eval.model, given, log.eval.model_generate_config)
+
+
+def _key(sample: EvalSample, study: Study, log: EvalLog) -> str:
+    """The trial that a sample was to be."""
+    place, repetition = str(sample.id), sample.metadata.get("repetition")
+    if isinstance(repetition, int) and sample.epoch > 1:
+        each = study.repetitions // (log.eval.config.epochs or 1)
+        place = place.replace(f"/rep={repetition}/", f"/rep={repetition + (sample.epoch - 1) * each}/")
+    return f"{study.name}/{study.agents[0]}/{place}"

@@ -1,0 +1,65 @@
+"""What a log of trials looks like, whether an eval writes it or an export: samples, their names, how they are shown."""
+
+from __future__ import annotations
+
+from lockprobe.errors import Missing
+from lockprobe.evals.scoring import SCORER, VALUES
+from lockprobe.plan import Plan
+from lockprobe.record import Trial
+
+try:
+    from inspect_ai.viewer import SampleScoreView, TaskSamplesColumn, TaskSamplesView, ViewerConfig
+except ImportError as error:
+    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["OPTIONS", "SETTINGS", "VERSION", "VIEW", "metadata_of", "sample_id"]
+
+SETTINGS = "lockprobe"
+"""Where in the metadata of a log the settings of its study stand."""
+
+OPTIONS = ("schema", "images", "detail", "repairs")
+"""Parameters of a task that say how its model is asked, as far as Inspect has no options of its own for it."""
+
+VERSION = "1-A"
+"""Of the tasks: what makes results incomparable raises the number, what changes their parameters the letter."""
+
+VIEW = ViewerConfig(
+    sample_score_view=SampleScoreView(default="chips"),
+    task_samples_view=TaskSamplesView(
+        name="trials",
+        columns=[
+            TaskSamplesColumn(id="sampleStatus"),
+            TaskSamplesColumn(id="sampleId"),
+            TaskSamplesColumn(id="epoch", visible=False),
+            TaskSamplesColumn(id="input", visible=False),
+            TaskSamplesColumn(id="target", visible=False),
+            TaskSamplesColumn(id="answer"),
+            *(TaskSamplesColumn.score(SCORER, value) for value in VALUES),
+            TaskSamplesColumn(id="error"),
+        ],
+        multiline=False,
+    ),
+)
+"""How ``inspect view`` lists the trials: how each ended, and its scores; the instruction is the same in all."""
+
+
+def sample_id(trial: Trial | Plan) -> str:
+    """The name of a trial in a log: its place in the study, for example ``p=0.4/rep=2/trial=7``."""
+    return trial.key.removeprefix(f"{trial.study}/{trial.agent}/")
+
+
+def metadata_of(trial: Trial | Plan) -> dict[str, object]:
+    """What sets a trial apart from the others of its log, and what they share that changes what is seen."""
+    return {
+        "condition": sample_id(trial).rpartition("/rep=")[0],
+        "p": trial.p,
+        "repetition": trial.repetition,
+        "trial": trial.trial,
+        "modality": trial.modality,
+        "flip": trial.flip,
+        "box": trial.box if isinstance(trial, Trial) else trial.box.name,
+        "max_steps": trial.budget,
+        "seed": trial.seed,
+        "assessment": trial.assessment,
+        "study": trial.study,
+    }

@@ -1,0 +1,174 @@
+"""What an Inspect log says of a trial: its score, its metrics, and the trial in words.
+
+The score has four values. ``success``: 1 or 0. ``steps``: how many it took, unscored where the box was not opened.
+``loop``: 1 if there is an action loop (Sec. 3.3), by the exact cover in linear time. ``misinterpretation``: share of
+its claims that contradict what it was told (Sec. 3.1), unscored where it made none. A trial that broke is unscored as
+a whole, so an error is never counted as a failure to solve. The whole record stands in the score's metadata, where
+neither a crash nor ``eval-retry`` loses it.
+"""
+
+from __future__ import annotations
+
+from lockprobe.analysis.loops import any_loop
+from lockprobe.analysis.misinterpretation import trial_claims
+from lockprobe.errors import Missing
+from lockprobe.jsonline import trial_from_json, trial_to_json
+from lockprobe.record import Step, Trial
+from lockprobe.studies.study import Study
+
+try:
+    from inspect_ai.scorer import Metric, Score, Scorer, Target, grouped, mean, scorer, stderr
+    from inspect_ai.solver import TaskState
+except ImportError as error:
+    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = [
+    "SCORER",
+    "TRIAL",
+    "VALUES",
+    "explained",
+    "marked",
+    "metrics_header",
+    "metrics_of",
+    "played",
+    "scored",
+    "told_of",
+]
+
+SCORER = "played"
+"""Name of the scorer."""
+
+TRIAL = "trial"
+"""Where the record of a trial stands, in the metadata of its score and in the store of its sample."""
+
+VALUES = ("success", "steps", "loop", "misinterpretation")
+"""The values of a score."""
+
+_APART = ("success", "loop")
+"""Those that are summed up by condition too."""
+
+_SAID = {"moved": "moved", "blocked": "did not move", None: ""}
+
+
+def scored(trial: Trial) -> Score:
+    """The score of a trial."""
+    metadata = {
+        "ending": trial.ending,
+        "steps_played": len(trial.steps),
+        TRIAL: trial_to_json(trial).decode(),
+    }
+    answer, explanation = _answer(trial), explained(trial)
+    if trial.error is not None:
+        reason = "invalid_response_format" if trial.error.boundary == "reply" else trial.error.boundary
+        return Score.unscored(reason=reason, answer=answer, explanation=explanation, metadata=metadata)
+    rate = trial_claims(trial).rate
+    value: dict[str, str | int | float | bool | None] = {
+        "success": int(trial.solved),
+        "steps": len(trial.steps) if trial.solved else float("nan"),
+        "loop": int(any_loop(trial.actions)),
+        "misinterpretation": float("nan") if rate is None else rate,
+    }
+    return Score(value=value, answer=answer, explanation=explanation, metadata=metadata)
+
+
+def _answer(trial: Trial) -> str:
+    if trial.error is not None:
+        return f"broke in step {trial.error.step} ({trial.error.boundary}): {trial.error.message}"
+    return f"{'opened' if trial.solved else 'not opened'} in {len(trial.steps)} steps"
+
+
+def explained(trial: Trial) -> str:
+    """A trial in Markdown: one row a step, what was true beside what was told and what the agent said of it."""
+    names = dict(zip(trial.joints, trial.labels, strict=True))
+    said = [step.decision.claimed for step in trial.steps[1:]] + [None] * bool(trial.steps)
+    heading = f"{_answer(trial).capitalize()}. The target is **{names[trial.target]}** ({trial.target})."
+    head = ["#", "attempted", "true", "told", "said afterwards", "state before", "hypothesis"]
+    rows = [
+        [
+            str(step.step),
+            f"{step.decision.joint} ({step.joint})",
+            _SAID["moved" if step.moved else "blocked"],
+            _told(step),
+            _said(step, claimed),
+            step.state,
+            _in_a_cell(step.decision.hypothesis),
+        ]
+        for step, claimed in zip(trial.steps, said, strict=True)
+    ]
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join([heading, "", *(f"| {' | '.join(cells)} |" for cells in lines)])
+
+
+def told_of(step: Step) -> str:
+    """One step in Markdown, for the transcript: what was true beside what was told."""
+    true = _SAID["moved" if step.moved else "blocked"]
+    return f"Step {step.step}: {step.decision.joint} ({step.joint}). True: {true}. Told: {_told(step)}."
+
+
+def marked(step: Step) -> dict[str, object]:
+    """The same as metadata of the message that chose the joint; a model never gets to see metadata."""
+    return {
+        "step": step.step,
+        "attempted": f"{step.decision.joint} ({step.joint})",
+        "true": _SAID["moved" if step.moved else "blocked"],
+        "told": _told(step).replace("**", ""),
+    }
+
+
+def _told(step: Step) -> str:
+    told = _SAID["moved" if step.told_moved else "blocked"]
+    return told if step.told_moved == step.moved else f"**{told}** (false report)"
+
+
+def _said(step: Step, claimed: str | None) -> str:
+    if claimed is None:
+        return ""
+    agrees = claimed == ("moved" if step.told_moved else "blocked")
+    return _SAID[claimed] if agrees else f"**{_SAID[claimed]}** (misread)"
+
+
+def _in_a_cell(text: str) -> str:
+    """Words of a model on one line, so that neither a row nor a cell ends in them."""
+    return " ".join(text.split()).replace("\\", "\\\\").replace("|", "\\|")
+
+
+def metrics_of(study: Study) -> dict[str, list[Metric]]:
+    """What a log sums up, by value of the score: means, standard errors, and means of every condition.
+
+    Standard errors are clustered by repetition, as Inspect AI has them. Where a study has but one repetition they are
+    clustered by trial, since the same trial of all conditions shares its luck. With a single cluster Inspect says 0.
+
+    Args:
+        study: The study; each of its samples has in its metadata the ``repetition``, ``trial`` and ``condition``.
+    """
+    summed: list[Metric] = [mean(), stderr(cluster=_cluster(study))]
+    apart: list[Metric] = [grouped(mean(), "condition", all=False)]
+    return {value: summed + (apart if value in _APART else []) for value in VALUES}
+
+
+def metrics_header(study: Study) -> dict[str, list[dict[str, object]]]:
+    """The same metrics by name, as the header of a log has them."""
+    summed: list[dict[str, object]] = [
+        {"name": "inspect_ai/mean", "options": {}},
+        {"name": "inspect_ai/stderr", "options": {"cluster": _cluster(study)}},
+    ]
+    options = {"metric": {"type": "metric", "name": "mean", "params": {}}, "group_key": "condition", "all": False}
+    apart: dict[str, object] = {"name": "inspect_ai/grouped", "options": options}
+    return {value: summed + ([apart] if value in _APART else []) for value in VALUES}
+
+
+def _cluster(study: Study) -> str:
+    return "repetition" if study.repetitions > 1 else "trial"
+
+
+@scorer(metrics={value: [mean()] for value in VALUES})
+def played() -> Scorer:
+    """Scores the trial that was played; a sample that was cut off before its end is unscored."""
+
+    async def score(state: TaskState, target: Target) -> Score:
+        line = state.store.get(TRIAL)
+        if line is None:
+            return Score.unscored(reason="scoring_failed", explanation="the trial did not come to its end")
+        return scored(trial_from_json(str(line)))
+
+    return score

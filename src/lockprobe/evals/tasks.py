@@ -1,0 +1,154 @@
+"""The studies as Inspect tasks: ``inspect eval lockprobe/flips --model openai/gpt-4o -T p=0,0.4 -T trials=5``.
+
+One sample is one trial, named by its place in the study: ``p=0.4/rep=2/trial=7``. Epochs are further repetitions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from pydantic import ValidationError
+
+from lockprobe.agents.prompt import instructions
+from lockprobe.errors import BadValue, Missing, UserMistake
+from lockprobe.evals.playing import agent_spec, play_trial
+from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
+from lockprobe.evals.scoring import metrics_of, played
+from lockprobe.plan import Names, Plan
+from lockprobe.studies.modality import camera
+from lockprobe.studies.study import Study
+from lockprobe.studies.studyfile import Request, parse_p, study
+
+try:
+    from inspect_ai import Task, task
+    from inspect_ai._util.error import PrerequisiteError
+    from inspect_ai.dataset import MemoryDataset, Sample
+    from inspect_ai.model import GenerateConfig
+except ImportError as error:
+    raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["flips", "modalities"]
+
+_MODEL = "llm:inspect/model"
+"""Stands for the model of the eval while a task is made, when nobody knows it."""
+
+Several = str | list[str] | None
+Numbers = float | str | list[float] | None
+
+
+@task
+def flips(
+    p: Numbers = None,
+    trials: int | None = None,
+    repetitions: int | None = None,
+    seed: int | None = None,
+    max_steps: int | None = None,
+    flip: str | None = None,
+    plant: str | None = None,
+    box: str | None = None,
+    modality: Several = None,
+    layout: str | None = None,
+    shuffle: bool | None = None,
+    assessment: bool | None = None,
+    full: bool | None = None,
+    schema: str | None = None,
+    images: int | None = None,
+    detail: str | None = None,
+    repairs: int | None = None,
+) -> Task:
+    """What false reports do to an agent that solves a lockbox (Sec. 3.2).
+
+    The parameters are the options of ``lockprobe run flips``; the last four say how the model is asked.
+    """
+    return _task("flips", locals())
+
+
+@task
+def modalities(
+    p: Numbers = None,
+    trials: int | None = None,
+    repetitions: int | None = None,
+    seed: int | None = None,
+    max_steps: int | None = None,
+    flip: str | None = None,
+    plant: str | None = None,
+    box: str | None = None,
+    modality: Several = None,
+    layout: str | None = None,
+    shuffle: bool | None = None,
+    assessment: bool | None = None,
+    full: bool | None = None,
+    schema: str | None = None,
+    images: int | None = None,
+    detail: str | None = None,
+    repairs: int | None = None,
+) -> Task:
+    """What pictures do to an agent that solves a lockbox: RGB, RGB-D, and reports in words (Sec. 3.1).
+
+    The parameters are the options of ``lockprobe run modalities``; the last four say how the model is asked.
+    """
+    return _task("modalities", locals())
+
+
+def _task(name: str, given: Mapping[str, Any]) -> Task:
+    with _in_one_line():
+        asked = {key: value for key, value in given.items() if value is not None and key not in OPTIONS}
+        options = {key: given[key] for key in OPTIONS if given[key] is not None}
+        planned = _planned(name, asked)
+        _check_options(options)
+        samples = [_sample(plan) for plan in planned.plans(_MODEL)]
+    settings = {**planned.settings(), "agents": []}
+    return Task(
+        dataset=MemoryDataset(samples, name=name),
+        solver=play_trial(settings=settings, options=options),
+        scorer=played(),
+        metrics=metrics_of(planned),
+        continue_on_fail=True,  # one trial that a provider broke ends no other; eval-retry plays it again
+        version=VERSION,
+        metadata={SETTINGS: settings},
+        viewer=VIEW,
+    )
+
+
+@contextmanager
+def _in_one_line() -> Iterator[None]:
+    """What Inspect prints as one line, without a traceback."""
+    try:
+        yield
+    except UserMistake as mistake:
+        raise PrerequisiteError(f"lockprobe: {mistake}") from None
+
+
+def _planned(name: str, asked: Mapping[str, Any]) -> Study:
+    """The study that task parameters describe."""
+    given = {**asked, "study": name, "agent": [_MODEL]}
+    p = given.get("p")
+    if p is not None and not isinstance(p, list):
+        given["p"] = parse_p(p) if isinstance(p, str) else [p]
+    try:
+        request = Request.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = str(first["loc"][0])
+        raise BadValue(where, given.get(where), first["msg"].removeprefix("Input should be ")) from None
+    return study(request)
+
+
+def _check_options(options: Mapping[str, object]) -> None:
+    """Refuse before the first call what no model can be asked."""
+    agent_spec("inspect/model", options, GenerateConfig())
+
+
+def _sample(plan: Plan) -> Sample:
+    """One trial as a sample, its place in the metadata."""
+    task = Names(plan).task(plan)
+    eye = camera(plan.modality)
+    pictures = 0 if eye is None else 1 + (eye.depth != "none")
+    return Sample(
+        id=sample_id(plan),
+        input=instructions(task, positions=plan.flip != "outcome-only", pictures=pictures),
+        target=task.target,
+        metadata=metadata_of(plan),
+    )

@@ -1,0 +1,224 @@
+"""Any trials as an Inspect log, without an eval: those of models, of strategies, of people."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from lockprobe.agents.llm.line import sent
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.call import Usage
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.evals.album import beside
+from lockprobe.evals.retelling import Exchange, instruction, retold, told_last
+from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
+from lockprobe.evals.scoring import SCORER, marked, metrics_header, scored, told_of
+from lockprobe.record import Trial
+from lockprobe.studies.study import Study
+
+try:
+    from inspect_ai.event import Event, InfoEvent, ModelEvent
+    from inspect_ai.log import (
+        EvalConfig,
+        EvalDataset,
+        EvalLog,
+        EvalPlan,
+        EvalSample,
+        EvalSpec,
+        EvalStats,
+        recompute_metrics,
+        write_eval_log,
+    )
+    from inspect_ai.model import ChatCompletionChoice, ChatMessage, ChatMessageAssistant, ModelOutput, ModelUsage
+except ImportError as error:
+    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["SUFFIXES", "log_of", "write_logs"]
+
+SUFFIXES = (".eval", ".json")
+"""Endings of log files; a JSON log takes twenty times the room."""
+
+
+def write_logs(
+    trials: Iterable[Trial],
+    study: Study,
+    out: Path,
+    *,
+    pictures: Path | None = None,
+    seconds: Mapping[str, float] | None = None,
+) -> list[Path]:
+    """Write trials as Inspect logs.
+
+    Args:
+        trials: The trials.
+        study: The study that they are of.
+        out: A file that ends in ``.eval`` or ``.json``, for one log of all agents; else a directory, made if need be,
+            for one log of each.
+        pictures: Directory of the pictures that the records name; without it the logs have none.
+        seconds: How long each trial took, by key, as far as it is known.
+
+    Returns:
+        The files.
+
+    Raises:
+        BadValue: If there is no trial.
+        BadFile: If a file cannot be written.
+    """
+    trials = list(trials)
+    if not trials:
+        raise BadValue("trials", 0, "at least one that is finished")
+    groups = {out: trials}
+    if out.suffix not in SUFFIXES:
+        agents = list(dict.fromkeys(trial.agent for trial in trials))
+        groups = {
+            out / f"{study.name}_{name}.eval": [trial for trial in trials if trial.agent == agent]
+            for agent, name in zip(agents, _file_names(agents), strict=True)
+        }
+    for path, group in groups.items():
+        draft = path.with_name(f".{path.stem}.draft{path.suffix}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_eval_log(log_of(group, study, pictures=pictures, seconds=seconds), draft)
+            draft.replace(path)
+        except OSError as error:
+            raise BadFile(path, f"cannot be written ({error.strerror or error})") from None
+    return list(groups)
+
+
+def _file_names(agents: Sequence[str]) -> list[str]:
+    """Specs as names of files, each once."""
+    plain = ["".join(c if c.isalnum() or c in "-." else "-" for c in agent).strip("-.")[:80] for agent in agents]
+    return [name if plain.count(name) == 1 else f"{name}-{plain[:i].count(name) + 1}" for i, name in enumerate(plain)]
+
+
+def log_of(
+    trials: Sequence[Trial],
+    study: Study,
+    *,
+    pictures: Path | None = None,
+    seconds: Mapping[str, float] | None = None,
+) -> EvalLog:
+    """Trials as a log: a sample each, with scores and metrics as an eval of the same task has them.
+
+    Args:
+        trials: The trials, at least one.
+        study: The study that they are of.
+        pictures: Directory of the pictures that the records name.
+        seconds: How long each trial took, by key.
+    """
+    agents = list(dict.fromkeys(trial.agent for trial in trials))
+    samples = [_sample(trial, pictures, (seconds or {}).get(trial.key)) for trial in trials]
+    if len(agents) > 1:
+        for sample, trial in zip(samples, trials, strict=True):
+            sample.id = f"{trial.agent}/{sample.id}"
+            sample.metadata["condition"] = f"{trial.agent}/{sample.metadata['condition']}"
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    identity = hashlib.sha256("\0".join([study.identity, *agents]).encode()).hexdigest()
+    log = EvalLog(
+        status="success",
+        eval=EvalSpec.model_validate(
+            {
+                "eval_id": identity[:22],
+                "run_id": identity[22:44],
+                "task_id": identity[42:64],
+                "created": now,
+                "task": f"lockprobe/{study.name}",
+                "task_display_name": study.name,
+                "task_version": VERSION,
+                "model": _model(trials[0]) if len(agents) == 1 else f"{len(agents)} agents",
+                "dataset": EvalDataset(name=study.name, samples=len(samples), sample_ids=[s.id for s in samples]),
+                "config": EvalConfig(epochs=1),
+                "packages": {"lockprobe": version("lockprobe"), "inspect_ai": version("inspect_ai")},
+                "metadata": {SETTINGS: study.settings(), "exported": True},
+                "viewer": VIEW,
+                "scorers": [{"name": SCORER, "metrics": metrics_header(study)}],
+                "metrics": metrics_header(study),
+            }
+        ),
+        plan=EvalPlan(),
+        stats=EvalStats(started_at=now, completed_at=now, model_usage=_sum(samples)),
+        samples=samples,
+    )
+    recompute_metrics(log)
+    return log
+
+
+def _sum(samples: Iterable[EvalSample]) -> dict[str, ModelUsage]:
+    found: dict[str, ModelUsage] = {}
+    for sample in samples:
+        for name, usage in sample.model_usage.items():
+            found[name] = found.get(name, ModelUsage()) + usage
+    return found
+
+
+def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalSample:
+    model = _model(trial)
+    messages: list[ChatMessage] = []
+    events: list[Event] = []
+    output = ModelOutput(model=model)
+    for exchange in retold(trial, pictures):
+        asked, reply = _messages(trial, exchange)
+        messages += [asked, reply]
+        output = ModelOutput(model=model, choices=[ChatCompletionChoice(message=reply)])
+        called = {"model": model, "input": [asked], "tools": [], "tool_choice": "none", "config": {}, "output": output}
+        events.append(ModelEvent.model_validate({**called, "working_start": 0}))
+        if exchange.last and exchange.step <= len(trial.steps):
+            step = trial.steps[exchange.step - 1]
+            reply.metadata = marked(step)
+            events.append(InfoEvent(source="lockprobe", data=told_of(step), working_start=0))
+    if trial.error is None:
+        messages.append(_marked(sent(told_last(trial, pictures), Settings()), trial, len(trial.steps) + 1, 1))
+    return EvalSample(
+        id=sample_id(trial),
+        epoch=1,
+        input=instruction(trial),
+        target=dict(zip(trial.joints, trial.labels, strict=True))[trial.target],
+        messages=messages,
+        output=output,
+        scores={SCORER: scored(trial)},
+        metadata=metadata_of(trial),
+        store={} if pictures is None else dict(beside(trial, messages, pictures)),
+        events=events,
+        model_usage=_usage(trial),
+        total_time=seconds,
+        working_time=seconds,
+    )
+
+
+def _model(trial: Trial) -> str:
+    return str(trial.facts.get("model") or trial.agent)
+
+
+def _messages(trial: Trial, exchange: Exchange) -> tuple[ChatMessage, ChatMessageAssistant]:
+    """Each has metadata of its own: Inspect merges equal ones."""
+    reply = ChatMessageAssistant(content=exchange.reply)
+    asked = sent(exchange.told, Settings())
+    for message in (asked, reply):
+        _marked(message, trial, exchange.step, exchange.turn)
+    return asked, reply
+
+
+def _marked(message: ChatMessage, trial: Trial, step: int, turn: int) -> ChatMessage:
+    message.id = f"{trial.key}/step={step}/turn={turn}/{message.role}"
+    message.metadata = {"step": step} if turn == 1 else {"step": step, "turn": turn}
+    return message
+
+
+def _usage(trial: Trial) -> dict[str, ModelUsage]:
+    spent = [step.decision.usage for step in trial.steps] + [trial.error.usage if trial.error else None]
+    usage = sum((usage for usage in spent if usage), Usage())
+    if not usage.calls:
+        return {}
+    cached = usage.cached_tokens + usage.stored_tokens
+    counted = ModelUsage(
+        input_tokens=usage.input_tokens - cached,
+        output_tokens=usage.output_tokens,
+        total_tokens=usage.input_tokens + usage.output_tokens,
+        input_tokens_cache_read=usage.cached_tokens,
+        input_tokens_cache_write=usage.stored_tokens,
+        reasoning_tokens=usage.reasoning_tokens,
+    )
+    return {_model(trial): counted}

@@ -1,0 +1,70 @@
+"""Every two agents on the same boxes: who solves more, and whose success false reports change more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+
+from lockprobe.analysis.comparison import Comparison
+from lockprobe.analysis.exchange import BlockMean
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.figures.forest import Row, forest
+from lockprobe.figures.frame import FAINT, SUBJECTS, agent_label, minus, title
+
+__all__ = ["SHOWN", "draw_changes", "draw_differences", "shown"]
+
+SHOWN = 15
+"""Pairs that one picture has room for."""
+
+
+def shown(result: StudySummary) -> Sequence[Comparison]:
+    """The pairs that are drawn: of agents that the study is about; beside agents to compare with if there is one."""
+    between = [one for one in result.comparisons if one.among == "subjects"]
+    return (between or result.comparisons)[:SHOWN]
+
+
+def draw_differences(axes: Axes, result: StudySummary) -> None:
+    """Differences in success over all p, a row for each pair."""
+    _draw(axes, result, [(one, one.success, one.success_adjusted) for one in shown(result)])
+    left = len([one for one in result.comparisons if one.among == shown(result)[0].among]) - len(shown(result))
+    title(axes, "share solved over all p", f"the first {SHOWN} pairs, {left} more in the tables" if left else "")
+
+
+def draw_changes(axes: Axes, result: StudySummary) -> None:
+    """How much more the success of one changes with p than that of the other."""
+    found = [(one, one.interaction.mean, one.interaction.p_adjusted) for one in shown(result) if one.interaction]
+    _draw(axes, result, found)
+    title(axes, "change from the lowest p to the higher ones, mean")
+
+
+def _draw(axes: Axes, result: StudySummary, found: Sequence[tuple[Comparison, BlockMean, float | None]]) -> None:
+    names = {(agent.agent, agent.modality): agent_label(agent, 20) for agent in result.agents}
+    rows = [
+        Row(
+            name=f"{names[one.second]} \N{MINUS SIGN} {names[one.first]}",
+            said=_said(mean),
+            value=mean.value,
+            low=mean.low,
+            high=mean.high,
+            colour=SUBJECTS[0],
+            face=SUBJECTS[0] if p_value is not None and p_value < ALPHA else "white",
+        )
+        for one, mean, p_value in found
+    ]
+    ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
+    reach = max([*(abs(end) for end in ends), 0.1]) * 1.06
+    forest(axes, rows, (-reach, reach))
+    axes.axvline(0, color=FAINT, linewidth=0.9, zorder=1)
+    axes.set_xlabel("difference, points", fontsize=8.0)
+    ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]
+    ticks = [tick for tick in ticks if abs(tick) <= reach]
+    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0") for tick in ticks])
+
+
+def _said(mean: BlockMean) -> str:
+    said = f"{100 * mean.value:+.0f}"
+    return minus(
+        said if mean.low is None or mean.high is None else f"{said} [{100 * mean.low:+.0f}, {100 * mean.high:+.0f}]"
+    )

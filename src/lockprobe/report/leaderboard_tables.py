@@ -1,0 +1,172 @@
+"""The tables of agents side by side, from the rows of ``results.json``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from lockprobe.report.cells import NONE, Table, minus, percent
+
+__all__ = [
+    "comparison_by_p_table",
+    "comparison_table",
+    "interaction_table",
+    "leaderboard_by_p_table",
+    "leaderboard_table",
+]
+
+Row = Mapping[str, Any]
+Rows = Sequence[Row]
+
+_MEASURES = ["success", "80 % by step", "regret", "loops above chance", "misread"]
+_MONEY = ["tokens in", "cached", "tokens out", "US$", "US$ per solved trial"]
+
+
+def leaderboard_table(rows: Rows) -> Table:
+    """Every agent over all p, the highest success first."""
+    spent = _spent(rows)
+    head = ["rank", "agent", "trials", *_MEASURES, *(_MONEY if spent else [])]
+    return [head] + [
+        [_rank(row), row["label"], str(row["trials"]), *_measures(row), *(_money(row["money"]) if spent else [])]
+        for row in rows
+    ]
+
+
+def leaderboard_by_p_table(rows: Rows) -> Table:
+    """The same by p; of an agent that plays the same at every p only once."""
+    spent = _spent(rows)
+    table = [["agent", "p", "trials", *_MEASURES, *(_MONEY if spent else [])]]
+    for row in rows:
+        for at in row["by_p"][:1] if row["same_at_every_p"] else row["by_p"]:
+            p = "every p" if row["same_at_every_p"] else f"{at['p']:g}"
+            cells = [row["label"], p, str(at["trials"]), *_measures(at)]
+            table.append([*cells, *(_money(at["money"]) if spent else [])])
+    return table
+
+
+def comparison_table(rows: Rows) -> Table:
+    """Every two agents over all p, on the same boxes with the same false reports."""
+    head = ["agent", "against", "pairs of trials", "success", "against", "difference, points", "p", "corrected"]
+    return [[*head, "difference in steps", "p", "corrected", "finished by one only"]] + [
+        [
+            row["second_label"],
+            row["first_label"],
+            str(row["success"]["pairs"]),
+            percent(row["second_success"], 0),
+            percent(row["first_success"], 0),
+            _points(row["success"]),
+            _p(row["success"]["p_value"]),
+            _p(row["success"]["p_adjusted"]),
+            _signed(row["steps"]),
+            _p(row["steps"]["p_value"]),
+            _p(row["steps"]["p_adjusted"]),
+            str(row["finished_by_one_only"]),
+        ]
+        for row in rows
+    ]
+
+
+def comparison_by_p_table(rows: Rows) -> Table:
+    """The same by p."""
+    head = ["agent", "against", "p", "pairs of trials", "solved only by the first named", "only by the other"]
+    return [[*head, "difference, points", "McNemar", "corrected", "difference in steps"]] + [
+        [
+            row["second_label"],
+            row["first_label"],
+            f"{at['p']:g}",
+            str(at["success"]["n"]),
+            str(at["success"]["only_second"]),
+            str(at["success"]["only_first"]),
+            _points(at["success"]),
+            _p(at["success"]["p_value"]),
+            _p(at["success"]["p_adjusted"]),
+            _signed(at["steps"]),
+        ]
+        for row in rows
+        for at in row["by_p"]
+    ]
+
+
+def interaction_table(rows: Rows) -> Table:
+    """Whether false reports change both agents alike."""
+    head = ["agent", "against", "change from p", "to p", "changes more by, points", "corrected for p"]
+    table = [[*head, "corrected for pairs"]]
+    for row in rows:
+        names = [row["second_label"], row["first_label"], f"{row['lowest']:g}"]
+        table.append([*names, "higher, mean", _points(row["mean"]), _p(row["p_value"]), _p(row["p_adjusted"])])
+        table += [[*names, f"{at['p']:g}", _points(at["change"]), _p(at["p_adjusted"]), NONE] for at in row["at"]]
+    return table
+
+
+def _rank(row: Row) -> str:
+    low, high = row["rank_low"], row["rank_high"]
+    return NONE if low is None else f"{low}" if low == high else f"{low} to {high}"
+
+
+def _measures(row: Row) -> list[str]:
+    return [
+        _share(row["success"]),
+        "not reached" if row["steps_to_80"] is None else f"{row['steps_to_80']}",
+        NONE if row["regret"] is None else _bare(row["regret"], "{:.2f}"),
+        NONE if row["loops_above_chance"] is None else minus(f"{100 * row['loops_above_chance']:+.0f}"),
+        _misread(row),
+    ]
+
+
+def _misread(row: Row) -> str:
+    if row["misread"]["n"]:
+        return _share(row["misread"])
+    return "not asked" if row["not_asked"] else NONE
+
+
+def _money(spent: Row) -> list[str]:
+    return [
+        _count(spent["input_tokens"]),
+        percent(spent["cached_share"], 0),
+        _count(spent["output_tokens"]),
+        _dollars(spent["dollars"]),
+        _dollars(spent["dollars_per_solved"]),
+    ]
+
+
+def _spent(rows: Rows) -> bool:
+    return any(row["money"]["input_tokens"] is not None for row in rows)
+
+
+def _count(tokens: int | None) -> str:
+    return NONE if tokens is None else str(tokens)
+
+
+def _dollars(amount: float | None) -> str:
+    return NONE if amount is None else f"{amount:.2f}" if amount >= 1 else f"{amount:.2g}"
+
+
+def _share(share: Row) -> str:
+    if share["value"] is None:
+        return NONE
+    return f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]"
+
+
+def _points(found: Row) -> str:
+    return _scaled(found, 100, "{:+.0f}")
+
+
+def _signed(found: Row) -> str:
+    return _scaled(found, 1, "{:+.1f}")
+
+
+def _bare(found: Row, form: str) -> str:
+    return _scaled(found, 1, form)
+
+
+def _scaled(found: Row, scale: float, form: str) -> str:
+    if found["value"] is None:
+        return NONE
+    said = form.format(scale * found["value"])
+    if found["low"] is not None:
+        said += f" [{form.format(scale * found['low'])}, {form.format(scale * found['high'])}]"
+    return minus(said)
+
+
+def _p(value: float | None) -> str:
+    return NONE if value is None else f"{value:.2g}"

@@ -1,0 +1,186 @@
+"""What the trials that a study still owes will cost, before anything is asked.
+
+How many steps trials take is not known before they are played: an agent that has played some is taken to go on like
+that, any other to do no better than random choices, whose course is exact. How large requests are is known: they are
+conversations, and grow by a reply and an observation with every step.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from lockprobe.agents.llm.knowledge import Price, facts_of
+from lockprobe.agents.llm.settings import read_settings
+from lockprobe.agents.llm.size import tokens
+from lockprobe.call import Call, Usage
+from lockprobe.lockbox.solve import random_curve
+from lockprobe.record import Trial
+from lockprobe.studies.sizes import HYPOTHESIS, Prompt, Request, reply
+from lockprobe.studies.spending import agent_of, hosted, most_dollars
+from lockprobe.studies.study import Study
+
+__all__ = ["Estimate", "estimates"]
+
+_REASONING = 1000
+"""Tokens of reasoning before a reply where nothing has been played; models differ by more than tenfold."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """What the trials that one agent owes will cost.
+
+    Attributes:
+        agent: Its spec.
+        trials: Trials owed.
+        rests_on: Replies of this agent that the estimate rests on; 0 where it has played nothing.
+        expected: What they should take. Tokens cached and stored are those that a provider can keep, at best.
+        full: The same if no trial is solved before its steps run out.
+        most: What they can take, whatever is replied; malformed replies, which are asked for again, come on top.
+        repeated: Share of the tokens read that repeat the start of the request before.
+        price: What its provider asks; None where that is not known.
+        batch: Whether it goes through the batch interface.
+    """
+
+    agent: str
+    trials: int
+    rests_on: int
+    expected: Usage
+    full: Usage
+    most: Usage
+    repeated: float
+    price: Price | None
+    batch: bool = False
+
+    def dollars(self, usage: Usage, *, cached: bool) -> float | None:
+        """What a usage costs this agent, with its provider's cache at its best or without one; None if not known."""
+        if self.price is None:
+            return None
+        usage = usage if cached else replace(usage, cached_tokens=0, stored_tokens=0)
+        return self.price.of(usage, batch=self.batch)
+
+    @property
+    def most_dollars(self) -> float | None:
+        """What they can cost, whatever is replied; None where the price is not known."""
+        return None if self.price is None else most_dollars(self.most, self.price)
+
+
+def estimates(
+    study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = (), *, batch: bool = False
+) -> list[Estimate]:
+    """What the owed trials of every agent that asks a provider will cost; agents that owe nothing are left out.
+
+    Args:
+        study: The study.
+        done: Its trials on record, by key.
+        calls: Its calls on record.
+        batch: Whether providers' batch interfaces are used.
+    """
+    agents = {agent: _Agent(study, agent, done) for agent in hosted(study)}
+    for call in calls if agents else ():
+        if (agent := agents.get(agent_of(study, call.key))) is not None:
+            agent.note(call)
+    found = (agent.estimate(batch=batch) for agent in agents.values())
+    return [estimate for estimate in found if estimate.trials]
+
+
+class _Agent:
+    """One agent: its prompts, and what is known of its play."""
+
+    def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
+        self._study, self._agent = study, agent
+        name, self._settings = read_settings(agent.removeprefix("llm:"))
+        self._facts = facts_of(name)
+        self._shown = {plan.key: plan.modality for plan in study.plans(agent)}
+        self._done = {
+            key: len(trial.steps) for key, trial in done.items() if key in self._shown and not trial.owed_again
+        }
+        self._prompts = {
+            shown: Prompt(study.plan(agent, study.p[0], 1, 1, shown), self._settings, self._facts)
+            for shown in study.modalities_of(agent)
+        }
+        self._made: Counter[str] = Counter()
+        self._replies = self._counted = self._first = self._output = self._input = 0
+        self._taken = 0.0
+
+    def note(self, call: Call) -> None:
+        """One call on record: where its trial goes on if it was broken off, and how large requests and replies are."""
+        if call.reply is None or call.key not in self._shown:
+            return
+        self._replies += 1
+        self._made[call.key] = max(self._made[call.key], call.step)
+        if not call.usage.input_tokens:
+            return
+        self._counted += 1
+        self._output += call.usage.output_tokens
+        if call.turn == 1 and call.step <= self._study.max_steps:
+            self._first += 1
+            self._input += call.usage.input_tokens
+            self._taken += self._prompts[self._shown[call.key]].request(call.step).input
+
+    def estimate(self, *, batch: bool) -> Estimate:
+        """What is owed, counted by what was shown and where it was broken off."""
+        owed = Counter((shown, self._made[key]) for key, shown in self._shown.items() if key not in self._done)
+        going_on = self._still_playing()
+        longer, output, repairs = self._habits()
+        expected, full, most, repeated = _Sum(), _Sum(), Usage(), 0.0
+        for (shown, begun), trials in owed.items():
+            prompt = self._prompts[shown]
+            for step in range(begun + 1, self._study.max_steps + 1):
+                request, times = prompt.request(step, longer), trials * repairs
+                expected.add(request, output, times * going_on[step - 1])
+                full.add(request, output, times)
+                repeated += prompt.repeated(step, longer) * times * going_on[step - 1]
+            most += prompt.most(begun + 1, trials)
+        return Estimate(
+            agent=self._agent,
+            trials=sum(owed.values()),
+            rests_on=self._replies,
+            expected=expected.usage,
+            full=full.usage,
+            most=most,
+            repeated=repeated / expected.input if expected.input else 0.0,
+            price=self._facts.price,
+            batch=batch,
+        )
+
+    def _still_playing(self) -> list[float]:
+        """For every step the share of trials that come to it."""
+        lengths = list(self._done.values())
+        if lengths:
+            steps = range(1, self._study.max_steps + 1)
+            return [sum(length >= step for length in lengths) / len(lengths) for step in steps]
+        return [1 - solved for solved in random_curve(self._study.box, self._study.max_steps)[:-1]]
+
+    def _habits(self) -> tuple[float, float, float]:
+        """Requests as multiples of what they are taken to be; tokens of a reply; calls per decision."""
+        if self._taken:
+            return self._input / self._taken, self._output / self._counted, self._counted / self._first
+        reasons = self._facts.reasons or self._settings.effort not in (None, "none")
+        output = tokens(reply(HYPOTHESIS)) + (_REASONING if reasons else 0)
+        return 1.0, min(output, self._settings.most_tokens(self._facts) or output), 1.0
+
+
+class _Sum:
+    """Adds requests up, of which not every one has to be made."""
+
+    def __init__(self) -> None:
+        self.calls = self.input = self.cached = self.stored = self.output = 0.0
+
+    def add(self, request: Request, output: float, times: float) -> None:
+        self.calls += times
+        self.input += times * request.input
+        self.cached += times * request.cached
+        self.stored += times * request.stored
+        self.output += times * output
+
+    @property
+    def usage(self) -> Usage:
+        return Usage(
+            calls=round(self.calls),
+            input_tokens=round(self.input),
+            output_tokens=round(self.output),
+            cached_tokens=round(self.cached),
+            stored_tokens=round(self.stored),
+        )

@@ -1,0 +1,293 @@
+"""The line to a provider: who is asked, how often, how many at once, and what is kept of it."""
+
+import asyncio
+import contextlib
+import gc
+import json
+import os
+import socket
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+from provider_server import Manner, completion, failure, here
+
+from lockprobe.agents.access import Access
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.prompt import Message
+from lockprobe.errors import BadValue, ModelFault
+
+lines = pytest.importorskip("lockprobe.agents.llm.line")
+MODEL = "openai-api/fake/model"
+SCHEMA = {"type": "object", "properties": {"joint": {"type": "string"}}, "required": ["joint"]}
+
+
+@pytest.fixture(autouse=True)
+def own_environment(monkeypatch):
+    for name in os.environ:
+        if name.endswith(("_API_KEY", "_BASE_URL")):
+            monkeypatch.delenv(name)
+    for provider in ("FAKE", "OPENAI"):
+        monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
+
+
+def reached(monkeypatch, url):
+    for provider in ("FAKE", "OPENAI"):
+        monkeypatch.setenv(f"{provider}_BASE_URL", url)
+
+
+def asked(name=MODEL, times=1, **access):
+    """Answers to so many conversations, asked for side by side."""
+
+    async def all_of_them():
+        line = lines.Line(name, Settings(), Access(**({"pause": 0.01} | access)))
+
+        async def one(number):
+            async with line.slots:
+                return await line.ask([Message(role="user", text=f"joints: A, B; trial {number}")], SCHEMA)
+
+        try:
+            return await asyncio.gather(*map(one, range(times)), return_exceptions=True)
+        finally:
+            await line.aclose()
+
+    answers = asyncio.run(all_of_them())
+    for answer in answers:
+        if isinstance(answer, BaseException) and not isinstance(answer, ModelFault):
+            raise answer
+    return answers if times > 1 else answers[0]
+
+
+def reply(request):
+    return completion("a reply")
+
+
+@pytest.mark.parametrize("model", [MODEL, "openai/gpt-4o"])
+def test_an_answer_says_who_gave_it_and_what_it_cost(monkeypatch, model):
+    with here(reply) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(model)
+    assert (answer.text, answer.stop, answer.served, answer.retries) == ("a reply", "stop", "fake", 0)
+    assert (answer.usage.calls, answer.usage.input_tokens, answer.usage.output_tokens) == (1, 11, 5)
+    assert answer.seconds > 0
+
+
+@pytest.mark.parametrize("model", [MODEL, "openai/gpt-4o"])
+@pytest.mark.parametrize("fault", ["429 with Retry-After", "429", "500", "dropped", "dropped midway", "truncated",
+                                   "malformed", "a string"])  # fmt: skip
+def test_every_failure_that_passes_is_asked_again_and_counted_and_nobody_else_asks_again(monkeypatch, model, fault):
+    class Once(Manner):
+        def fault(self, conversation, time):
+            return fault if time <= 2 else ""
+
+    with here(reply, Once()) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(model)
+        assert not isinstance(answer, ModelFault), answer
+        assert (answer.text, answer.retries) == ("a reply", 2)
+        assert server.arrived.total() == 3
+        server.arrived.clear()
+        assert isinstance(asked(model, retries=1), ModelFault)
+        assert server.arrived.total() == 2
+
+
+def test_a_request_that_hangs_is_made_again(monkeypatch):
+    class Once(Manner):
+        def fault(self, conversation, time):
+            return "stalled" if time == 1 else ""
+
+    with here(reply, Once()) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(timeout=0.3)
+        assert (answer.text, answer.retries) == ("a reply", 1)
+        assert answer.seconds >= 0.3
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+def test_a_server_that_is_down_is_reported_in_one_line(monkeypatch, host):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    reached(monkeypatch, f"http://{host}:{port}/v1")
+    fault = asked(retries=1)
+    assert str(fault).startswith("no connection to the provider: ")
+    assert str(fault).endswith(" (tried 2 times)")
+    assert "refused" in str(fault) or "Connect call failed" in str(fault)
+
+
+def test_a_refusal_is_said_in_the_providers_words_without_the_request(monkeypatch):
+    with here(lambda request: failure(400, "no such\n setting")) as server:
+        reached(monkeypatch, server.url)
+        fault = asked()
+        assert server.arrived.total() == 1
+    assert str(fault) == "the provider answered 400: no such setting"
+
+
+def test_a_body_without_a_reply_is_no_reply(monkeypatch):
+    with here(lambda request: (200, {"object": "chat.completion"})) as server:
+        reached(monkeypatch, server.url)
+        fault = asked(retries=1)
+        assert server.arrived.total() == 2
+    assert str(fault).startswith("a reply that cannot be read")
+
+
+def test_no_more_requests_are_on_their_way_than_there_are_connections(monkeypatch):
+    with here(reply, Manner(median=0.02)) as server:
+        reached(monkeypatch, server.url)
+        answers = asked(times=12, connections=3)
+    assert [answer.text for answer in answers] == ["a reply"] * 12
+    assert server.peak == 3
+
+
+def test_nothing_of_a_call_stays_in_memory_for_a_log(monkeypatch):
+    from inspect_ai.log import transcript
+
+    before = len(transcript().events)
+    with here(reply) as server:
+        reached(monkeypatch, server.url)
+        asked(times=3)
+    assert len(transcript().events) == before
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "url", "host"),
+    [
+        (MODEL, "FAKE_BASE_URL", "http://user:password@models.example:8080/v1?key=1", "models.example"),
+        ("openai/gpt-4o", "OPENAI_BASE_URL", "https://gateway.example/openai", "gateway.example"),
+        ("openai/gpt-4o", "OTHER_BASE_URL", "https://gateway.example/openai", None),
+    ],
+)
+def test_the_host_is_said_where_it_is_not_the_providers_own(monkeypatch, model, name, url, host):
+    monkeypatch.setenv(name, url)
+    assert lines.Line(model, Settings(), Access()).host == host
+
+
+def test_batches_are_refused_where_there_are_none():
+    with pytest.raises(BadValue) as wrong:
+        lines.Line(MODEL, Settings(), Access(batch=True))
+    assert str(wrong.value) == (
+        f"batch: got '{MODEL}', expected a model of a provider that has batches: "
+        "anthropic, google, grok, openai, together"
+    )
+
+
+def test_providers_with_batches_are_those_of_which_inspect_knows_them():
+    from importlib.util import find_spec
+    from pathlib import Path
+
+    there = Path(find_spec("inspect_ai.model._providers").submodule_search_locations[0])
+    known = {path.stem.removeprefix("_").removesuffix("_batch") for path in there.glob("_*_batch.py")}
+    assert known == set(lines.WITH_BATCHES)
+
+
+class Batches:
+    """Just enough of OpenAI's files and batches: a batch is done the third time that somebody looks."""
+
+    def __init__(self):
+        self.files, self.looks, self.sizes = {}, {}, []
+
+    def __call__(self, method, path, body):
+        if (method, path) == ("POST", "/v1/files"):
+            name = f"file-{len(self.files)}"
+            lines_of = [line.strip() for line in body.split(b"\n") if line.startswith(b'{"custom_id"')]
+            self.files[name] = [json.loads(line) for line in lines_of]
+            self.sizes.append(len(lines_of))
+            made = {"id": name, "object": "file", "bytes": 1, "created_at": 1, "filename": "x", "purpose": "batch"}
+            return made | {"status": "processed"}
+        if (method, path) == ("POST", "/v1/batches"):
+            return self.batch(json.loads(body)["input_file_id"])
+        if path.startswith("/v1/batches/"):
+            return self.batch(path.removeprefix("/v1/batches/batch-"))
+        asked = self.files[path.split("/")[3].removeprefix("done-")]
+        done = (
+            {"custom_id": one["custom_id"], "response": {"status_code": 200, "body": self.reply(one)}} for one in asked
+        )
+        return "\n".join(json.dumps(one | {"error": None}) for one in done).encode()
+
+    def reply(self, one):
+        return completion(f"a reply to {one['body']['messages'][0]['content']}")[1]
+
+    def batch(self, file):
+        self.looks[file] = self.looks.get(file, 0) + 1
+        done = self.looks[file] >= 3
+        return {
+            "id": f"batch-{file}", "object": "batch", "endpoint": "/v1/chat/completions", "input_file_id": file,
+            "completion_window": "24h", "created_at": 1, "status": "completed" if done else "in_progress",
+            "output_file_id": f"done-{file}" if done else None,
+            "request_counts": {"total": 1, "completed": 1, "failed": 0},
+        }  # fmt: skip
+
+
+@contextlib.contextmanager
+def serving(answer):
+    """A server that answers any request by a function of method, path and body: status and content."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def log_message(self, *args):
+            pass
+
+        def answer(self):
+            status, made = answer(self.command, self.path, self.rfile.read(int(self.headers.get("content-length", 0))))
+            content = made if isinstance(made, bytes) else json.dumps(made).encode()
+            self.send_response(status)
+            self.send_header("content-type", "application/json")
+            self.send_header("content-length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def do_GET(self):
+            self.answer()
+
+        def do_POST(self):
+            self.answer()
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/v1"
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+        gc.collect()  # so that what Inspect AI leaves open is complained of here
+
+
+LEFT_OPEN = "ignore::pytest.PytestUnraisableExceptionWarning"
+
+
+@pytest.mark.filterwarnings(LEFT_OPEN)
+def test_a_batch_carries_the_requests_of_many_trials_and_every_one_gets_its_own_reply(monkeypatch, capfd):
+    batches = Batches()
+    with serving(lambda *request: (200, batches(*request))) as url:
+        reached(monkeypatch, url)
+        answers = asked("openai/gpt-4o", times=7, batch=True, tick=0.03, connections=2, timeout=0.01)
+    assert [answer.text for answer in answers] == [f"a reply to joints: A, B; trial {n}" for n in range(7)]
+    assert sum(batches.sizes) == 7
+    assert max(batches.sizes) > 2  # connections bound no batch
+    assert capfd.readouterr().out == ""
+
+
+@pytest.mark.filterwarnings(LEFT_OPEN)
+def test_a_batch_that_cannot_be_sent_breaks_its_requests_and_those_after_it_go_their_way(monkeypatch, caplog):
+    batches, refused = Batches(), []
+
+    def answer(method, path, body):
+        if not refused:
+            refused.append(path)
+            return 401, {"error": {"message": "not yet"}}
+        return 200, batches(method, path, body)
+
+    async def one_after_the_other():
+        line = lines.Line("openai/gpt-4o", Settings(), Access(batch=True, tick=0.03, retries=0))
+        try:
+            with pytest.raises(ModelFault, match="^the provider answered 401: not yet$"):
+                await line.ask([Message(role="user", text="first")], SCHEMA)
+            return await line.ask([Message(role="user", text="second")], SCHEMA)
+        finally:
+            await line.aclose()
+
+    with serving(answer) as url:
+        reached(monkeypatch, url)
+        assert asyncio.run(one_after_the_other()).text == "a reply to second"
+        gc.collect()
+    assert not [record for record in caplog.records if record.name == "asyncio"]

@@ -1,0 +1,59 @@
+"""Moments: each worked out once, equal to what the beliefs say, and not remembered without bound."""
+
+import pytest
+from builders import play_study, small_study
+
+from lockprobe.analysis import observing
+from lockprobe.analysis.observing import moment
+from lockprobe.analysis.rationality import judge
+from lockprobe.beliefs.planning import expected_steps, information
+from lockprobe.beliefs.posterior import Report, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.structures import interlocks
+
+REPORTS = (Report(3, True, 8), Report(1, False, 8), Report(2, True, 12), Report(2, True, 8), Report(0, False, 8))
+
+
+def start(noise="aware"):
+    return begin(interlocks("single-parent", 4), noise_model(noise))
+
+
+@pytest.mark.parametrize("noise", ["naive", "aware"])
+def test_what_is_known_after_reports_is_what_the_belief_says(noise):
+    belief, now, restarts = start(noise), moment(start(noise)), 0
+    for report in REPORTS:
+        belief = update(belief, report)
+        now, again = now.after(report)
+        restarts += again
+        assert now.entropy == pytest.approx(entropy(belief))
+        assert now.worth.bits == pytest.approx(information(belief))
+        assert now.worth.regret == pytest.approx(expected_steps(belief) - expected_steps(belief).min())
+    assert restarts == belief.restarts
+    end, _ = now.after(None)
+    assert end.entropy == pytest.approx(entropy(opened(belief)))
+
+
+def test_the_same_reports_lead_to_the_same_moment():
+    one, two = moment(start()), moment(start())
+    assert one is two
+    assert one.after(REPORTS[0])[0] is two.after(Report(3, True, 8))[0]
+    assert one.after(REPORTS[0])[0] is not one.after(REPORTS[1])[0]
+
+
+def test_not_too_much_is_remembered(monkeypatch):
+    before = moment(start())
+    monkeypatch.setattr(observing, "MANY", 1)
+    assert moment(start()) is not before
+
+
+def test_what_other_trials_left_behind_changes_no_digit():
+    """A report is the same whichever process has worked at whichever agent before."""
+    trials = play_study(small_study(["random", "cognitive:perseverant"], (0.0, 0.6), 1, 4))
+
+    def judged():
+        return [judge(trial, prior="single-parent", noise=noise) for trial in trials for noise in ("naive", "aware")]
+
+    observing._moment.cache_clear()
+    fresh = {(one.key, one.noise): one for one in judged()}
+    observing._moment.cache_clear()
+    trials.reverse()
+    assert {(one.key, one.noise): one for one in judged()} == fresh

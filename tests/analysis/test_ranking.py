@@ -1,0 +1,58 @@
+"""Which pairs are compared, and which ranks that leaves."""
+
+from builders import SOLUTION, make_trial
+
+from lockprobe.analysis.summary import summarise
+
+
+def trials(agent, solved, modality="symbolic", of=20):
+    return [
+        make_trial(SOLUTION if i < solved else (0,) * 20, agent=agent, trial=i + 1, modality=modality, p=p)
+        for p in (0.0, 0.4)
+        for i in range(of)
+    ]
+
+
+def test_models_are_compared_with_each_other_and_with_the_baselines():
+    agents = ("llm:a", "llm:b", "human-inspired?lapse=0.1", "random", "round-robin")
+    found = summarise([trial for agent in agents for trial in trials(agent, 10)]).comparisons
+    assert [(one.second[0], one.first[0], one.among) for one in found] == [
+        ("llm:a", "llm:b", "subjects"),
+        ("llm:a", "human-inspired?lapse=0.1", "reference"),
+        ("llm:a", "random", "reference"),
+        ("llm:b", "human-inspired?lapse=0.1", "reference"),
+        ("llm:b", "random", "reference"),
+    ]
+
+
+def test_strategies_alone_are_what_the_study_is_about():
+    found = summarise(trials("random", 3) + trials("round-robin", 18)).comparisons
+    assert [(one.second[0], one.among) for one in found] == [("random", "subjects")]
+
+
+def test_only_agents_that_saw_the_box_alike_are_compared():
+    made = [t for a in ("llm:a", "llm:b") for m in ("rgb", "symbolic") for t in trials(a, 9, m)] + trials("random", 9)
+    found = summarise(made).comparisons
+    between = [one for one in found if one.among == "subjects"]
+    assert {(one.first, one.second) for one in between} == {
+        (("llm:b", "rgb"), ("llm:a", "rgb")),
+        (("llm:b", "symbolic"), ("llm:a", "symbolic")),
+    }
+    assert len(found) - len(between) == 4
+
+
+def test_ranks_span_what_cannot_be_told_apart():
+    made = [t for a, n in (("llm:c", 1), ("llm:a", 19), ("llm:b", 17), ("random", 9)) for t in trials(a, n)]
+    standings = summarise(made).standings
+    assert [(row.agent, row.ranks) for row in standings] == [
+        ("llm:a", (1, 2)),
+        ("llm:b", (1, 2)),
+        ("random", None),
+        ("llm:c", (3, 3)),
+    ]
+
+
+def test_an_agent_without_an_ended_trial_stands_last_and_unranked():
+    broken = [make_trial([0], agent="llm:b", trial=i, broken="model") for i in (1, 2)]
+    first, last = summarise(trials("llm:a", 0) + broken).standings
+    assert (first.agent, last.agent, last.ranks, last.success.n) == ("llm:a", "llm:b", None, 0)

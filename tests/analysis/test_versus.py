@@ -1,0 +1,63 @@
+"""Sentences about pairs of agents say what the numbers bear, and no more."""
+
+import re
+
+from builders import SOLUTION, make_trial
+
+from lockprobe.analysis.summary import summarise
+from lockprobe.analysis.versus import comparison_said, ranking_said
+
+
+def trials(agent, solved, of=20):
+    return [
+        make_trial(SOLUTION if i < n else (0,) * 20, agent=agent, p=p, trial=i + 1)
+        for p, n in zip((0.0, 0.4), solved, strict=True)
+        for i in range(of)
+    ]
+
+
+def said(*agents):
+    summary = summarise([trial for name, solved in agents for trial in trials(name, solved)])
+    return ranking_said(summary), comparison_said(summary.comparisons[0], summary)
+
+
+def test_agents_that_differ_are_said_to_with_the_largest_question_first():
+    ranking, (success, noise, steps) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)))
+    assert ranking.startswith("Solved over all p: llm:a 92 % (rank 1), llm:b 8 % (rank 2); they can be told apart")
+    assert success.startswith("llm:a solves the box more often than llm:b: 92 % against 8 % of the 40 trials that both")
+    assert re.search(
+        r"\(\+85 points, 95 % interval \+\d+ to \+\d+; agents exchanged within luck, p < 0\.001\)", success
+    )
+    assert noise.startswith("That false reports help one of them more than the other is not detectable")
+    assert steps.startswith("llm:a needs fewer steps than llm:b")
+
+
+def test_agents_that_cannot_be_told_apart_are_said_so():
+    ranking, (success, _, steps) = said(("llm:a", (10, 11)), ("llm:b", (10, 10)))
+    assert ranking.endswith("they cannot be told apart on the same boxes with the same false reports.")
+    assert "(rank 1 to 2)" in ranking
+    assert success.startswith("llm:a and llm:b cannot be told apart by how often they solve the box: 52 % against 50 %")
+    assert steps.startswith("That one needs fewer steps than the other is not detectable")
+
+
+def test_noise_that_helps_one_is_said_with_its_direction():
+    _, (_, noise, _) = said(("llm:a", (2, 19)), ("llm:b", (10, 10)))
+    assert noise.startswith(
+        "False reports do not do the same to both: from p = 0 to 0.4 the success of llm:a rises more, or falls less, "
+        "than that of llm:b (+85 points"
+    )
+    _, (_, other, _) = said(("llm:b", (10, 10)), ("llm:a", (2, 19)))
+    assert "llm:b rises less, or falls more, than that of llm:a (\N{MINUS SIGN}85 points" in other
+
+
+def test_several_pairs_are_corrected_and_counted():
+    ranking, (success, *_) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)), ("llm:c", (2, 2)))
+    assert "; 2 of 3 pairs can be told apart on" in ranking
+    assert "corrected for 3 pairs" in success
+
+
+def test_one_agent_is_not_ranked():
+    ranking, (success, *more) = said(("llm:a", (18, 19)), ("random", (2, 1)))
+    assert ranking == ""
+    assert success.startswith("llm:a solves the box more often than random")
+    assert len(more) == 1

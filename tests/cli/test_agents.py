@@ -1,0 +1,57 @@
+"""``lockprobe models show``: what is known of a hosted model, and what it would be sent."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from lockprobe.agents.llm.knowledge import OWN_FACTS, facts_of
+from lockprobe.cli.agents import models
+from lockprobe.errors import BadValue
+
+
+@pytest.fixture(autouse=True)
+def nothing_of_ones_own(monkeypatch):
+    monkeypatch.delenv(OWN_FACTS, raising=False)
+
+
+def show(*words):
+    done = CliRunner().invoke(models, ["show", *words])
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done.stdout
+
+
+def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
+    lines = [line.split(maxsplit=2) for line in show("llm:openai/gpt-4o?temperature=0.5").splitlines()]
+    assert ["sent", "temperature", "0.5"] in lines
+    assert ["known", "context", "128000"] in lines
+    assert ["known", "efforts", "none"] in lines
+    (price,) = (value for _, what, value in lines[1:] if what == "price")
+    assert price.startswith("input 2.5, cached 1.25, output 10.0, batch 0.5, date 20")
+
+
+def test_of_an_unknown_model_it_says_that_nothing_is_known():
+    said = show("vllm/my-own-model")
+    assert said.startswith("vllm/my-own-model: nothing is known of it")
+    assert "known  " not in said
+
+
+def test_json_has_every_fact():
+    (line,) = show("openai/o1?effort=low", "--json").splitlines()
+    found = json.loads(line)
+    assert (found["model"], found["known"], found["sent"]["effort"]) == ("openai/o1", True, "low")
+    assert found["facts"]["price"]["output"] == facts_of("openai/o1").price.output
+
+
+@pytest.mark.parametrize("spec", ["gpt-4o", "llm:local", "openai/"])
+def test_what_names_no_model_of_a_provider_is_refused(spec):
+    with pytest.raises(BadValue, match=f"^model: got '{spec}', expected PROVIDER/MODEL as Inspect AI names it"):
+        show(spec)
+
+
+def test_a_setting_that_the_model_refuses_is_one_line():
+    with pytest.raises(
+        BadValue, match="^temperature: got 1.0, expected no temperature with llm:openai/o1, which fixes it$"
+    ):
+        show("openai/o1?temperature=1")

@@ -1,0 +1,30 @@
+"""A run as a live table."""
+
+import io
+
+from rich.console import Console
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.call import Call, Usage
+from lockprobe.cli.display import LiveDisplay
+from lockprobe.studies.calls import read_calls
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.spending import Budget, Ledger
+from lockprobe.studies.studyfile import Request, study
+
+
+def test_the_live_table_shows_what_was_spent(tmp_path):
+    planned = study(Request(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
+    shown = io.StringIO()
+    with Journal.open(tmp_path, planned) as journal:
+        display = LiveDisplay(Console(file=shown, width=200), budget=Budget(planned, 5))
+        display.begin(planned, journal, 1)
+        display.agent(resolve("llm:openai/gpt-4o"), 1)
+        key = next(planned.plans("llm:openai/gpt-4o")).key
+        usage = Usage(calls=1, input_tokens=1000, output_tokens=1000)
+        journal.calls.write(Call(key=key, step=1, turn=1, request="r", reply="said", usage=usage, retries=2))
+        display.interrupted(tmp_path)
+    spent = Ledger(planned, read_calls(tmp_path)).total.dollars
+    assert spent > 0
+    assert f"${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[0]
+    assert f"Calls: ${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[1]

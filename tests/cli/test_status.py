@@ -1,0 +1,152 @@
+"""``lockprobe status``: how a study stands, by boundary, by agent and in money; while it runs and long afterwards."""
+
+import asyncio
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, make_trial, write_study
+
+from lockprobe.agents.llm.knowledge import OWN_FACTS
+from lockprobe.call import BROKEN_OFF, Call, Usage
+from lockprobe.cli.status import status
+from lockprobe.studies.calls import CALLS, Calls
+from lockprobe.studies.studyfile import Request, study
+
+DEAR, FREE = "llm:fake/dear", "llm:fake/unheard"
+FACTS = """
+[[model]]
+match = ["fake/dear"]
+price = { input = 3, cached = 1, output = 10, date = "2026-01-02", source = "made up" }
+"""
+
+
+@pytest.fixture
+def told(tmp_path, monkeypatch, capsys):
+    """From a directory to what ``status`` says of it: facts, and lines."""
+    (tmp_path / "models.toml").write_text(FACTS)
+    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
+
+    def tell(directory):
+        capsys.readouterr()
+        status(directory, json=True)
+        facts = json.loads(capsys.readouterr().out)
+        status(directory)
+        return facts, capsys.readouterr().out.splitlines()
+
+    return tell
+
+
+def planned(*agents, trials=3):
+    return study(Request(agent=list(agents), trials=trials, p=[0], repetitions=1))
+
+
+def replied(agent=DEAR, trial=1, step=1, **more):
+    key = f"flips/{agent}/p=0/rep=1/trial={trial}"
+    usage = Usage(calls=1, input_tokens=1000 * step, output_tokens=100, cached_tokens=500, reasoning_tokens=50)
+    return Call(
+        key=key, step=step, turn=1, request="r", **({"reply": "said", "usage": usage, "served": "dear-1"} | more)
+    )
+
+
+def written(directory, *made):
+    with Calls.open(directory) as calls:
+        for call in made:
+            asyncio.run(calls.of(call.key).reserve(Usage(calls=1, input_tokens=2000, output_tokens=1000)))
+            calls.write(call)
+
+
+def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
+    finished = [make_trial(SOLUTION, agent=DEAR), make_trial(SOLUTION)]
+    write_study(tmp_path / "s", planned(DEAR, FREE, "random"), finished)
+    nothing = {"reply": None, "usage": Usage(), "served": ""}
+    written(
+        tmp_path / "s",
+        *(replied(step=step) for step in (1, 2, 3, 4)),
+        replied(trial=2, retries=3),
+        replied(trial=2, step=2, error="the provider answered 500: no", **nothing),
+        replied(trial=3, error=BROKEN_OFF, **nothing),
+        replied(FREE, served="free-1"),
+    )
+    facts, lines = told(tmp_path / "s")
+    assert (facts["calls"], facts["failed_calls"], facts["broken_off_calls"], facts["retries"]) == (6, 1, 1, 3)
+    assert (facts["input_tokens"], facts["cached_tokens"], facts["output_tokens"]) == (12_000, 3000, 600)
+    assert facts["cached_share"] == 0.25
+    assert facts["repeated_prefix_share"] == 0.5  # 1000 + 2000 + 3000 tokens of steps 2, 3 and 4
+    assert (facts["in_progress"], facts["in_progress_calls"], facts["unanswered_calls"]) == (2, 2, 0)
+    assert facts["dollars"] is None  # one price is not known
+    dear = facts["agents"][DEAR]
+    assert dear["dollars"] == pytest.approx((8500 * 3 + 2500 * 1 + 500 * 10) / 1e6)
+    assert dear["dollars_unknown"] == pytest.approx((2000 * 3 + 1000 * 10) / 1e6)
+    assert (dear["price_date"], facts["price_date"]) == ("2026-01-02", "2026-01-02")
+    assert facts["served"] == {"dear-1": 5, "free-1": 1}
+    assert list(facts["agents"]) == [DEAR, FREE]
+    table = [line.split() for line in lines]
+    assert [DEAR, "5", "1", "1", "3", "11,000", "2,500", "500", "250", "$0.033"] in table
+    assert [FREE, "1", "0", "0", "0", "1,000", "500", "100", "50", "not", "known"] in table
+    assert "open        2 trials begun and not finished, 2 replies kept for them" in lines
+    assert "uncounted   1 call broken off: what that cost is not known" in lines
+    assert "prefixes    50% of the tokens in had been sent before, 25% came from a cache" in lines
+
+
+def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
+    def failed(boundary, trial, message):
+        trial = make_trial([0], agent="random", trial=trial, broken=boundary)
+        return replace(trial, error=replace(trial.error, message=message))
+
+    errors = [failed("reply", 1, "no usable\nreply"), failed("model", 2, "429: slow down"), failed("model", 3, "later")]
+    write_study(tmp_path / "s", planned("random"), errors)
+    facts, lines = told(tmp_path / "s")
+    assert facts["errors"] == {"reply": 1, "model": 2}
+    assert facts["first_errors"] == {"reply": "no usable\nreply", "model": "429: slow down"}
+    assert (facts["done"], facts["owed"]) == (1, 2)
+    assert "errors      3 errors: model 2, reply 1" in lines
+    assert "            first of model: 429: slow down" in lines
+    assert "            first of reply: no usable reply" in lines
+
+
+def test_a_directory_from_before_calls_were_kept_says_what_decisions_used(tmp_path, told):
+    trial = make_trial(SOLUTION, agent=DEAR)
+    usage = Usage(calls=2, input_tokens=1_000_000, output_tokens=100)
+    steps = tuple(replace(step, decision=replace(step.decision, usage=usage, served="dear-0")) for step in trial.steps)
+    write_study(tmp_path / "s", planned(DEAR), [replace(trial, steps=steps)])
+    facts, _ = told(tmp_path / "s")
+    assert (facts["calls"], facts["input_tokens"], facts["output_tokens"]) == (8, 4_000_000, 400)
+    assert facts["dollars"] == pytest.approx(12.004)
+    assert facts["served"] == {"dear-0": 4}
+    assert (facts["in_progress"], facts["unanswered_calls"]) == (0, 0)
+
+
+def test_a_study_that_is_running_is_read_up_to_its_last_whole_line(tmp_path, told):
+    write_study(tmp_path / "s", planned(DEAR), [])
+    with Calls.open(tmp_path / "s") as calls:
+        calls.write(replied())
+        page = calls.of(replied(trial=2).key)
+        page.recall(1, 1, "r")
+        asyncio.run(page.reserve(Usage(calls=1, input_tokens=2000)))
+        with (tmp_path / "s" / CALLS).open("ab") as file:
+            file.write(b'{"key":"flips/llm')
+        facts, lines = told(tmp_path / "s")
+    assert (facts["done"], facts["owed"], facts["calls"]) == (0, 3, 1)
+    assert (facts["in_progress"], facts["unanswered_calls"], facts["broken_off_calls"]) == (2, 1, 1)
+    assert "            1 call on its way, or was when its run was killed" in lines
+
+
+def test_strategies_have_no_table_of_calls(tmp_path, told):
+    write_study(tmp_path / "s", planned("random"))
+    facts, lines = told(tmp_path / "s")
+    assert (facts["calls"], facts["dollars"], facts["cached_share"], facts["agents"]) == (0, None, None, {})
+    assert [line.split()[0] for line in lines] == ["study", "trials", "steps", "errors"]
+    assert lines[1] == f"trials      3 of 3 done, 0 owed, {facts['solved']} solved"
+
+
+def test_it_needs_no_inference_and_no_provider(tmp_path):
+    write_study(tmp_path / "s", planned(DEAR), [make_trial(SOLUTION, agent=DEAR)])
+    code = (
+        "import sys; from lockprobe.cli import main; sys.argv = ['lockprobe', 'status', sys.argv[1]]\n"
+        "try: main()\nfinally: print([m for m in ('inspect_ai', 'statsmodels', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code, tmp_path / "s"], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,93 @@
+"""Logs are data from anyone: what is damaged, foreign, impossible or too large is refused in one line."""
+
+import pytest
+from builders import SOLUTION, make_trial, small_study
+
+from lockprobe.errors import BadFile
+
+reading = pytest.importorskip("lockprobe.evals.reading")
+
+from inspect_ai.log import read_eval_log, write_eval_log  # noqa: E402
+
+from lockprobe.evals.scoring import SCORER, TRIAL  # noqa: E402
+from lockprobe.evals.writing import write_logs  # noqa: E402
+
+STUDY = small_study(["random"], p=[0.0], repetitions=1)
+TRIALS = [make_trial(SOLUTION), make_trial([0] * 20, trial=2)]
+
+
+@pytest.fixture
+def log(tmp_path):
+    (path,) = write_logs(TRIALS, STUDY, tmp_path / "good.eval")
+    return path
+
+
+def changed(path, change):
+    """The same log with something done to it."""
+    log = read_eval_log(str(path))
+    change(log)
+    other = path.with_name("other.eval")
+    write_eval_log(log, str(other))
+    return other
+
+
+def test_an_impossible_record_is_refused(log):
+    def lie(log):
+        metadata = log.samples[0].scores[SCORER].metadata
+        metadata[TRIAL] = metadata[TRIAL].replace('"ending":"solved"', '"ending":"budget"')
+
+    with pytest.raises(BadFile, match="ending"):
+        reading.read_log(changed(log, lie))
+
+
+def test_a_sample_without_a_record_is_not_finished(log):
+    def forget(log):
+        log.samples[0].scores = None
+
+    source = reading.read_log(changed(log, forget))
+    assert source.unfinished == {TRIALS[0].key}
+    assert list(source.trials) == TRIALS[1:]
+
+
+def test_settings_that_are_none_are_refused(log):
+    def spoil(log):
+        log.eval.metadata["lockprobe"]["p"] = [7]
+
+    with pytest.raises(BadFile, match="p"):
+        reading.read_log(changed(log, spoil))
+
+
+def test_a_log_of_something_else_is_refused(log):
+    def empty(log):
+        log.eval.metadata = {}
+
+    with pytest.raises(BadFile, match="not of trials of Lockprobe"):
+        reading.read_log(changed(log, empty))
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"{}", b"[" * 100_000, b'{"version": 2, "eval": 1}'])
+@pytest.mark.parametrize("name", ["x.eval", "x.json", "x.txt"])
+def test_what_is_no_log_is_refused(tmp_path, content, name):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(BadFile, match=name):
+        reading.read_log(path)
+
+
+def test_a_cut_log_is_refused(log):
+    log.write_bytes(log.read_bytes()[:-200])
+    with pytest.raises(BadFile):
+        reading.read_log(log)
+
+
+def test_a_log_that_unpacks_to_too_much_is_not_read(log, monkeypatch):
+    monkeypatch.setattr(reading, "LARGEST", 1000)
+    with pytest.raises(BadFile, match="at most 1000"):
+        reading.read_log(log)
+
+
+def test_a_directory_is_read_with_those_below_it_and_each_trial_once(log):
+    below = log.parent / "below"
+    write_logs(TRIALS[:1], STUDY, below / "again.eval")
+    assert reading.log_files(log.parent) == [below / "again.eval", log]
+    assert sorted(trial.key for trial in reading.trials_in(log.parent)) == [trial.key for trial in TRIALS]

@@ -1,0 +1,63 @@
+"""A trial's conversation, made again from its record, is the one that was had."""
+
+from dataclasses import replace
+
+from builders import make_trial, play_study, small_study
+
+from lockprobe.agents.prompt import fingerprint
+from lockprobe.evals.retelling import instruction, retold, told_last
+from lockprobe.pictures.picture import Picture
+from lockprobe.record import TrialError
+
+GOOD = '{"last_action": "moved", "hypothesis": "", "joint": "D"}'
+
+
+def replied(*replies):
+    """A trial of three steps; the second was decided after these replies."""
+    trial = make_trial([3, 3, 3], budget=3, facts={"prompt": f"chat {fingerprint('x')}"})
+    steps = [replace(step, told=f"told {step.step}") for step in trial.steps]
+    steps[1] = replace(steps[1], decision=replace(steps[1].decision, replies=replies))
+    return replace(trial, steps=tuple(steps), opening="first")
+
+
+def test_a_malformed_reply_is_followed_by_what_was_then_asked():
+    said = [exchange for exchange in retold(replied("no idea", GOOD)) if exchange.step == 2]
+    assert [(exchange.turn, exchange.last, exchange.reply) for exchange in said] == [
+        (1, False, "no idea"),
+        (2, True, GOOD),
+    ]
+    assert said[0].told.text == "told 1"
+    assert said[1].told.text.startswith("That reply could not be used (not one JSON object)")
+
+
+def test_a_trial_that_a_reply_broke_ends_with_it():
+    trial = replied(GOOD)
+    error = TrialError(boundary="reply", message="no", step=2, replies=("a", "b"))
+    said = retold(replace(trial, steps=trial.steps[:1], ending="error", error=error))
+    assert [(exchange.step, exchange.turn, exchange.reply) for exchange in said[1:]] == [(2, 1, "a"), (2, 2, "b")]
+
+
+def test_a_hosted_model_was_told_the_instruction_and_a_strategy_was_not():
+    hosted, scripted = replied(GOOD), make_trial([0], budget=1)
+    assert "Reply with one JSON object" in instruction(hosted)
+    assert retold(hosted)[0].told.text == f"{instruction(hosted)}\n\nfirst"
+    assert instruction(scripted) == "Joints A, B, C, D; the target is A; 1 steps."
+
+
+def test_of_a_strategy_is_said_what_it_chose():
+    (trial, *_) = play_study(small_study(["human-inspired"], p=[0.3], repetitions=1, trials=1))
+    said = retold(trial)
+    assert [exchange.told.text for exchange in said[1:]] == [step.told for step in trial.steps[:-1]]
+    assert told_last(trial).text == trial.steps[-1].told
+    assert all(step.decision.joint in exchange.reply for step, exchange in zip(trial.steps, said, strict=True))
+
+
+def test_pictures_are_those_that_were_shown_and_are_there(tmp_path):
+    shown, kept = Picture(kind="rgb", png=b"seen"), Picture(kind="depth16", png=b"kept")
+    for picture in (shown, kept):
+        (tmp_path / picture.name).write_bytes(picture.png)
+    gone = Picture(kind="rgb", png=b"gone").name
+    trial = make_trial([0], budget=1, pictures=[{"rgb": shown.name, "depth16": kept.name}, {"rgb": gone}])
+    assert [picture.png for picture in retold(trial, tmp_path)[0].told.pictures] == [b"seen"]
+    assert told_last(trial, tmp_path).pictures == ()
+    assert retold(trial)[0].told.pictures == ()

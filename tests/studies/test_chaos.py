@@ -1,0 +1,218 @@
+"""Providers break in many ways; what a study records is as if none had, or an error at the right boundary.
+
+``LOCKPROBE_CHAOS=210`` in the environment makes the large study of as many trials.
+"""
+
+import os
+from dataclasses import replace
+
+import pytest
+from provider_server import HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
+
+from lockprobe.agents.access import Access
+from lockprobe.errors import Missing
+from lockprobe.studies.calls import read_calls
+from lockprobe.studies.journal import Journal, load
+from lockprobe.studies.runner import Limits, run
+from lockprobe.studies.studyfile import Request, study
+
+pytest.importorskip("lockprobe.agents.llm.model")
+SPEC = "llm:openai-api/fake/model"
+TRIALS = int(os.environ.get("LOCKPROBE_CHAOS", "30"))
+
+
+@pytest.fixture(autouse=True)
+def no_keys(monkeypatch):
+    for name in os.environ:
+        if name.endswith(("_API_KEY", "_BASE_URL")):
+            monkeypatch.delenv(name)
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+
+
+def played(directory, monkeypatch, server, planned, access):
+    """The trials of a study after one run, and whether it ran to its end."""
+    monkeypatch.setenv("FAKE_BASE_URL", server.url)
+    with Journal.open(directory, planned) as journal:
+        try:
+            run(planned, journal, limits=Limits(access=access))
+        except Missing as gave_up:
+            assert "trials in a row" in str(gave_up)  # noqa: PT017
+    return load(directory)
+
+
+def what_happened(trial):
+    """A trial without what repairs leave in it: their replies and their costs."""
+    steps = [
+        replace(step, decision=replace(step.decision, replies=step.decision.replies[-1:], usage=None))
+        for step in trial.steps
+    ]
+    return replace(trial, steps=tuple(steps))
+
+
+class Script:
+    """Faults in the order in which requests come."""
+
+    answer, retry_after, keeps = "truthful", 0.01, True
+
+    def __init__(self, *kinds, then=""):
+        self._kinds, self._then = iter(kinds), then
+
+    def latency(self, conversation):
+        return 0.0
+
+    def fault(self, conversation, time):
+        return next(self._kinds, self._then)
+
+
+ONE = study(Request(agent=[SPEC], p=[0], trials=1, repetitions=1))
+QUICK = Access(connections=1, timeout=0.3, retries=2, pause=0.01)
+
+FAULTY = {
+    "429 with Retry-After": "the provider answered 429: Rate limit reached",
+    "429": "the provider answered 429: Rate limit reached",
+    "500": "the provider answered 500: The server had an error",
+    "dropped": "Server disconnected without sending a response",
+    "dropped midway": "peer closed connection without sending complete message body",
+    "stalled": "no reply within 0.3 s",
+    "truncated": "a reply that cannot be read",
+    "malformed": "a reply that cannot be read",
+    "a string": "service unavailable",
+}
+"""What a trial ends with, at the boundary ``model``, if the provider does nothing else; once is asked again."""
+
+UNUSABLE = {
+    "wrong schema": ("stop", "Field required"),
+    "refusal": ("stop", "not one JSON object"),
+    "filtered": ("content_filter", "not one JSON object"),
+    "empty": ("stop", "not one JSON object"),
+    "cut": ("max_tokens", "not one JSON object"),
+}
+"""Why the model stopped, and what a trial ends with, at the boundary ``reply``, if it does nothing else."""
+
+
+def test_the_tables_hold_every_fault():
+    assert (tuple(FAULTY), tuple(UNUSABLE)) == (HTTP_FAULTS, REPLY_FAULTS)
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory):
+    """The record of the one trial where nothing goes wrong."""
+    with pytest.MonkeyPatch.context() as patch, here() as server:
+        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        return played(tmp_path_factory.mktemp("right"), patch, server, ONE, QUICK)
+
+
+@pytest.mark.parametrize("kind", FAULTY)
+def test_a_provider_that_fails_for_a_while_is_asked_again_and_leaves_no_trace_in_the_record(
+    tmp_path, monkeypatch, right, kind
+):
+    with here(manner=Script("", kind, kind)) as server:
+        assert played(tmp_path, monkeypatch, server, ONE, QUICK) == right
+    assert server.faults == {kind: 2}
+    assert [call.retries for call in read_calls(tmp_path)] == [0, 2, *[0] * (len(right[0].steps) - 2)]
+
+
+@pytest.mark.parametrize(("kind", "message"), FAULTY.items())
+def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
+    tmp_path, monkeypatch, right, kind, message
+):
+    with here(manner=Script("", kind, kind, kind)) as server:
+        (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
+        assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "model", 2)
+        assert message in trial.error.message
+        assert trial.error.message.endswith("(tried 3 times)")
+        assert trial.steps == right[0].steps[:1]
+        assert trial.owed_again
+        failed = list(read_calls(tmp_path))[-1]
+        assert (failed.step, failed.reply, failed.error) == (2, None, trial.error.message)
+        assert played(tmp_path, monkeypatch, server, ONE, QUICK) == right
+    assert server.account()["arrived"] == len(right[0].steps) + 3
+
+
+@pytest.mark.parametrize(("kind", "stop"), [(kind, stop) for kind, (stop, _) in UNUSABLE.items()])
+def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, monkeypatch, right, kind, stop):
+    with here(manner=Script("", kind, kind)) as server:
+        trials = played(tmp_path, monkeypatch, server, ONE, QUICK)
+    assert [what_happened(trial) for trial in trials] == [what_happened(trial) for trial in right]
+    assert [len(step.decision.replies) for step in trials[0].steps] == [1, 3, *[1] * (len(right[0].steps) - 2)]
+    assert trials[0].steps[1].decision.usage.calls == 3
+    assert [call.stop for call in read_calls(tmp_path)][:4] == ["stop", stop, stop, "stop"]
+
+
+@pytest.mark.parametrize(("kind", "why"), [(kind, why) for kind, (_, why) in UNUSABLE.items()])
+def test_a_model_that_gives_no_other_ends_the_trial_for_good(tmp_path, monkeypatch, right, kind, why):
+    with here(manner=Script("", then=kind)) as server:
+        for _ in range(2):
+            (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
+            assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "reply", 2)
+            assert trial.error.message.startswith("no usable reply in 5 turns: ")
+            assert trial.error.message.endswith(why)
+            assert trial.steps == right[0].steps[:1]
+            assert not trial.owed_again
+    assert server.account()["arrived"] == 1 + 5
+
+
+def but(**changes):
+    """Truthful answers with other things in their body."""
+    return lambda request: (200, truthful(request)[1] | changes)
+
+
+@pytest.mark.parametrize(
+    "usage",
+    [
+        None,
+        {"prompt_tokens": -5, "completion_tokens": -1, "total_tokens": -6},
+        {"prompt_tokens": 10**30, "completion_tokens": 10**400, "total_tokens": 1},
+        {
+            "prompt_tokens": 9,
+            "completion_tokens": 9,
+            "total_tokens": 18,
+            "prompt_tokens_details": {"cached_tokens": -3},
+        },
+    ],
+)
+def test_counts_that_cannot_be_are_none_and_the_study_can_be_read(tmp_path, monkeypatch, right, usage):
+    with here(but(usage=usage)) as server:
+        trials = played(tmp_path, monkeypatch, server, ONE, QUICK)
+    assert [what_happened(trial) for trial in trials] == [what_happened(trial) for trial in right]
+    for call in read_calls(tmp_path):
+        assert 0 <= call.usage.input_tokens < 1000
+        assert 0 <= call.usage.output_tokens < 1000
+        assert call.usage.cached_tokens == 0
+
+
+@pytest.mark.parametrize("choices", [[], None, [{"index": 0, "finish_reason": "stop"}]])
+def test_a_body_without_a_reply_is_asked_for_again(tmp_path, monkeypatch, choices):
+    with here(but(choices=choices)) as server:
+        (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
+    assert trial.error.boundary == "model"
+    assert trial.error.message.startswith("a reply that cannot be read (")
+    assert trial.error.message.endswith(" (tried 3 times)")
+
+
+def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tmp_path, monkeypatch):
+    planned = study(Request(agent=[SPEC], p=[0, 0.3, 0.6], trials=TRIALS // 3, repetitions=1))
+    assert planned.size == TRIALS
+    with here() as server:
+        right = played(tmp_path / "right", monkeypatch, server, planned, Access(connections=8))
+    impatient = Access(connections=8, retries=0, timeout=1, pause=0.02)
+    runs = [impatient, *[replace(impatient, retries=3)] * 20]  # without patience first, so that trials break
+    with here(manner=Manner(median=0.005, faults=mixed(0.2))) as server:
+        for made, access in enumerate(runs, 1):
+            trials = played(tmp_path / "chaos", monkeypatch, server, planned, access)
+            assert {trial.error.boundary for trial in trials if trial.error} <= {"model"}
+            if made == 1:
+                assert any(trial.owed_again for trial in trials)
+            if len(trials) == planned.size and not any(trial.owed_again for trial in trials):
+                break
+    account = server.account()
+    assert {trial.key: what_happened(trial) for trial in trials} == {trial.key: what_happened(trial) for trial in right}
+    assert all(trial.error is None for trial in trials)
+    assert 0.1 < sum(account["faults"].values()) / account["arrived"] < 0.3
+    calls = [call for call in read_calls(tmp_path / "chaos") if call.reply is not None]
+    assert len({(call.key, call.step, call.turn) for call in calls}) == len(calls)
+    assert len(calls) == sum(step.decision.usage.calls for trial in trials for step in trial.steps)
+    assert len(calls) <= account["replied"] <= len(calls) + account["left"]
+    print(
+        f"{len(trials)} trials in {made} runs: {account['arrived']} requests, {len(calls)} replies, {account['faults']}"
+    )

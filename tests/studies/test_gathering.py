@@ -1,0 +1,139 @@
+"""What was played elsewhere is taken in once, and only if it is of the same study."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from builders import make_trial, play_study, small_study, write_study
+
+from lockprobe.call import Call
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.pictures.picture import Picture
+from lockprobe.studies.calls import read_calls
+from lockprobe.studies.gathering import gather, source_of_directory
+from lockprobe.studies.journal import load, read_settings, read_timings
+from lockprobe.studies.runner import run_study
+from lockprobe.studies.settings import read_study
+
+ALL = small_study(p=[0.0, 0.4], trials=2)
+
+
+def only(*agents):
+    return replace(ALL, agents=agents)
+
+
+def test_two_agents_that_were_played_apart_are_one_study(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    there = write_study(tmp_path / "there", only("human-inspired"))
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.taken, gathered.there, gathered.agents) == (8, 0, ("human-inspired",))
+    assert read_study(here) == ALL
+    assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in play_study(ALL)}
+    assert {timing.key for timing in read_timings(here)} == {trial.key for trial in load(here)}
+
+
+def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):
+    sources = [source_of_directory(write_study(tmp_path / agent, only(agent))) for agent in ALL.agents]
+    gathered = gather(tmp_path / "new", sources)
+    assert (gathered.taken, gathered.agents) == (16, ALL.agents)
+    assert read_study(tmp_path / "new") == ALL
+
+
+def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
+    trials = play_study(only("random"))
+    broken = make_trial([], p=0.4, repetition=2, trial=2, broken="model")
+    here = write_study(tmp_path / "here", only("random"), [*trials[:3], broken])
+    there = write_study(tmp_path / "there", only("random"), [*trials[1:]])
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.taken, gathered.there, gathered.agents) == (5, 2, ())
+    assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in trials}
+    before = (here / "trials.jsonl").read_bytes()
+    again = gather(here, [source_of_directory(there)])
+    assert (again.taken, again.there) == (0, 7)
+    assert (here / "trials.jsonl").read_bytes() == before
+
+
+def test_a_trial_that_was_broken_off_is_not_taken_and_is_counted_once(tmp_path):
+    trials = play_study(only("random"))
+    broken = make_trial([], broken="model")
+    sources = [
+        source_of_directory(write_study(tmp_path / name, only("random"), [broken, *more]))
+        for name, more in (("a", trials[1:3]), ("b", trials[3:5]))
+    ]
+    gathered = gather(tmp_path / "here", sources)
+    assert (gathered.taken, gathered.unfinished) == (4, 1)
+    assert broken.key == trials[0].key
+    assert broken.key not in {trial.key for trial in load(tmp_path / "here")}
+
+
+def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
+    there = write_study(tmp_path / "there", ALL, play_study(ALL)[:5])
+    here = tmp_path / "here"
+    gather(here, [source_of_directory(there)])
+    agents = read_study(here).agents
+    played = run_study(only(*agents), here)
+    assert {trial.key: trial for trial in played} == {trial.key: trial for trial in play_study(only(*agents))}
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"seed": 2}, "seed is 2, not 1"),
+        ({"p": (0.0, 0.5)}, r"p is \[0.0, 0.5\], not \[0.0, 0.4\]"),
+        ({"layout": "shuffled"}, "layout"),
+    ],
+)
+def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
+    here = write_study(tmp_path / "here", only("random"))
+    there = write_study(tmp_path / "there", replace(only("human-inspired"), **other))
+    before = read_settings(here)
+    with pytest.raises(BadFile, match=said):
+        gather(here, [source_of_directory(there)])
+    assert read_settings(here) == before
+    assert len(load(here)) == 8
+
+
+def test_a_trial_that_is_not_of_its_own_study_is_refused(tmp_path):
+    there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, p=0.4, trial=3)])
+    with pytest.raises(BadFile, match="no trial of its own study"):
+        gather(tmp_path / "here", [source_of_directory(there)])
+
+
+def test_another_model_under_the_same_name_is_refused(tmp_path):
+    trials = [make_trial([0] * 20, facts={"model": "x", "runtime": name}, trial=i) for i, name in ((1, "a"), (2, "b"))]
+    here = write_study(tmp_path / "here", only("random"), trials[:1])
+    there = write_study(tmp_path / "there", only("random"), trials[1:])
+    with pytest.raises(BadFile, match="random is not the same there"):
+        gather(here, [source_of_directory(there)])
+    assert len(load(here)) == 1
+
+
+def test_pictures_and_calls_come_along(tmp_path):
+    png = Picture(kind="rgb", png=b"x" * 9)
+    names = [{"rgb": png.name}, {"rgb": "0" * 20 + ".png"}]
+    trial = make_trial([0] * 20, pictures=names)
+    there = write_study(tmp_path / "there", only("random"), [trial])
+    (there / "pictures").mkdir()
+    (there / "pictures" / png.name).write_bytes(png.png)
+    call = Call(key=trial.key, step=1, turn=1, request="r", reply="{}")
+    (there / "calls.jsonl").write_text(
+        json.dumps({"key": call.key, "step": 1, "turn": 1, "request": "r", "reply": "{}"}) + "\n"
+    )
+    gathered = gather(tmp_path / "here", [source_of_directory(there)])
+    assert gathered.pictures_missing == 1
+    assert (tmp_path / "here" / "pictures" / png.name).read_bytes() == png.png
+    assert list(read_calls(tmp_path / "here")) == [call]
+
+
+def test_a_picture_that_is_not_what_its_name_says_is_missing(tmp_path):
+    name = Picture(kind="rgb", png=b"true").name
+    there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, pictures=[{"rgb": name}])])
+    (there / "pictures").mkdir()
+    (there / "pictures" / name).write_bytes(b"false")
+    assert gather(tmp_path / "here", [source_of_directory(there)]).pictures_missing == 1
+    assert not (tmp_path / "here" / "pictures").exists()
+
+
+def test_no_source_is_a_mistake(tmp_path):
+    with pytest.raises(BadValue, match="sources"):
+        gather(tmp_path, [])

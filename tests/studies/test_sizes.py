@@ -1,0 +1,70 @@
+"""How large requests are, held against the conversations themselves."""
+
+import pytest
+
+from lockprobe.agents.llm.knowledge import ModelFacts
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.size import at_most, repeated_prefix
+from lockprobe.agents.prompt import conversation
+from lockprobe.record import Situation
+from lockprobe.studies.sizes import Prompt, made_up, reply
+from lockprobe.studies.studyfile import Request, study
+
+SPEC = "llm:openai-api/fake/model"
+
+
+def requests(whole, images):
+    """The conversations of a trial of 20 steps, one a step, from the situation of the last."""
+    begun = [Situation(task=whole.task, past=whole.past[:n], percept=whole.past[n].percept) for n in range(19)]
+    return [conversation(situation, images=images) for situation in (*begun, whole)]
+
+
+@pytest.mark.parametrize(
+    ("size", "share"), [("width=640&height=480", 0.5), ("width=320&height=240", 0.25), ("width=2048", 1)]
+)
+@pytest.mark.parametrize("images", [0, 2])
+def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images, size, share):
+    plan = study(
+        Request(
+            study="modalities",
+            agent=["llm:openai-api/fake/model"],
+            modality=["rgb", "rgbd"],
+            trials=1,
+            plant=f"fast-twin?{size}",
+        )
+    )
+    first, both = (plan.plan(plan.agents[0], 0.0, 1, 1, modality) for modality in ("rgb", "rgbd"))
+    for shown, pictures in ((first, 1), (both, 2)):
+        prompt = Prompt(shown, Settings(images=images), ModelFacts(picture_tokens=500))
+        text = Prompt(shown, Settings(images=images), ModelFacts(picture_tokens=1))
+        kept = images or 5
+        assert prompt.request(5).input - text.request(5).input == pytest.approx(pictures * kept * 499 * share)
+
+
+@pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgb", 0), ("rgb", 3)])
+def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality, images):
+    settings = Settings(images=images)
+    plan = study(Request(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
+    shown = plan.plan(SPEC, 0.0, 1, 1, modality)
+    whole = made_up(shown, '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}')
+    talks = requests(whole, images)
+    prompt = Prompt(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
+    steps = range(1, 21)
+    share = sum(prompt.repeated(step) for step in steps) / sum(prompt.request(step).input for step in steps)
+    assert share == pytest.approx(repeated_prefix(talks, picture_tokens=800), abs=0.05)
+
+
+@pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgbd", 0), ("rgbd", 3)])
+def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, images):
+    settings, facts = Settings(images=images), ModelFacts(picture_tokens=1600)
+    plan = study(Request(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
+    shown = plan.plan(SPEC, 0.0, 1, 1, modality)
+    asked = [at_most(talk, settings, facts) for talk in requests(made_up(shown, reply("x" * 4000)), images)]
+    most = Prompt(shown, settings, facts).most(11, 5)
+    assert most.calls == 5 * 10
+    assert (
+        5 * sum(one.input_tokens for one in asked[10:])
+        <= most.input_tokens
+        <= 1.6 * 5 * sum(one.input_tokens for one in asked[10:])
+    )
+    assert most.output_tokens == 5 * sum(one.output_tokens for one in asked[10:])

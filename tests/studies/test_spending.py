@@ -1,0 +1,200 @@
+"""What a study has cost, by agent, and a budget that it never passes."""
+
+import asyncio
+import random
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.agents.llm.knowledge import OWN_FACTS, Price
+from lockprobe.call import BROKEN_OFF, Call, Usage
+from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.studies.calls import Calls, read_calls
+from lockprobe.studies.spending import Budget, Ledger, agent_of, most_dollars, price_of
+from lockprobe.studies.studyfile import Request, study
+
+PRICES = """
+[[model]]
+match = ["fake/dear*"]
+price = { input = 3, cached = 1, stored = 4, output = 10, batch = 0.5, date = "2026-01-02", source = "made up" }
+[[model]]
+match = ["fake/cheap"]
+price = { input = 0.5, cached = 0.5, output = 1, date = "2026-01-03", source = "made up" }
+"""
+DEAR, CHEAP, FREE = "llm:fake/dear", "llm:fake/cheap", "llm:fake/unheard"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def prices(tmp_path_factory):
+    path = tmp_path_factory.mktemp("prices") / "models.toml"
+    path.write_text(PRICES)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(OWN_FACTS, str(path))
+        yield
+
+
+def planned(*agents):
+    return study(Request(agent=list(agents), trials=9, p=[0], repetitions=1))
+
+
+def call(agent=DEAR, trial=1, step=1, reply="said", **more):
+    key = f"flips/{agent}/p=0/rep=1/trial={trial}"
+    return Call(key=key, step=step, turn=more.pop("turn", 1), request="r", reply=reply, **more)
+
+
+def usage(read=0, wrote=0, cached=0, stored=0):
+    return Usage(calls=1, input_tokens=read, output_tokens=wrote, cached_tokens=cached, stored_tokens=stored)
+
+
+@pytest.mark.parametrize("agent", ["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"])
+def test_an_agent_is_found_in_a_key_whatever_slashes_it_holds(agent):
+    among = study(Request(agent=["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"]))
+    assert {agent_of(among, plan.key) for plan in among.plans(agent)} == {agent}
+    shown = study(Request(study="modalities", agent=[agent], modality=["symbolic", "rgb"], trials=1))
+    assert {agent_of(shown, plan.key) for plan in shown.plans(agent)} == {agent}
+
+
+def test_an_agent_of_another_study_is_named_as_it_stands():
+    assert agent_of(planned("random"), "flips/llm:x/y/p=0/rep=1/trial=1") == "llm:x/y"
+
+
+def test_prices_are_of_hosted_models_only():
+    assert price_of(DEAR + "?images=2").date == "2026-01-02"
+    assert price_of(FREE) is price_of("random") is price_of("llm:local") is price_of("llm:gguf:/x/y.gguf") is None
+
+
+def test_every_call_counts_with_what_its_provider_charges():
+    ledger = Ledger(planned(DEAR, CHEAP, "random"))
+    million = 1_000_000
+    ledger.add(call(usage=usage(read=3 * million, wrote=million, cached=million, stored=million)))  # 3 + 1 + 4 + 10
+    ledger.add(call(step=2, usage=usage(read=million), batch=True))  # 1.5
+    ledger.add(call(CHEAP, usage=usage(wrote=million), retries=2, served="cheap-1", seconds=2.0))
+    ledger.add(call(CHEAP, reply=None, error="the provider answered 500"))
+    dear, cheap = ledger.by_agent[DEAR], ledger.by_agent[CHEAP]
+    assert list(ledger.by_agent) == [DEAR, CHEAP]
+    assert dear.dollars == pytest.approx(19.5)
+    assert (dear.usage.calls, dear.usage.input_tokens, dear.price.date) == (2, 4 * million, "2026-01-02")
+    assert (cheap.usage.calls, cheap.failed, cheap.retries, cheap.served) == (1, 1, 2, (("cheap-1", 1),))
+    assert cheap.dollars == pytest.approx(1)
+    assert ledger.total.dollars == pytest.approx(20.5)
+    assert (ledger.total.usage.calls, ledger.total.failed, ledger.total.seconds) == (3, 1, 2.0)
+
+
+def test_money_that_is_not_known_is_none_and_never_nothing():
+    ledger = Ledger(planned(DEAR, FREE), [call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
+    assert ledger.by_agent[FREE].dollars is None
+    assert ledger.by_agent[DEAR].dollars == pytest.approx(0.003)
+    assert ledger.total.dollars is None
+    assert Ledger(planned("random")).total.dollars is None
+
+
+def test_calls_whose_cost_nobody_said_stand_apart():
+    worst = usage(read=1_000_000, wrote=100_000)
+    ledger = Ledger(
+        planned(DEAR),
+        [call(usage=usage(read=1_000_000)), call(reply=None, error=BROKEN_OFF, most=worst), call(step=2, most=worst)],
+    )
+    spent = ledger.by_agent[DEAR]
+    assert (spent.broken_off, spent.uncounted, spent.failed, spent.usage.calls) == (1, 1, 0, 2)
+    assert spent.dollars == pytest.approx(3)
+    assert spent.dollars_unknown == pytest.approx(2 * (4 + 1))  # as if all of it had been put into the cache
+
+
+def test_what_was_sent_before_is_what_the_request_before_held():
+    calls = [
+        call(usage=usage(read=100)),
+        call(step=2, usage=usage(read=150)),  # 100 of it
+        call(step=2, turn=2, usage=usage(read=180)),  # a repair: 150
+        call(step=3, usage=usage(read=200)),  # of which the repair is no part: 150
+        call(trial=2, usage=usage(read=100)),
+        call(trial=2, step=2, usage=usage(read=40)),  # no more than it holds
+    ]
+    assert Ledger(planned(DEAR), calls).total.repeated_tokens == 100 + 150 + 150 + 40
+
+
+@pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])
+def test_a_budget_is_an_amount(allowed):
+    with pytest.raises(BadValue, match="budget: got .*, expected US dollars above 0"):
+        Budget(planned(DEAR), allowed)
+
+
+def test_a_budget_needs_the_price_of_every_hosted_agent():
+    with pytest.raises(
+        BadValue, match=r"no budget with llm:fake/unheard, whose price is not known; .* LOCKPROBE_.*toml"
+    ):
+        Budget(planned(DEAR, FREE, "random"), 5)
+
+
+def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not_fit_without_them(tmp_path):
+    worst, cost = usage(wrote=100_000), usage(wrote=40_000)  # at most $1; really $0.40
+    began = []
+
+    async def one(calls, trial):
+        await calls.of(call(trial=trial).key).reserve(worst)
+        began.append(trial)
+        for _ in range(3):
+            await asyncio.sleep(0)
+        calls.write(call(trial=trial, usage=cost))
+
+    async def all_of_them():
+        with Calls.open(tmp_path) as calls:
+            budget = Budget(planned(DEAR), 2.5)
+            calls.limit(budget)
+            done = await asyncio.gather(*(one(calls, trial) for trial in range(1, 9)), return_exceptions=True)
+            return budget, done
+
+    budget, done = asyncio.run(all_of_them())
+    assert began == [1, 2, 3, 4]  # two at a time; with $1.60 spent none fits any more
+    assert [type(end) for end in done] == [type(None)] * 4 + [BudgetReached] * 4
+    assert budget.spent == pytest.approx(1.6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32), allowed=st.floats(0.05, 3), lanes=st.integers(1, 8))
+def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, allowed, lanes):
+    luck, agents = random.Random(seed), planned(DEAR, CHEAP)
+    charged = [0.0]
+
+    def charge(most: Usage, rates: Price) -> Usage:
+        """What the provider really charges for, at the moment at which it is asked."""
+        read = luck.randint(0, most.input_tokens)
+        cached = luck.randint(0, read)
+        used = usage(read, luck.randint(0, most.output_tokens), cached, luck.randint(0, read - cached))
+        charged[0] += rates.of(used)
+        assert charged[0] <= allowed + 1e-9
+        return used
+
+    async def lane(calls, number):
+        agent = luck.choice([DEAR, CHEAP])
+        for step in range(1, 15):
+            worst = usage(luck.randint(0, 60_000), luck.randint(0, 60_000))
+            try:
+                await calls.of(call(agent, number).key).reserve(worst)
+            except BudgetReached:
+                return
+            used = charge(worst, price_of(agent))
+            for _ in range(luck.randint(0, 4)):
+                await asyncio.sleep(0)
+            counted = call(agent, number, step, usage=used)
+            uncounted = call(agent, number, step, usage=Usage(calls=1))
+            broken_off = call(agent, number, step, reply=None, error=BROKEN_OFF)
+            calls.write(luck.choice([counted, counted, uncounted, broken_off]))
+
+    async def run(directory):
+        with Calls.open(directory) as calls:
+            calls.limit(Budget(agents, allowed))
+            await asyncio.gather(*(lane(calls, number) for number in range(lanes)))
+
+    with tempfile.TemporaryDirectory() as directory:
+        for _ in range(2):  # a second run has what the first left, and no more
+            asyncio.run(run(Path(directory)))
+        ledger = Ledger(agents, read_calls(directory)).total
+        assert (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
+
+
+def test_the_most_that_tokens_cost_is_as_if_all_were_put_into_the_cache():
+    assert most_dollars(usage(read=1_000_000, cached=1_000_000, wrote=1_000_000), price_of(DEAR)) == pytest.approx(14)
+    assert most_dollars(usage(read=1_000_000), price_of(CHEAP)) == pytest.approx(0.5)

@@ -1,0 +1,260 @@
+"""No key, token, password or header is ever in a log, a record or a report, whatever a provider repeats of them."""
+
+import base64
+import contextlib
+import io
+import json
+import os
+import subprocess
+import sys
+import typing
+import zipfile
+from collections import Counter
+from typing import ClassVar
+from urllib.parse import quote
+
+import pytest
+from provider_server import completion, failure, here, names, truthful
+
+from lockprobe.cli import main
+from lockprobe.errors import BadValue, ModelFault, ReplyFault, without_keys, without_secrets
+from lockprobe.record import Decision
+from lockprobe.studies.single import run_trial
+
+KEY = "planted/key+0123456789"
+PASSWORD = "planted%password"
+TOKEN = "planted-token-4567"
+ORGANISATION = "org-planted8901"
+HEADER = "planted=header=2345"
+SECRETS = (KEY, PASSWORD, TOKEN, ORGANISATION, HEADER, f"user:{PASSWORD}")
+
+
+def plant(monkeypatch, url="http://127.0.0.1:9/v1"):
+    """Put every secret into the environment; the URL with user, password and token."""
+    with_user = f"{url.replace('://', f'://user:{quote(PASSWORD)}@')}?token={TOKEN}"
+    monkeypatch.setenv("FAKE_API_KEY", KEY)
+    monkeypatch.setenv("OPENAI_ORG_ID", ORGANISATION)
+    monkeypatch.setenv("OPENAI_CUSTOM_HEADERS", f"X-Planted: {HEADER}")
+    monkeypatch.setenv("FAKE_BASE_URL", url)
+    monkeypatch.setenv("HTTPS_PROXY_FOR_TESTS", with_user)
+    return with_user
+
+
+def forms(secret):
+    """How a secret may be written."""
+    yield from (secret, quote(secret, safe=""), json.dumps(secret)[1:-1])
+    for shift in range(3):  # within a longer text, the characters of base64 depend on where it begins
+        encoded = base64.b64encode(b" " * shift + secret.encode()).decode().rstrip("=")
+        yield encoded[(0, 2, 3)[shift] : -1]
+
+
+def leaks(content):
+    """The secrets that these bytes hold, in whatever form."""
+    return {form for secret in SECRETS for form in forms(secret) if form.encode() in content}
+
+
+def everything(directory):
+    """Every file below a directory, those within archives too."""
+    for path in directory.rglob("*"):
+        if path.is_file():
+            content = path.read_bytes()
+            yield str(path), content
+            if zipfile.is_zipfile(io.BytesIO(content)):
+                with zipfile.ZipFile(path) as archive:
+                    yield from ((f"{path}!{name}", archive.read(name)) for name in archive.namelist())
+
+
+def repeating(echo):
+    """Answers that repeat secrets, in errors, in replies that cannot be used and in such that can."""
+    times = Counter()
+
+    def answer(request):
+        name, turn = names(request["messages"])[1], len(request["messages"]) // 2
+        times[name] += 1
+        status, body = truthful(request)
+        said = json.loads(body["choices"][0]["message"]["content"])
+        if times[name] == 1 and turn == 1:
+            return failure(403, echo)
+        if times[name] == 1 and turn == 2:
+            return 400, f"<html>{echo}</html>".encode()
+        if times[name] == 1 and turn == 3:
+            return completion(f"I was told {echo}")
+        status, body = completion(json.dumps(said | {"hypothesis": echo}))
+        return status, body | {"model": f"model of {KEY}"}
+
+    return answer
+
+
+def command(capfd, *arguments):
+    """What the command prints, to both streams."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["lockprobe", *map(str, arguments)])
+        with pytest.raises(SystemExit):
+            main()
+    return "".join(capfd.readouterr())
+
+
+@pytest.fixture(autouse=True)
+def no_other_keys(monkeypatch):
+    for name in os.environ:
+        if name.endswith(("_KEY", "_TOKEN", "_URL")):
+            monkeypatch.delenv(name)
+
+
+@pytest.mark.parametrize("secret", SECRETS)
+def test_a_secret_of_the_environment_is_struck_out_in_every_form(monkeypatch, secret):
+    plant(monkeypatch)
+    written = [secret, quote(secret, safe=""), json.dumps(secret)[1:-1], base64.b64encode(secret.encode()).decode()]
+    for form in written:
+        assert without_keys(f"before {form} after") == "before [secret] after"
+        assert leaks(without_secrets(f"x={form}; y").encode()) == set()
+
+
+@pytest.mark.parametrize(
+    ("said", "kept"),
+    [
+        ("Incorrect API key provided: sk-other-012345.", "Incorrect API key provided: [secret]"),
+        ("Incorrect API key provided: sk-proj-****wxyz", "Incorrect API key provided: [secret]"),
+        ("API key not valid: AIzaSyA1234567890abcdefg", "API key not valid: [secret]"),
+        ("Authorization: Bearer abc.def-ghi", "Authorization: [secret]"),
+        (
+            "{'authorization': 'Basic YTpi', 'x-api-key': 'abc'}",
+            "{'authorization': '[secret]', 'x-api-key': '[secret]'}",
+        ),
+        ("sent bearer abcdef to us", "sent bearer [secret] to us"),
+        ("no route to http://a:b@host:1/v1?k=v", "no route to http://[secret]@host:1/v1?[secret]"),
+        ("Bearer token required", "Bearer token required"),
+        ("api_key client option must be set", "api_key client option must be set"),
+        ("see https://host/account/api-keys", "see https://host/account/api-keys"),
+        ("joint: 'sk' is none of A, B", "joint: 'sk' is none of A, B"),
+    ],
+)
+def test_what_looks_like_a_secret_is_struck_out_of_what_a_provider_says_and_no_more(said, kept):
+    assert without_secrets(said) == kept
+    assert str(ModelFault(said)) == kept
+
+
+def test_what_a_model_says_is_kept_but_for_keys_of_the_environment(monkeypatch):
+    plant(monkeypatch)
+    said = '{"hypothesis": "sk-other-012345 opens http://a:b@c", "joint": "A"}'
+    assert without_keys(said) == said
+    assert without_keys("a lone \ud800 cannot be written") == "a lone ? cannot be written"
+
+
+def test_a_short_value_is_no_secret_and_neither_is_any_word_in_a_url(monkeypatch):
+    monkeypatch.setenv("SORT_KEY", "joint")
+    monkeypatch.setenv("SOME_URL", "http://host/v1?colour=slider&token=short")
+    assert without_keys("the joint moved, the slider short") == "the joint moved, the slider short"
+
+
+def test_a_key_is_struck_out_before_a_long_message_is_cut(monkeypatch):
+    plant(monkeypatch)
+    for before in range(960, 1010):
+        assert "planted" not in str(ModelFault("x" * before + KEY))
+
+
+def test_a_mistake_of_the_user_is_told_without_secrets(monkeypatch):
+    url = plant(monkeypatch)
+    assert leaks(str(BadValue("model", url, "a model")).encode()) == set()
+
+
+class Repeating:
+    """Somebody's own agent, which says what it should not."""
+
+    facts: ClassVar = {}
+
+    def __init__(self, *, usable):
+        self._usable = usable
+
+    async def decide(self, situation, rng):
+        said = f"I was given {KEY}"
+        if not self._usable:
+            raise ReplyFault(said, (said,))
+        joint = situation.task.joints[len(situation.past) % len(situation.task.joints)]
+        return Decision(joint=joint, hypothesis=said, replies=(said,), served=KEY)
+
+
+def test_whatever_agent_repeats_a_key_it_is_not_recorded(monkeypatch):
+    plant(monkeypatch)
+    told = "I was given [secret]"
+    broken = run_trial(agent=Repeating(usable=False)).error
+    assert (broken.message, broken.replies) == (told, (told,))
+    decision = run_trial(agent=Repeating(usable=True)).steps[0].decision
+    assert (decision.hypothesis, decision.replies, decision.served) == (told, (told,), "[secret]")
+
+
+@pytest.mark.parametrize(("answers", "ending"), [(True, "solved"), (False, "error")])
+def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
+    tmp_path, monkeypatch, capfd, answers, ending
+):
+    pytest.importorskip("lockprobe.agents.llm.model")
+    run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "1", "--repetitions", "1"]
+    with contextlib.ExitStack() as stack:
+        server = stack.enter_context(here())
+        monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
+        if not answers:
+            stack.close()
+        monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
+        printed = command(capfd, *run, "--retries", "0", "--out", tmp_path / "study")
+    assert json.loads((tmp_path / "study" / "trials.jsonl").read_text())["ending"] == ending
+    assert leaks(printed.encode()) == set()
+    assert {name: found for name, content in everything(tmp_path) if (found := leaks(content))} == {}
+
+
+def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch, capfd):
+    pytest.importorskip("lockprobe.agents.llm.model")
+    from lockprobe.cli.results import export
+
+    study = tmp_path / "study"
+    monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
+    encoded = base64.b64encode(f"user:{PASSWORD}".encode()).decode()
+    echo = (
+        f"key {KEY}; Authorization: Bearer {KEY}; Basic {encoded}; {{'x-planted': '{HEADER}'}}; {ORGANISATION}; "
+        f"{quote(KEY, safe='')} http://user:{quote(PASSWORD)}@127.0.0.1/v1?token={TOKEN}"
+    )
+    run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "2", "--repetitions", "1"]
+    printed = []
+    with here(repeating(echo)) as server:
+        plant(monkeypatch, server.url)
+        printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ([], ["--json"], [])]
+    assert any(KEY in line for line in server.headers)
+    assert any(ORGANISATION in line for line in server.headers)
+    printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]
+    for kind in typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0]):
+        printed.append(command(capfd, "export", study, "--format", kind, "--out", tmp_path / f"export.{kind}"))
+    printed.append(
+        command(capfd, "replay", study, json.loads((study / "trials.jsonl").read_text().splitlines()[-1])["key"])
+    )
+    written = dict(everything(tmp_path))
+    assert {"export.csv", "export.jsonl", "export.eval"} <= {path.name for path in tmp_path.iterdir()}
+    assert any(b"[secret]" in content for name, content in written.items() if "export.eval!" in name)
+    assert {name: found for name, content in written.items() if (found := leaks(content))} == {}
+    assert [leaks(text.encode()) for text in printed] == [set()] * len(printed)
+    for name in ("trials.jsonl", "calls.jsonl"):  # what was struck out, and the rest of what was said, is there
+        assert "key [secret]; " in (study / name).read_text()
+    assert '"boundary":"model"' in (study / "trials.jsonl").read_text()
+
+
+EVAL = """
+import sys
+import inspect_ai
+from lockprobe.evals.tasks import flips
+task = flips(p="0", trials=1, repetitions=1)
+(log,) = inspect_ai.eval(task, model="openai-api/fake/model", log_dir=sys.argv[1], display="plain")
+assert (log.status, len(log.samples)) == ("success", 1)
+"""
+
+
+def test_a_log_of_inspect_holds_no_secret_that_the_provider_does_not_repeat(tmp_path, monkeypatch):
+    """What a provider does repeat, Inspect writes down itself, as in any eval; and its trace names the whole URL."""
+    pytest.importorskip("inspect_ai")
+    with here() as server:
+        monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
+        monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
+        command = [sys.executable, "-c", EVAL, str(tmp_path / "logs")]
+        done = subprocess.run(command, capture_output=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    written = dict(everything(tmp_path / "logs"))
+    assert any("!samples/" in name for name in written)
+    assert {name: found for name, content in written.items() if (found := leaks(content))} == {}
+    assert leaks(done.stdout + done.stderr) == set()
