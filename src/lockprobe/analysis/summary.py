@@ -11,7 +11,6 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from lockprobe.analysis.comparison import Comparison
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
@@ -20,11 +19,12 @@ from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
 from lockprobe.analysis.outcomes import Point, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
-from lockprobe.analysis.ranking import Entrant, comparisons, ranked
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
+from lockprobe.analysis.rivals.comparison import Comparison
+from lockprobe.analysis.rivals.ranking import Entrant, comparisons, ranked
+from lockprobe.analysis.rivals.standing import Standing, standing
 from lockprobe.analysis.robot import Verdicts, verdicts
-from lockprobe.analysis.standing import Standing, standing
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial

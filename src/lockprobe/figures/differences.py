@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
-from lockprobe.analysis.comparison import Comparison
-from lockprobe.analysis.exchange import BlockMean
 from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.rivals.comparison import Comparison
+from lockprobe.analysis.rivals.exchange import BlockMean
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.figures.forest import Row, forest
 from lockprobe.figures.frame import FAINT, SUBJECTS, agent_label, minus, title

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from lockprobe.analysis.comparison import Comparison
 from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.standing import Standing, condition_regret
+from lockprobe.analysis.rivals.comparison import Comparison
+from lockprobe.analysis.rivals.standing import Standing, condition_regret
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 from lockprobe.report.money import Money, money

@@ -20,8 +20,8 @@ from lockprobe.analysis.finding import (
     modality_finding,
     verdicts_said,
 )
+from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.summary import Each, StudySummary, summarise
-from lockprobe.analysis.versus import comparison_said, ranking_said
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.record import Fact, Trial

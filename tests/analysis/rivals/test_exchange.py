@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from builders import make_trial, play_study, small_study
 
-from lockprobe.analysis.exchange import block_mean, sheets, sign_flip
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.proportions import paired
+from lockprobe.analysis.rivals.exchange import block_mean, sheets, sign_flip
 
 
 @pytest.mark.parametrize("sums", [[1, 2, 3], [4, -4, 2, 0], [7, 7, 7, 7, -1, 2], [3, 1, -1, 5, 2, 2, 6, -7]])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.comparison import compare, corrected
-from lockprobe.analysis.exchange import sheets
 from lockprobe.analysis.outcomes import outcomes
+from lockprobe.analysis.rivals.comparison import compare, corrected
+from lockprobe.analysis.rivals.exchange import sheets
 
 A, B = ("llm:a", "symbolic"), ("llm:b", "symbolic")
 

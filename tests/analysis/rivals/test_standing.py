@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.analysis.standing import condition_regret
+from lockprobe.analysis.rivals.standing import condition_regret
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
 

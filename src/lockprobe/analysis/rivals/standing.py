@@ -11,10 +11,10 @@ import numpy as np
 from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.curves import success_curve
-from lockprobe.analysis.exchange import Array, block_mean
 from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.analysis.outcomes import ended, outcomes
 from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.rivals.exchange import Array, block_mean
 from lockprobe.record import Trial
 
 __all__ = ["Regret", "Standing", "condition_regret", "standing"]

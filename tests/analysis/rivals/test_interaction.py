@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lockprobe.analysis.exchange import Sheet
-from lockprobe.analysis.interaction import interaction
+from lockprobe.analysis.rivals.exchange import Sheet
+from lockprobe.analysis.rivals.interaction import interaction
 
 P = (0.0, 0.2, 0.4)
 

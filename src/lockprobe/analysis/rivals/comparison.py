@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.exchange import BlockMean, Sheet, block_mean
 from lockprobe.analysis.inference.logrank import holm
-from lockprobe.analysis.interaction import Interaction, interaction
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
+from lockprobe.analysis.rivals.exchange import BlockMean, Sheet, block_mean
+from lockprobe.analysis.rivals.interaction import Interaction, interaction
 
 __all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected"]
 

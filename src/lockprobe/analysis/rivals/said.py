@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.comparison import Comparison
-from lockprobe.analysis.exchange import BlockMean
 from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.rivals.comparison import Comparison
+from lockprobe.analysis.rivals.exchange import BlockMean
 from lockprobe.analysis.summary import StudySummary
 
 __all__ = ["comparison_said", "ranking_said"]

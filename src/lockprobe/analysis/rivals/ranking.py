@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
-from lockprobe.analysis.comparison import Among, Comparison, compare, corrected
-from lockprobe.analysis.exchange import sheets
 from lockprobe.analysis.outcomes import Outcomes
-from lockprobe.analysis.standing import Standing
+from lockprobe.analysis.rivals.comparison import Among, Comparison, compare, corrected
+from lockprobe.analysis.rivals.exchange import sheets
+from lockprobe.analysis.rivals.standing import Standing
 from lockprobe.seeds import generator
 
 __all__ = ["Entrant", "comparisons", "ranked"]

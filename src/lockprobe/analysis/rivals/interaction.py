@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.analysis.exchange import Array, BlockMean, Sheet, block_mean
+from lockprobe.analysis.rivals.exchange import Array, BlockMean, Sheet, block_mean
 
 __all__ = ["Interaction", "InteractionAt", "interaction"]
 
