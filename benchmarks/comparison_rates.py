@@ -4,8 +4,12 @@ Simulated agents of known truth play the paper's design, 7 p and 30 trials at ea
 any study are. Luck is shared over p by no trial, half of them or all, and between the two agents by none or all.
 Printed is the share of studies in which each test rejects at .05, without correction for several pairs, and the share
 of 95 % intervals that hold the truth. Where the truth is no difference the share should be at most .05; a star marks
-it. ``any p`` is the largest of all changes, from which the report concludes. ``mean`` are flips of the signs of the
-changes' mean over all higher p, which the report does not test: it does not keep its level where agents seldom differ.
+it. Success and steps are judged as the report does: the test rejects, and the interval leaves out 0. ``any p`` is the
+largest of all changes, from which the report concludes. ``mean`` are flips of the signs of the changes' mean over all
+higher p, which the report does not test: it does not keep its level where agents seldom differ.
+
+A second table has agents that are equal on average and play differently, where the test alone goes wrong and why the
+report asks for the interval too; studies of 10, 30 and 60 blocks of luck.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rivals.comparison import Comparison, compare, corrected
-from lockprobe.analysis.rivals.exchange import sheets, sign_flip
+from lockprobe.analysis.rivals.exchange import Sheet, sheets, sign_flip
 from lockprobe.audit.simulate import simulate_outcomes
 from lockprobe.audit.worlds import Design, World
 
@@ -92,7 +96,7 @@ def judged(case: Case, found: Comparison, mean_p: float) -> list[float]:
     return [
         found.verdict != 0,
         min(at.p_adjusted or 0.0 for at in found.at) < ALPHA,
-        (found.steps_adjusted or 0.0) < ALPHA,
+        found.steps_verdict != 0,
         moved.p_value < ALPHA,
         mean_p < ALPHA,
         low is not None and high is not None and low <= case.apart <= high,
@@ -101,8 +105,43 @@ def judged(case: Case, found: Comparison, mean_p: float) -> list[float]:
     ]
 
 
+def seldom_but_wholly(blocks: int, rng: np.random.Generator) -> tuple[Sheet, Sheet]:
+    """Equal shares: the first fails at p = 0 alone, in half of the blocks; the second seldom, but then at every p."""
+    first, second = np.ones((2, blocks, 7))
+    first[:, 0] = rng.random(blocks) < 1 / 2
+    second[rng.random(blocks) < 1 / 14] = 0
+    return Sheet(solved=first, steps=np.where(first > 0, 10.0, 20.0)), Sheet(
+        solved=second, steps=np.where(second > 0, 10.0, 20.0)
+    )
+
+
+def mostly_faster(blocks: int, rng: np.random.Generator) -> tuple[Sheet, Sheet]:
+    """Equal steps: the first always needs 5; the second 4, but 20 in one block of 16; alike at every p."""
+    first, solved = np.full((blocks, 7), 5.0), np.ones((blocks, 7))
+    second = np.repeat(np.where(rng.random((blocks, 1)) < 1 / 16, 20.0, 4.0), 7, axis=1)
+    return Sheet(solved=solved, steps=first), Sheet(solved=solved, steps=second)
+
+
+def lopsided(studies: int) -> None:
+    """Print how often agents that are equal on average are taken for different ones."""
+    print("\n| equal on average | blocks | success, test alone | success | steps, test alone | steps |\n|" + "---|" * 6)
+    for world in (seldom_but_wholly, mostly_faster):
+        for blocks in (10, 30, 60):
+            said = []
+            for number in range(studies):
+                laid = world(blocks, np.random.default_rng([number, blocks]))
+                rng = np.random.default_rng([number, 3])
+                found = compare((("first", ""), ("second", "")), Design().p, laid, "reference", rng)
+                assert found is not None
+                one = corrected([found])[0]
+                rejected = [(adjusted or 0.0) < ALPHA for adjusted in (one.success_adjusted, one.steps_adjusted)]
+                said.append([rejected[0], one.verdict != 0, rejected[1], one.steps_verdict != 0])
+            shares = " | ".join(f"{share:.3f}" for share in np.mean(said, axis=0))
+            print(f"| {world.__name__.replace('_', ' ')} | {blocks} | {shares} |", flush=True)
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description="False positives and power of the comparisons of two agents.")
     parser.add_argument("--studies", type=int, default=2000)
     parser.add_argument("--trials", type=int, default=10, help="in each of three repetitions, at every p")
@@ -124,6 +163,7 @@ def main() -> None:
                 for i, null in enumerate((same_share, same, same, still, still)):
                     said[i] += " *" * bool(null)
                 print(f"| {case.name} | {shared:g} | {'all' if alike else 'none'} | {' | '.join(said)} |", flush=True)
+    lopsided(chosen.studies)
 
 
 if __name__ == "__main__":

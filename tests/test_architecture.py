@@ -13,7 +13,13 @@ import lockprobe
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "lockprobe"
 FILES = sorted(path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py"))
-ENGINES = ("lockprobe.agents.llm.line", "lockprobe.agents.llm.model", "lockprobe.agents.engine", "lockprobe.__main__")
+ENGINES = (
+    "lockprobe.agents.llm.line",
+    "lockprobe.agents.llm.model",
+    "lockprobe.agents.llm.opening",
+    "lockprobe.agents.engine",
+    "lockprobe.__main__",
+)
 MODULES = [m.name for m in pkgutil.walk_packages(lockprobe.__path__, "lockprobe.") if m.name not in ENGINES]
 
 

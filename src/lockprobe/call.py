@@ -63,9 +63,11 @@ class Call:
         usage: What it cost.
         seconds: Wall time, retries included.
         retries: How often the provider had to be asked again.
+        unanswered: Attempts of this call that the provider may have charged for, though nothing of use came back: cut
+            off at the timeout, dropped, or not to be read.
         error: What the provider said instead of replying, without secrets; empty where a reply came.
         batch: Whether it went through the provider's batch interface.
-        most: What it can have cost at most, where nobody said what it cost: it was broken off, or came without a count.
+        most: What one attempt can have cost at most, where there are some whose cost nobody said.
     """
 
     key: str
@@ -78,6 +80,7 @@ class Call:
     usage: Usage = field(default_factory=Usage)
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     retries: _Count = 0
+    unanswered: _Count = 0
     error: str = ""
     batch: bool = False
     most: Usage | None = None
@@ -86,3 +89,13 @@ class Call:
     def broken_off(self) -> bool:
         """Whether it was on its way when its run ended; its provider may have charged for it."""
         return self.reply is None and self.error == BROKEN_OFF
+
+    @property
+    def uncounted(self) -> bool:
+        """Whether it has a reply and no count of tokens."""
+        return self.reply is not None and not (self.usage.input_tokens or self.usage.output_tokens)
+
+    @property
+    def unpriced(self) -> int:
+        """Attempts whose cost nobody said: each can have cost :attr:`most`."""
+        return self.unanswered + (self.broken_off or self.uncounted)

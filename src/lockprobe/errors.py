@@ -61,6 +61,9 @@ Boundary = Literal["model", "reply", "plant", "channel", "participant"]
 LONGEST_MESSAGE = 1000
 """Characters kept of what broke a trial."""
 
+LONGEST_MISTAKE = 4000
+"""Characters said of a user's mistake."""
+
 _SECRET_NAME = re.compile(
     r"(KEY|KEY_ID|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIALS|HEADERS|SIG|SIGNATURE|(ORG|PROJECT|ACCOUNT)_ID)$"
 )
@@ -137,7 +140,9 @@ class UserMistake(LockprobeError):
     """Something the user can put right. Shown as one line, without a traceback and without secrets."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(without_keys(message))
+        said = without_keys(message)
+        cut = f"… ({len(said)} characters in all)" if len(said) > LONGEST_MISTAKE else ""
+        super().__init__(said[:LONGEST_MISTAKE] + cut)
 
 
 class UnknownName(UserMistake):
@@ -240,13 +245,25 @@ class TrialFault(LockprobeError):
     boundary: ClassVar[Boundary]
 
     def __init__(self, message: str) -> None:
-        super().__init__(without_secrets(message)[:LONGEST_MESSAGE])
+        super().__init__(printable(" ".join(without_secrets(message).split()))[:LONGEST_MESSAGE])
 
 
 class ModelFault(TrialFault):
-    """The provider or the runtime behind a model failed after its retries."""
+    """The provider or the runtime behind a model failed after its retries.
+
+    Attributes:
+        retries: How often the provider was asked again.
+        unanswered: Attempts that it may have charged for, though nothing of use came back.
+        usage: What it counted, as :class:`lockprobe.call.Usage` has it; empty where it counted nothing.
+    """
 
     boundary = "model"
+
+    def __init__(
+        self, message: str, *, retries: int = 0, unanswered: int = 0, usage: Mapping[str, int] | None = None
+    ) -> None:
+        super().__init__(message)
+        self.retries, self.unanswered, self.usage = retries, unanswered, dict(usage or {})
 
 
 class ReplyFault(TrialFault):

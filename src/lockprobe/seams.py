@@ -88,10 +88,14 @@ class CallBook(Protocol):
         """The call that was made in this place with this request and got a reply; None if there is none."""
         ...
 
-    async def reserve(self, worst: Usage) -> None:
+    async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
         """Say what the next call may cost at most, before it is made. It is the call that was just looked up.
 
         Where only calls on their way stand against it, their replies are waited for.
+
+        Args:
+            worst: What one attempt may cost at most.
+            unanswered: Where it is made again: attempts of it that may have been charged for.
 
         Raises:
             BudgetReached: If there is not so much money left.

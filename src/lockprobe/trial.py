@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass, replace
 from functools import partial
+from typing import Protocol, TypeVar
 
 from lockprobe.call import Usage
 from lockprobe.errors import (
@@ -25,7 +26,22 @@ from lockprobe.plan import Names, Plan
 from lockprobe.record import Decision, Ending, Fact, Percept, Situation, Snapshot, Step, Trial, TrialError, Turn
 from lockprobe.seams import Agent, Channel, Plant
 
-__all__ = ["broken", "play"]
+__all__ = ["Place", "broken", "here", "play"]
+
+_T = TypeVar("_T")
+
+
+class Place(Protocol):
+    """Where a plant acts and is looked at; calls of its may block."""
+
+    async def __call__(self, work: Callable[[], _T], /) -> _T:
+        """Have it done there, and return what it returns."""
+        ...
+
+
+async def here(work: Callable[[], _T], /) -> _T:
+    """In the thread of whoever asks."""
+    return work()
 
 
 @contextmanager
@@ -47,6 +63,7 @@ async def play(
     agent: Agent,
     on_step: Callable[[Step], None] | None = None,
     keep: Callable[[Picture], None] | None = None,
+    place: Place = here,
 ) -> Trial:
     """Play one trial to its end.
 
@@ -60,17 +77,18 @@ async def play(
         agent: Who decides.
         on_step: Called after every step.
         keep: Called with every picture that the record will name; without it they are lost.
+        place: Where plant and channels do their work.
 
     Raises:
         UserMistake: If the agent cannot be had at all, for example for want of a key.
         BudgetReached: If its next call could cost more than is left.
     """
     names = Names(plan)
-    loop = _Loop(plan, names, plant, channels, agent, keep)
+    loop = _Loop(plan, names, plant, channels, agent, keep, place)
     error: TrialError | None = None
     ending: Ending = "budget"
     try:
-        loop.open()
+        await loop.open()
         for _ in range(plan.budget):
             step = await loop.step()
             if on_step is not None:
@@ -188,11 +206,12 @@ class _Loop:
         channels: Sequence[Channel],
         agent: Agent,
         keep: Callable[[Picture], None] | None,
+        place: Place,
     ) -> None:
         self.steps: list[Step] = []
         self.opening = ""
         self.opening_pictures: Mapping[PictureKind, str] = {}
-        self._keep = keep
+        self._keep, self._at = keep, place
         self._names = names
         self._plant = plant
         self._agent = agent
@@ -204,12 +223,12 @@ class _Loop:
         self._percept: Percept | None = None
         self._configuration: Configuration = ()
 
-    def open(self) -> None:
+    async def open(self) -> None:
         """Look at the box for the first time."""
         with _boundary(PlantFault):
-            snapshot = self._plant.observe()
+            snapshot = await self._at(self._plant.observe)
         self._configuration = snapshot.configuration
-        self._percept = self._tell(snapshot)
+        self._percept = await self._at(partial(self._tell, snapshot))
         self.opening, self.opening_pictures = self._percept.text, self._kept(self._percept)
 
     def _tell(self, snapshot: Snapshot) -> Percept:
@@ -241,8 +260,8 @@ class _Loop:
             decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
         joint = self._names.index(decision.joint)
         with _boundary(PlantFault):
-            snapshot = self._plant.attempt(joint)
-        told = self._tell(snapshot)
+            snapshot = await self._at(partial(self._plant.attempt, joint))
+        told = await self._at(partial(self._tell, snapshot))
         step = Step(
             step=len(self.steps) + 1,
             state=bits(self._configuration),

@@ -122,3 +122,10 @@ def test_an_agent_gets_its_own_stream():
 
     assert run_trial(agent="random", trial=1).actions != run_trial(agent="random", trial=2).actions
     assert np.array_equal(run_trial(agent="random", seed=5).actions, run_trial(agent="random", seed=5).actions)
+
+
+@pytest.mark.parametrize("spec", ["random\x1b[31m", "llm:openai/gpt\u202e4o", "human-inspired\n"])
+def test_what_would_play_tricks_on_a_terminal_is_no_name(spec):
+    with pytest.raises(BadValue, match="a name without control characters") as wrong:
+        resolve(spec)
+    assert str(wrong.value).isprintable()

@@ -51,6 +51,15 @@ def test_a_study_may_mix_journals_and_logs(lockprobe, tmp_path, played):
     assert (said["taken"], said["agents"]) == (6, ["random", "round-robin"])
 
 
+def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path, played):
+    lines = (played / "trials.jsonl").read_bytes().splitlines(keepends=True)
+    (played / "trials.jsonl").write_bytes(b"".join(lines[1:]))
+    call = {"key": json.loads(lines[0])["key"], "step": 1, "turn": 1, "request": "r", "reply": "{}"}
+    (played / "calls.jsonl").write_text(json.dumps(call) + "\n")
+    said = lockprobe("import", tmp_path / "new", played)[1]
+    assert "5 trials taken, 0 were there, 1 were not finished. They go on from 1 replies" in said
+
+
 def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     status, _, said = lockprobe("export", played, "--format", "parquet", "--out", tmp_path / "x.parquet")

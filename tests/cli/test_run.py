@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+import typer
 from provider_server import failure, here, truthful
 
 from lockprobe import load
@@ -14,9 +15,10 @@ from lockprobe.agents.llm.knowledge import OWN_FACTS
 from lockprobe.call import Call, Usage
 from lockprobe.cli.amounts import money
 from lockprobe.cli.progress import Plain
-from lockprobe.cli.run import run
+from lockprobe.cli.run import ALL_BROKE, BUDGET_REACHED, run
 from lockprobe.errors import BadValue
 from lockprobe.studies.calls import read_calls
+from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.studyfile import Request, study
@@ -94,7 +96,7 @@ def provider(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
     (tmp_path / "models.toml").write_text(FACTS)
     monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
-    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, tell: directory / "report.html")
+    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
     answers = [truthful]
 
     def newest(request):
@@ -117,7 +119,9 @@ def events(capsys):
 def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, provider, capsys):
     server, _ = provider
     budget = 0.4
-    play(tmp_path / "s", budget=budget, connections=2)
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", budget=budget, connections=2)
+    assert end.value.exit_code == BUDGET_REACHED
     said = capsys.readouterr().out
     assert "Budget: $0.40; it may not last: the study then stops, and goes on with a larger one" in said
     calls = list(read_calls(tmp_path / "s"))
@@ -136,7 +140,8 @@ def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, provi
 
 
 def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_path, provider, capsys):
-    play(tmp_path / "s", budget=0.4, connections=1, json=True)
+    with pytest.raises(typer.Exit):
+        play(tmp_path / "s", budget=0.4, connections=1, json=True)
     found = events(capsys)
     kinds = [event["event"] for event in found]
     assert kinds[:3] == ["begin", "estimate", "agent"]
@@ -148,6 +153,63 @@ def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_
     calls = list(read_calls(tmp_path / "s"))
     assert ended["spent"] == pytest.approx(len(calls) * A_CALL)
     assert (ended["owed"], ended["trials"]) == (4 - len(load(tmp_path / "s")), 4)
+
+
+@pytest.mark.parametrize("machine", [False, True])
+def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, provider, capsys, machine):
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", budget=0.35, connections=4, trials=6, json=machine)
+    said = capsys.readouterr().out.splitlines()
+    assert end.value.exit_code == BUDGET_REACHED
+    assert load(tmp_path / "s") == []
+    assert len(list(read_calls(tmp_path / "s"))) > 0
+    if machine:
+        last = json.loads(said[-1])
+        assert (last["event"], last["path"]) == ("report", None)
+    else:
+        assert said[-1] == "No report: no trial has ended"
+        assert "6 of 6 trials are owed" in said[-2]
+
+
+def test_a_budget_of_less_than_one_call_is_refused_before_anything_is_made(tmp_path, provider):
+    server, _ = provider
+    with pytest.raises(
+        BadValue, match=r"budget: got '\$0\.01', expected more: one call of llm:.* can cost up to \$0\.\d+"
+    ):
+        play(tmp_path / "s", budget=0.01)
+    assert not (tmp_path / "s").exists()
+    assert server.account()["arrived"] == 0
+
+
+def test_what_one_call_can_cost_is_what_the_first_sets_aside(tmp_path, provider):
+    plan = study(Request(agent=[SPEC], p=[0], trials=1, repetitions=1))
+    most = most_of_one_call(plan, SPEC)
+    with pytest.raises(BadValue):
+        play(tmp_path / "s", trials=1, budget=most * 0.999)
+    with pytest.raises(typer.Exit):
+        play(tmp_path / "s", trials=1, budget=most * 1.001)
+    assert len(list(read_calls(tmp_path / "s"))) == 1
+
+
+@pytest.mark.parametrize("machine", [False, True])
+def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider, capsys, machine):
+    _, answer = provider
+    answer(lambda request: failure(401, "no such\x1b[2Jkey"))
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", retries=0, trials=2, json=machine)
+    assert end.value.exit_code == ALL_BROKE
+    said = capsys.readouterr().out
+    assert "\x1b" not in said
+    if machine:
+        ended = json.loads(said.splitlines()[-2])
+        assert (ended["event"], ended["trials"]) == ("broke", 2)
+        assert ended["first"].startswith("model: the provider answered 401")
+    else:
+        assert "No trial ended: 2 broke, the first at model: the provider answered 401" in said
+    answers = iter([failure(401, "no such key")])
+    answer(lambda request: next(answers, None) or truthful(request))
+    play(tmp_path / "s", retries=0, trials=2)  # one of two is no failure of the run
+    assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 1
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):
@@ -189,7 +251,8 @@ def test_a_budget_for_a_model_of_unknown_price_is_refused_before_anything_is_mad
 def test_faults_and_spending_are_told_on_the_way(tmp_path, provider, capsys):
     _, answer = provider
     answer(lambda request: failure(401, "no such key"))
-    play(tmp_path / "s", retries=0, trials=2)
+    with pytest.raises(typer.Exit):
+        play(tmp_path / "s", retries=0, trials=2)
     said = capsys.readouterr().out
     assert "2 errors: model 2" in said
     assert "Calls: $0.00 spent, 2 calls failed" in said

@@ -88,7 +88,8 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
     assert [FREE, "1", "0", "0", "0", "1,000", "500", "100", "50", "not", "known"] in table
     assert "open        2 trials begun and not finished, 2 replies kept for them" in lines
     assert "uncounted   1 call broken off: what that cost is not known" in lines
-    assert "prefixes    50% of the tokens in had been sent before, 25% came from a cache" in lines
+    assert "prefixes    50% of the tokens in had been sent before; 25% came from a cache" in lines
+    assert "steps       8 in 2.0 s of playing, trials side by side added up" in lines
 
 
 def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
@@ -117,6 +118,39 @@ def test_a_directory_from_before_calls_were_kept_says_what_decisions_used(tmp_pa
     assert facts["dollars"] == pytest.approx(12.004)
     assert facts["served"] == {"dear-0": 4}
     assert (facts["in_progress"], facts["unanswered_calls"]) == (0, 0)
+
+
+def test_a_trial_that_was_played_elsewhere_costs_what_its_decisions_say(tmp_path, told):
+    usage = Usage(calls=1, input_tokens=1_000_000)
+    whole = [make_trial(SOLUTION, agent=DEAR, trial=number) for number in (1, 2)]
+    imported, own = (
+        replace(t, steps=tuple(replace(s, decision=replace(s.decision, usage=usage)) for s in t.steps)) for t in whole
+    )
+    write_study(tmp_path / "s", planned(DEAR), [imported, own])
+    written(tmp_path / "s", *(replied(trial=2, step=step, usage=usage) for step in (1, 2, 3, 4)))
+    facts, _ = told(tmp_path / "s")
+    assert (facts["calls"], facts["input_tokens"]) == (8, 8_000_000)
+
+
+def test_what_was_sent_before_is_left_out_where_pictures_leave_the_conversation(tmp_path, told):
+    spec = f"{DEAR}?images=4"
+    shown = study(Request(study="modalities", agent=[spec], modality=["symbolic", "rgb"], trials=1))
+    write_study(tmp_path / "s", shown, [])
+    key = f"modalities/{spec}/rgb/p=0/rep=1/trial=1"
+    written(tmp_path / "s", *(replace(replied(step=step), key=key) for step in (1, 2)))
+    facts, lines = told(tmp_path / "s")
+    assert facts["repeated_prefix_share"] is None
+    assert "prefixes    33% came from a cache" in lines
+
+
+def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
+    trial = make_trial([0], agent="random", broken="model")
+    broken = replace(trial, error=replace(trial.error, message="before\x1b[2Jafter"))
+    write_study(tmp_path / "s", planned(DEAR, "random"), [broken])
+    written(tmp_path / "s", replied(served="dear\x1b[31m"))
+    _, lines = told(tmp_path / "s")
+    assert "            first of model: before?[2Jafter" in lines
+    assert "served by   dear?[31m (1)" in lines
 
 
 def test_a_study_that_is_running_is_read_up_to_its_last_whole_line(tmp_path, told):

@@ -12,11 +12,16 @@ from lockprobe.studies.studyfile import Request, study
 
 
 def test_what_is_counted_names_modalities_or_p():
-    tally = Tally()
+    tally = Tally(study(Request(study="modalities", modality=["rgb", "rgbd"], agent=["viewer"])))
+    tally.turn(resolve("viewer"), 4, [], slow=True)
+    assert "solved" not in tally.line()
+    tally.trial(make_trial([0], agent="viewer", modality="rgb", study="modalities", broken="plant"))
+    assert "solved" not in tally.line()
     tally.turn(resolve("viewer"), 4, [], slow=True)
     for modality, joints in (("rgb", SOLUTION), ("rgb", [0] * 20), ("rgbd", SOLUTION)):
         tally.trial(make_trial(joints, agent="viewer", modality=modality, study="modalities"))
     assert "3/4 trials · solved rgb: 1/2, rgbd: 1/1" in tally.line()
+    tally = Tally(study(Request(agent=["random"])))
     tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
     assert "0/1 trials · solved p=0.4: 1/1" in tally.line()
 

@@ -1,14 +1,17 @@
 """A trial inside an eval is the trial that our own runner plays: the same requests, the same record."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from inspected import IN_EVALS, MODEL, SPEC, evaluated
 from provider_server import Manner, completion, failure, here, truthful, words
 
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, ChannelFault, ModelFault, PlantFault
+from lockprobe.record import TrialError
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
+from lockprobe.studies.stage import play_timed
 from lockprobe.studies.studyfile import Request, study
 
 playing = pytest.importorskip("lockprobe.evals.playing")
@@ -16,6 +19,7 @@ playing = pytest.importorskip("lockprobe.evals.playing")
 from inspect_ai.model import GenerateConfig  # noqa: E402
 
 from lockprobe.evals.reading import read_log  # noqa: E402
+from lockprobe.evals.scoring import VALUES  # noqa: E402
 from lockprobe.evals.tasks import flips  # noqa: E402
 
 pytestmark = IN_EVALS
@@ -93,7 +97,7 @@ def test_a_reply_that_stays_unusable_is_on_record_and_unscored(tmp_path, monkeyp
     assert (trial.ending, trial.error.boundary, trial.error.replies) == ("error", "reply", ("?", "?"))
     assert log.samples[0].error is None
     assert {(score.name, score.scored_samples, score.unscored_samples) for score in log.results.scores} == {
-        (name, 0, 1) for name in ("success", "steps", "loop", "misinterpretation")
+        (name, 0, 1) for name in VALUES
     }
 
 
@@ -139,3 +143,16 @@ def test_a_trial_that_a_limit_cut_off_is_unscored_and_not_finished(tmp_path, mon
     assert (log.status, log.samples[0].limit.type) == ("success", "token")
     assert (source.trials, source.unfinished) == ((), {f"flips/{SPEC}/p=0/rep=1/trial=1"})
     assert all((score.scored_samples, score.unscored_samples) == (0, 1) for score in log.results.scores)
+
+
+@pytest.mark.parametrize("fault", [ChannelFault, PlantFault, ModelFault])
+def test_what_broke_outside_the_model_is_named_as_what_it_is(tmp_path, monkeypatch, fault):
+    async def breaks(*arguments):
+        trial, timing = await play_timed(*arguments)
+        error = TrialError(boundary=fault.boundary, message="it broke", step=1)
+        return replace(trial, ending="error", error=error, steps=()), timing
+
+    monkeypatch.setattr(playing, "play_timed", breaks)
+    log, _ = evaluated(tmp_path, monkeypatch, flips(p=0, trials=1, repetitions=1), truthful)
+    (sample,) = log.samples
+    assert sample.error.message == f"{fault.__name__}('it broke')"

@@ -1,5 +1,7 @@
 """Logs are data from anyone: what is damaged, foreign, impossible or too large is refused in one line."""
 
+import zipfile
+
 import pytest
 from builders import SOLUTION, make_trial, small_study
 
@@ -84,6 +86,63 @@ def test_a_log_that_unpacks_to_too_much_is_not_read(log, monkeypatch):
     monkeypatch.setattr(reading, "LARGEST", 1000)
     with pytest.raises(BadFile, match="at most 1000"):
         reading.read_log(log)
+
+
+def repacked(path, change):
+    """The same log with some of its files replaced: name -> content, or None to leave it out."""
+    other = path.with_name("repacked.eval")
+    with zipfile.ZipFile(path) as packed, zipfile.ZipFile(other, "w", zipfile.ZIP_DEFLATED) as out:
+        for name in packed.namelist():
+            if (content := change(name, packed.read(name))) is not None:
+                out.writestr(name, content)
+    return other
+
+
+def test_a_sample_that_is_nested_without_end_is_refused_and_not_waited_for(log):
+    other = repacked(log, lambda name, content: b"[" * 100_000 if name.startswith("samples/") else content)
+    with pytest.raises(BadFile, match="recursion"):
+        reading.read_log(other)
+
+
+def test_a_sample_that_unpacks_to_too_much_is_not_read(log, monkeypatch):
+    largest = max(info.file_size for info in zipfile.ZipFile(log).infolist())
+    monkeypatch.setattr(reading, "LARGEST_MEMBER", largest)
+    assert reading.read_log(log).trials
+    monkeypatch.setattr(reading, "LARGEST_MEMBER", largest - 1)
+    with pytest.raises(BadFile, match=f"at most {largest - 1} bytes"):
+        reading.read_log(log)
+
+
+def test_a_log_without_the_samples_that_it_lists_is_refused(log):
+    other = repacked(log, lambda name, content: None if name.startswith("samples/") else content)
+    with pytest.raises(BadFile, match="samples: got 0, expected the 2"):
+        reading.read_log(other)
+
+
+def test_a_log_that_was_broken_off_before_its_first_sample_has_none(log):
+    def fail(log):
+        log.status = "error"
+
+    other = repacked(changed(log, fail), lambda name, content: None if name.startswith("samples/") else content)
+    source = reading.read_log(other)
+    assert (source.trials, source.unfinished) == ((), frozenset())
+
+
+def test_a_log_that_lists_more_than_can_be_looked_for_is_refused(log):
+    def repeat(log):
+        log.eval.config.epochs = 10**9
+
+    with pytest.raises(BadFile, match="samples listed: got 2000000000"):
+        reading.read_log(changed(log, repeat))
+
+
+def test_a_record_under_the_name_of_another_trial_is_refused(log):
+    def swap(log):
+        first, second = (sample.scores for sample in log.samples)
+        log.samples[0].scores, log.samples[1].scores = second, first
+
+    with pytest.raises(BadFile, match=r"its sample p=0/rep=1/trial=\d, epoch 1, holds the record of"):
+        reading.read_log(changed(log, swap))
 
 
 def test_a_directory_is_read_with_those_below_it_and_each_trial_once(log):

@@ -61,3 +61,23 @@ def test_pictures_are_those_that_were_shown_and_are_there(tmp_path):
     assert [picture.png for picture in retold(trial, tmp_path)[0].told.pictures] == [b"seen"]
     assert told_last(trial, tmp_path).pictures == ()
     assert retold(trial)[0].told.pictures == ()
+
+
+def test_only_the_newest_pictures_were_sent_where_the_settings_say_so(tmp_path):
+    files = [Picture(kind="rgb", png=bytes([i])) for i in range(4)]
+    for file in files:
+        (tmp_path / file.name).write_bytes(file.png)
+    names = [{"rgb": file.name} for file in files]
+    trial = make_trial([0] * 3, budget=3, pictures=names, facts={"prompt": "chat x"})
+    trial = replace(trial, facts={**trial.facts, "images": 2})
+    shown = [[message.pictures for message in exchange.asked[::2]] for exchange in retold(trial, tmp_path)]
+    kept = [[tuple(picture.png for picture in pictures) for pictures in step] for step in shown]
+    one = [(file.png,) for file in files]
+    assert kept == [one[:1], one[:2], [(), *one[1:3]]]
+    assert retold(trial, tmp_path)[2].asked[0].text == f"{instruction(trial)}\n\n(picture no longer shown)"
+
+
+def test_the_words_of_a_hypothesis_are_left_as_they_are():
+    trial = make_trial([0, 1], budget=2, hypothesis="f( x)", claims=[None, "moved"])
+    assert [exchange.reply for exchange in retold(trial)] == ["(f( x) Attempts A.)", "(It moved. f( x) Attempts B.)"]
+    assert retold(make_trial([0], budget=1))[0].reply == "(Attempts A.)"

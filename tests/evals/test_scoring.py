@@ -13,15 +13,21 @@ from lockprobe.jsonline import trial_from_json  # noqa: E402
 def test_a_trial_that_opened_the_box_by_hand():
     trial = make_trial(SOLUTION, claims=[None, "moved", "blocked", "moved"])
     score = scoring.scored(trial)
-    assert score.value == {"success": 1, "steps": 4, "loop": 0, "misinterpretation": pytest.approx(1 / 3)}
+    assert score.value == {
+        "success": 1,
+        "steps": 4,
+        "loop": 0,
+        "loop_chance": 0.0,
+        "misinterpretation": pytest.approx(1 / 3),
+    }
     assert score.answer == "opened in 4 steps"
     assert trial_from_json(score.metadata["trial"]) == trial
 
 
-def test_a_trial_that_ran_out_has_no_steps_to_the_goal_and_may_loop():
+def test_a_trial_that_ran_out_took_its_whole_budget_and_may_loop():
     score = scoring.scored(make_trial([0, 1, 2, 0, 1, 2], budget=6))
-    assert (score.value["success"], score.value["loop"]) == (0, 1)
-    assert math.isnan(score.value["steps"])
+    assert (score.value["success"], score.value["steps"], score.value["loop"]) == (0, 6, 1)
+    assert score.value["loop_chance"] == 4**-3  # the second half has to be the first
     assert math.isnan(score.value["misinterpretation"])  # it was never asked
 
 

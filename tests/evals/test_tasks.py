@@ -69,6 +69,10 @@ def test_modalities_has_the_extent_of_the_paper():
         ({"box": "nope"}, "no box is called 'nope'"),
         ({"modality": "smell"}, "no modality is called 'smell'"),
         ({"repairs": 99}, "repairs: got 99"),
+        ({"repairs": True}, "repairs: got True"),
+        ({"trials": True}, "trials: got True"),
+        ({"seed": -1}, "seed: got -1"),
+        ({"p": ""}, "p: got ''"),
         ({"detail": "none"}, "detail: got 'none'"),
     ],
 )

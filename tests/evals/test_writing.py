@@ -1,9 +1,12 @@
 """Exported trials are an Inspect log like that of an eval, and come back as they were."""
 
+import hashlib
 import statistics
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
+from inspected import IN_EVALS, evaluated
+from provider_server import completion, truthful, words
 
 from lockprobe.errors import BadFile, BadValue
 
@@ -64,9 +67,33 @@ def test_every_message_is_told_apart(trials):
     for sample, trial in zip(log.samples, trials, strict=True):
         calls = [event for event in sample.events if event.event == "model"]
         assert len(calls) == len(trial.steps)
-        assert [m.id for call in calls for m in (*call.input, call.output.message)] == [
-            message.id for message in sample.messages[:-1]
-        ]
+        said = [message.id for message in sample.messages]
+        asked = [[message.id for message in (*call.input, call.output.message)] for call in calls]
+        assert asked == [said[: 2 * step.step] for step in trial.steps]
+
+
+def stumbling(request):
+    """Replies in turn, and once in a while, by what was told, with something else first."""
+    told = words(request["messages"][-1])
+    if told.startswith("A did not move"):
+        return completion("no idea")
+    shorter = request["messages"][:-2] if told.startswith("That reply") else request["messages"]
+    return truthful({**request, "messages": shorter})
+
+
+@IN_EVALS
+@pytest.mark.parametrize("ending", [".eval", ".json"])
+def test_a_call_holds_the_whole_conversation_that_was_sent(tmp_path, monkeypatch, ending):
+    from lockprobe.evals.tasks import flips
+
+    played, server = evaluated(tmp_path, monkeypatch, flips(p=0.3, trials=3, repetitions=1), stumbling)
+    source = read_log(played.location)
+    (path,) = writing.write_logs(source.trials, source.study, tmp_path / f"out{ending}")
+    exported = read_eval_log(str(path), resolve_attachments=True)
+    calls = [event for sample in exported.samples for event in sample.events if event.event == "model"]
+    told = sorted([(m.role, m.text) for m in call.input] for call in calls)
+    assert told == sorted([(m["role"], words(m)) for m in request["messages"]] for request in server.requests)
+    assert any(len(step.decision.replies) == 2 for trial in source.trials for step in trial.steps)
 
 
 def test_the_same_trials_have_the_same_names(trials):
@@ -93,3 +120,15 @@ def test_pictures_come_back_those_that_nobody_was_shown_too(tmp_path):
     writing.write_logs([trial], small_study(["viewer"]), tmp_path / "x.eval", pictures=tmp_path)
     source = read_log(tmp_path / "x.eval")
     assert {file.name: source.picture(file.name) for file in files} == {file.name: file.png for file in files}
+
+
+@pytest.mark.parametrize("ending", [".eval", ".json"])
+def test_a_picture_takes_room_once_however_many_calls_show_it(tmp_path, ending):
+    from lockprobe.pictures.picture import Picture
+
+    files = [Picture(kind="rgb", png=hashlib.shake_256(bytes([i])).digest(9000)) for i in range(13)]
+    for file in files:
+        (tmp_path / file.name).write_bytes(file.png)
+    trial = make_trial([0] * 12, agent="viewer", budget=12, modality="rgb", pictures=[{"rgb": f.name} for f in files])
+    (path,) = writing.write_logs([trial], small_study(["viewer"]), tmp_path / f"x{ending}", pictures=tmp_path)
+    assert path.stat().st_size < 2 * sum(len(file.png) for file in files)

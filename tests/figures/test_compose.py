@@ -1,5 +1,6 @@
 """Whole pictures: of any study, legible, deterministic, without touching global state."""
 
+import io
 import sys
 from itertools import combinations
 
@@ -90,6 +91,17 @@ def test_equal_figures_are_equal_bytes(typical):
         )
         assert first == second
         assert first.startswith(head)
+
+
+def test_what_is_laid_out_once_looks_as_if_matplotlib_had_done_it(typical):
+    """Matplotlib lays a figure out again for every file; ours is laid out before the first, to the same pixels."""
+    by_hand, ours = (figures.panels(figures.draw_loops_by_p, typical.subjects, note="a note") for _ in range(2))
+    expected = io.BytesIO()
+    by_hand.savefig(expected, format="png", dpi=200, metadata={"Software": None})
+    assert figures.render(ours, "png") == expected.getvalue()
+    places = [axes.get_position().bounds for axes in ours.axes]
+    figures.render(ours, "svg")
+    assert [axes.get_position().bounds for axes in ours.axes] == places
 
 
 def test_names_are_text_in_the_file(studies):

@@ -117,6 +117,21 @@ def test_the_page_shows_models_side_by_side(directory):
     assert "data:image/svg" in page[page.index("Every two on the same boxes") :]
 
 
+def test_replies_that_nobody_counted_are_said_on_the_page_and_cost_nothing_that_is_known(tmp_path):
+    bare = [
+        replace(made, steps=tuple(replace(s, decision=replace(s.decision, usage=Usage(calls=1))) for s in made.steps))
+        for made in trials("llm:acme/one", (9, 8))
+    ]
+    study = small_study(["llm:acme/one", "random"], P, 1, 10)
+    path = write_study(tmp_path / "study", study, [*bare, *trials("random", (2, 2))])
+    page = write_report(path).read_text("utf-8")
+    spent = results(path)["leaderboard"][0]["money"]
+    assert spent["uncounted_calls"] == spent["calls"] == 17 * 4 + 3 * 20
+    assert (spent["input_tokens"], spent["dollars"]) == (None, None)
+    assert "128 of 128 replies belong to decisions without a count of tokens" in page
+    assert {row["US$"] for row in table(path, "leaderboard")} == {NONE}
+
+
 def test_one_agent_has_nobody_beside_it(tmp_path):
     study = small_study(["llm:acme/one"], P, 1, 10)
     path = write_study(tmp_path / "study", study, trials("llm:acme/one", (9, 8)))
@@ -141,5 +156,8 @@ def test_agents_that_were_not_asked_are_said_not_to_have_been(tmp_path):
     study = replace(small_study(["llm:x"], (0.0,), 1, 2), assessment=False)
     path = write_study(tmp_path / "study", study, made)
     assert "said what its actions did: they were not asked." in write_report(path).read_text("utf-8")
-    assert results(path)["conditions"][0]["misinterpretation_trials_not_asked"] == 2
+    found = results(path)
+    assert found["conditions"][0]["misinterpretation_trials_not_asked"] == 2
+    assert found["conditions"][0]["misinterpretations"] is None
+    assert {step["misinterpreted"] for example in found["examples"] for step in example["steps"]} == {None}
     assert table(path, "leaderboard")[0]["misread"] == "not asked"

@@ -55,6 +55,27 @@ def test_without_a_solved_trial_there_is_no_price_of_one():
     assert found.per_solved is None
 
 
+def uncounted(**more):
+    """A trial whose provider said of no reply what it read and wrote."""
+    made = trial(**more)
+    bare = [replace(s, decision=replace(s.decision, usage=Usage(calls=1))) for s in made.steps]
+    return replace(made, steps=tuple(bare))
+
+
+def test_replies_that_nobody_counted_do_not_cost_nothing():
+    found = money([uncounted()])
+    assert (found.calls, found.uncounted) == (4, 4)
+    assert (found.usage, found.dollars, found.per_solved) == (None, None, None)
+
+
+def test_what_was_counted_is_priced_and_the_rest_is_counted_apart():
+    found, counted = money([trial(), uncounted(number=2)]), money([trial()])
+    assert (found.calls, found.uncounted, found.usage) == (8, 4, counted.usage)
+    assert found.dollars == counted.dollars
+    assert (counted.calls, counted.uncounted) == (4, 0)
+
+
 def test_agents_that_count_no_tokens_cost_nothing_that_is_known():
     found = money([make_trial(SOLUTION, agent="random")])
+    assert (found.calls, found.uncounted) == (None, 0)
     assert (found.usage, found.dollars, found.served) == (None, None, ())

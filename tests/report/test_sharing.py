@@ -1,30 +1,101 @@
 """A report that several processes work at is the same, byte by byte; small ones start none."""
 
+import gc
 import operator
 import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
 
 import pytest
 from builders import small_study, write_study
 
 from lockprobe.report import sharing, write_report
-from lockprobe.report.sharing import shared
+from lockprobe.report.sharing import shared, uncollected
+
+LARGE = sharing.LARGE
 
 
-def test_jobs_are_shared_and_results_come_in_their_order(tmp_path, monkeypatch):
+@pytest.fixture
+def large(tmp_path, monkeypatch):
     monkeypatch.setattr(sharing, "LARGE", 0)
     (tmp_path / "trials.jsonl").write_bytes(b"x")
-    with shared(tmp_path, 2) as (each, parts):
-        processes = list(each(operator.call, [os.getpid] * 5))
+    return tmp_path
+
+
+def until(path):
+    """A job that lasts until another has made a file."""
+
+    def waits():
+        for _ in range(6000):
+            if path.exists():
+                return os.getpid()
+            time.sleep(0.01)
+        return None
+
+    return waits
+
+
+def test_whoever_is_free_takes_the_next_job_and_results_come_in_their_order(large):
+    touched = large / "touched"
+    with shared(large, 2) as each:
+        first, *others, last = each(operator.call, [until(touched), *[os.getpid] * 5, partial(touched.write_text, "x")])
         assert list(each(abs, [-4, 3, -2, 1])) == [4, 3, 2, 1]
-    assert parts == 2
-    assert [process == os.getpid() for process in processes] == [True, False, True, False, True]
+        assert list(each(abs, [])) == []
+    assert (first, last) == (os.getpid(), 1)
+    assert len(set(others)) == 1
+    assert first not in others
+
+
+def test_what_breaks_here_or_there_is_raised(large):
+    touched, breaks = large / "touched", partial(int, "x")
+    for jobs in ([breaks, os.getpid], [until(touched), partial(touched.write_text, "x"), breaks]):
+        with shared(large, 2) as each, pytest.raises(ValueError, match="invalid literal"):
+            each(operator.call, jobs)
+
+
+KILLED = """
+import os, signal, sys
+from operator import call
+from pathlib import Path
+from lockprobe.report.sharing import shared
+if __name__ == "__main__":
+    with shared(Path(sys.argv[1]), 2) as each:
+        each(call, [lambda: os.kill(os.getpid(), signal.SIGKILL)])
+"""
+
+
+def test_no_process_outlives_one_that_is_killed(large):
+    """Whoever reads what it prints sees the end of it only when nobody is left who could print."""
+    (large / "trials.jsonl").write_bytes(b"x" * LARGE)
+    killed = subprocess.run([sys.executable, "-c", KILLED, str(large)], stdout=subprocess.PIPE, timeout=60, check=False)
+    assert killed.returncode == -signal.SIGKILL
 
 
 @pytest.mark.parametrize(("size", "processes"), [(10, 4), (sharing.LARGE, 1)])
 def test_small_reports_and_single_processes_start_none(tmp_path, size, processes):
     (tmp_path / "trials.jsonl").write_bytes(b"x" * size)
-    with shared(tmp_path, processes) as (each, parts):
-        assert (each, parts) == (map, 1)
+    with shared(tmp_path, processes) as each:
+        assert each is map
+
+
+def test_the_collector_is_as_it_was():
+    assert gc.isenabled()
+    with uncollected():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    with pytest.raises(ValueError, match="invalid literal"), uncollected():
+        int("x")
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        with uncollected():
+            pass
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
 
 
 def test_several_processes_change_no_byte(tmp_path, monkeypatch):

@@ -89,6 +89,39 @@ def test_a_call_of_unknown_cost_keeps_its_worst_case_and_one_that_was_counted_do
     assert [call.most for call in read_calls(tmp_path)] == [WORST, None, WORST, None]
 
 
+def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have_cost_something(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(KEY)
+        page.recall(1, 1, "r")
+        asyncio.run(page.reserve(WORST))
+        asyncio.run(page.reserve(WORST, 1))
+        page.write(replied(unanswered=1, retries=1))
+        page.recall(2, 1, "next")
+        asyncio.run(page.reserve(WORST))
+        asyncio.run(page.reserve(WORST, 2))
+        assert calls.on_their_way == 1
+        (on_its_way,) = unanswered(tmp_path)
+        assert (on_its_way.step, on_its_way.unanswered, on_its_way.most) == (2, 2, WORST)
+        # and here the process is killed: nothing more is written
+    with Calls.open(tmp_path):
+        pass
+    answered, lost = read_calls(tmp_path)
+    assert (answered.unpriced, answered.most) == (1, WORST)
+    assert (lost.broken_off, lost.unanswered, lost.unpriced, lost.most) == (True, 2, 3, WORST)
+    assert unanswered(tmp_path) == []
+
+
+def test_a_call_that_is_broken_off_here_keeps_the_attempts_before(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(KEY)
+        page.recall(1, 1, "r")
+        asyncio.run(page.reserve(WORST))
+        asyncio.run(page.reserve(WORST, 1))
+        page.write(Call(key=KEY, step=1, turn=1, request="r", reply=None, error=BROKEN_OFF))
+    (lost,) = read_calls(tmp_path)
+    assert (lost.unanswered, lost.unpriced, lost.most) == (1, 2, WORST)
+
+
 def test_torn_tails_are_cut_off_and_their_calls_are_made_again(tmp_path):
     with Calls.open(tmp_path) as calls:
         ask(calls, replied())

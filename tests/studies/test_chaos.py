@@ -85,7 +85,7 @@ UNUSABLE = {
     "refusal": ("stop", "not one JSON object"),
     "filtered": ("content_filter", "not one JSON object"),
     "empty": ("stop", "not one JSON object"),
-    "cut": ("max_tokens", "not one JSON object"),
+    "cut": ("max_tokens", "the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)"),
 }
 """Why the model stopped, and what a trial ends with, at the boundary ``reply``, if it does nothing else."""
 

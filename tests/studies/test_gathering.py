@@ -11,7 +11,7 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.pictures.picture import Picture
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.gathering import gather, source_of_directory
-from lockprobe.studies.journal import load, read_settings, read_timings
+from lockprobe.studies.journal import Journal, load, read_settings, read_timings
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.settings import read_study
 
@@ -134,6 +134,93 @@ def test_a_picture_that_is_not_what_its_name_says_is_missing(tmp_path):
     assert not (tmp_path / "here" / "pictures").exists()
 
 
+def test_nothing_finished_makes_no_study(tmp_path):
+    there = write_study(tmp_path / "there", only("random"), [make_trial([], broken="model")])
+    with pytest.raises(BadFile, match="no trial in it is finished"):
+        gather(tmp_path / "here", [source_of_directory(there)])
+    assert not (tmp_path / "here").exists()
+
+
 def test_no_source_is_a_mistake(tmp_path):
     with pytest.raises(BadValue, match="sources"):
         gather(tmp_path, [])
+
+
+KEY = "flips/random/p=0/rep=1/trial={}"
+
+
+def asked(trial, step=1, reply="{}"):
+    return Call(
+        key=KEY.format(trial), step=step, turn=1, request=f"of {step}", reply=reply, error="" if reply else "no"
+    )
+
+
+def with_calls(directory, calls, trials=()):
+    """A study directory in which this was asked."""
+    write_study(directory, only("random"), trials)
+    (directory / "calls.jsonl").write_text("".join(json.dumps(line) + "\n" for line in map(_line, calls)))
+    return directory
+
+
+def _line(call):
+    wanted = ("key", "step", "turn", "request", "reply", "error")
+    return {name: getattr(call, name) for name in wanted}
+
+
+def test_an_import_that_is_broken_off_and_repeated_counts_no_call_twice(tmp_path, monkeypatch):
+    trials = [make_trial([0] * 20, trial=i) for i in (1, 2)]
+    calls = [asked(2), asked(1, reply=None), asked(1, reply=None), asked(1), asked(2, 2)]
+    there = source_of_directory(with_calls(tmp_path / "there", calls, trials))
+    append = Journal.append
+
+    def kill(journal, trial, timing):
+        if trial.trial == 2:
+            raise KeyboardInterrupt
+        append(journal, trial, timing)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(Journal, "append", kill)
+        with pytest.raises(KeyboardInterrupt):
+            gather(tmp_path / "here", [there])
+    assert [call.key for call in read_calls(tmp_path / "here")] == [KEY.format(1)] * 3 + [KEY.format(2)] * 2
+    assert gather(tmp_path / "here", [there]).taken == 1
+    assert sorted(map(repr, read_calls(tmp_path / "here"))) == sorted(map(repr, calls))
+
+
+def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_on_from(tmp_path):
+    foreign = replace(asked(9), key="flips/random/p=0/rep=1/trial=9")
+    broken = make_trial([0], trial=2, broken="model")
+    calls = [asked(1), asked(1, 2), asked(2), asked(2, 2, reply=None), foreign]
+    there = source_of_directory(with_calls(tmp_path / "there", calls, [broken]))
+    here = tmp_path / "here"
+    gathered = gather(here, [there])
+    assert (gathered.taken, gathered.unfinished, gathered.replies, gathered.agents) == (0, 2, 3, ("random",))
+    assert list(read_calls(here)) == calls[:4]
+    with Journal.open(here, read_study(here)) as journal:
+        assert journal.calls.recall(KEY.format(1), 2, 1, "of 2") == calls[1]
+    assert gather(here, [there]).replies == 0
+    assert list(read_calls(here)) == calls[:4]
+
+
+def test_of_two_beginnings_the_one_that_is_there_goes_on_and_its_own_continuation_is_taken(tmp_path):
+    here = with_calls(tmp_path / "here", [asked(1), asked(2, reply="mine")])
+    there = with_calls(tmp_path / "there", [asked(1), asked(1, 2), asked(2), asked(2, 2)])
+    assert gather(here, [source_of_directory(there)]).replies == 1
+    assert list(read_calls(here)) == [asked(1), asked(2, reply="mine"), asked(1, 2)]
+
+
+@pytest.mark.parametrize("finished_there", [True, False])
+def test_nothing_is_taken_that_was_asked_for_a_trial_that_is_finished_here(tmp_path, finished_there):
+    trial = make_trial([0] * 20)
+    here = write_study(tmp_path / "here", only("random"), [trial])
+    there = with_calls(tmp_path / "there", [asked(1)], [trial] if finished_there else [])
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.replies, gathered.unfinished) == (0, 0)
+    assert not list(read_calls(here))
+
+
+def test_an_agent_that_was_only_begun_is_new_to_the_study(tmp_path):
+    here = write_study(tmp_path / "here", only("human-inspired"))
+    there = with_calls(tmp_path / "there", [asked(1)])
+    assert gather(here, [source_of_directory(there)]).agents == ("random",)
+    assert read_study(here).agents == ("human-inspired", "random")

@@ -1,19 +1,31 @@
 """Nothing finished is lost, nothing is repeated, whenever the process dies."""
 
+import asyncio
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import make_trial, small_study, write_study
+from builders import SOLUTION, make_trial, small_study, write_study
 
-from lockprobe.call import Call
+from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
-from lockprobe.studies.calls import read_calls
-from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_settings, read_timings
+from lockprobe.studies.calls import ASKED, CALLS, read_calls
+from lockprobe.studies.journal import (
+    Journal,
+    LeftOut,
+    Timing,
+    left_out,
+    load,
+    read_journal,
+    read_settings,
+    read_timings,
+)
 from lockprobe.studies.runner import run
 from lockprobe.studies.studyfile import Request, study
 
@@ -47,6 +59,53 @@ planned = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
 with Journal.open(directory, planned) as journal:
     run(planned, journal)
 """
+
+
+def test_what_was_paid_for_is_on_the_disk_no_later_than_its_trial(tmp_path, monkeypatch):
+    synced, fsync = [], os.fsync
+
+    def noted(descriptor):
+        number = os.fstat(descriptor).st_ino
+        synced.append(next(path.name for path in tmp_path.iterdir() if path.stat().st_ino == number))
+        fsync(descriptor)
+
+    monkeypatch.setattr("os.fsync", noted)
+    trial = make_trial([0])
+    with Journal.open(tmp_path, STUDY) as journal:
+        asyncio.run(journal.calls.of(trial.key).reserve(Usage()))
+        journal.calls.write(Call(key=trial.key, step=1, turn=1, request="r", reply="said"))
+        journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
+    assert synced == [ASKED, CALLS, "trials.jsonl"]
+
+
+@pytest.fixture
+def full_disk():
+    """From a file to a disk on which no file may be longer than that one and a few bytes."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda path: resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 10, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.parametrize("name", ["trials.jsonl", CALLS])
+def test_a_full_disk_is_one_line_that_names_the_file_and_tears_nothing(tmp_path, full_disk, name):
+    first, second = make_trial(SOLUTION), make_trial(SOLUTION, trial=2)
+    call = Call(key=second.key, step=1, turn=1, request="r", reply="said" * 100)
+
+    def one_more(journal):
+        full_disk(tmp_path / name)
+        if name == CALLS:
+            journal.calls.write(call)
+        else:
+            journal.append(second, Timing(key=second.key, seconds=1, steps=1))
+
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.append(first, Timing(key=first.key, seconds=1, steps=1))
+        journal.calls.write(replace(call, key=first.key, reply="said"))
+    before = (tmp_path / name).read_bytes()
+    with pytest.raises(BadFile) as full, Journal.open(tmp_path, STUDY) as journal:
+        one_more(journal)
+    assert str(full.value) == f"{tmp_path / name}: cannot be written (File too large)"
+    assert (tmp_path / name).read_bytes() == before
 
 
 def resume(directory):
@@ -240,6 +299,7 @@ def test_what_a_journal_leaves_out_is_counted(tmp_path):
         file.write(b'{"key":"flips/ran')
     assert left_out(directory) == LeftOut(unfinished_lines=1, replaced=1, repeated=0)
     assert len(load(directory)) == 2
+    assert read_journal(directory) == (load(directory), left_out(directory))
 
 
 def test_a_second_record_of_a_finished_trial_is_counted_apart(tmp_path):

@@ -1,6 +1,8 @@
 """The issue's figures on whole studies, through runner and journal."""
 
 import re
+import threading
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -8,8 +10,10 @@ from provider_server import Manner, failure, here, truthful
 
 from lockprobe import load
 from lockprobe.agents.access import Access
+from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
 from lockprobe.jsonline import trial_from_json
+from lockprobe.studies import runner, stage
 from lockprobe.studies.calls import Calls, read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, Silent, _lanes, run
@@ -165,10 +169,11 @@ def test_a_plant_that_cannot_be_had_is_said_before_the_first_trial(tmp_path, mon
     assert load(tmp_path) == []
 
 
-def hosted(directory, monkeypatch, answer, *, trials, **access):
+def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
     """A study of a hosted model on loopback: its trials, and what the server saw."""
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-    planned = study(Request(agent=["llm:openai-api/fake/model"], p=[0], trials=trials, repetitions=1))
+    request = {"agent": ["llm:openai-api/fake/model"], "p": [0], "trials": trials, "repetitions": 1}
+    planned = study(Request(**request, **(settings or {})))
     with here(answer, Manner(median=0.003)) as server, Journal.open(directory, planned) as journal:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         run(planned, journal, limits=Limits(access=Access(**({"pause": 0.01} | access))))
@@ -224,6 +229,57 @@ def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goe
     trials, server = hosted(tmp_path, monkeypatch, truthful, trials=4, connections=4)
     assert [trial.ending for trial in trials] == ["solved"] * 4
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) - 9
+
+
+def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypatch):
+    """Of four: one here, two that ask a provider, and listed last one that takes a processor."""
+    pytest.importorskip("inspect_ai")
+    asked = []
+
+    async def broke(calls, call):
+        asked.append(call.key)
+        raise BudgetReached(1.0, 1.0, 0.1)
+
+    def elsewhere(spec, access):
+        source = resolve(spec, access)
+        return replace(source, engine="process") if spec == "round-robin" else source
+
+    monkeypatch.setattr(Calls, "reserve", broke)
+    monkeypatch.setattr(runner, "resolve", elsewhere)
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    monkeypatch.setenv("FAKE_BASE_URL", "http://127.0.0.1:9/v1")
+    hosted_ones = ["llm:openai-api/fake/one", "llm:openai-api/fake/two"]
+    with pytest.raises(BudgetReached):
+        played(tmp_path, agent=[*hosted_ones, "round-robin", "random"], trials=2, p=[0])
+    assert sorted((trial.agent, trial.ending) for trial in load(tmp_path) if trial.agent == "round-robin") == [
+        ("round-robin", "solved"),
+        ("round-robin", "solved"),
+    ]
+    assert {trial.agent for trial in load(tmp_path)} == {"random", "round-robin"}
+    assert {"/fake/two/" in key for key in asked} == {False}
+
+
+@pytest.mark.parametrize("plant", ["symbolic", "fast-twin?width=64&height=64"])
+def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_plays_the_same_there(
+    tmp_path, monkeypatch, plant
+):
+    pytest.importorskip("inspect_ai")
+    pytest.importorskip("mujoco")
+    seen, observe = set(), stage._Fresh.observe
+
+    def watched(fresh):
+        seen.add(threading.current_thread().name)
+        return observe(fresh)
+
+    monkeypatch.setattr(stage._Fresh, "observe", watched)
+    settings = {"plant": plant, "max_steps": 3}
+    there, _ = hosted(tmp_path / "there", monkeypatch, truthful, trials=3, connections=3, settings=settings)
+    assert [name.startswith("plants") for name in seen] == [plant != "symbolic"]
+    monkeypatch.setattr(runner, "_light", lambda study: True)
+    usual, _ = hosted(tmp_path / "usual", monkeypatch, truthful, trials=3, connections=3, settings=settings)
+    assert [trial.error for trial in usual] == [None] * 3
+    told = [{trial.key: [(step.state, step.told) for step in trial.steps] for trial in ran} for ran in (usual, there)]
+    assert told[0] == told[1]
 
 
 def test_batches_of_a_provider_without_them_are_refused_before_the_first_trial(tmp_path, monkeypatch):

@@ -1,10 +1,11 @@
 """How large requests are, held against the conversations themselves."""
 
 import pytest
+from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.knowledge import ModelFacts
 from lockprobe.agents.llm.settings import Settings
-from lockprobe.agents.llm.size import at_most, repeated_prefix
+from lockprobe.agents.llm.size import at_most
 from lockprobe.agents.prompt import conversation
 from lockprobe.record import Situation
 from lockprobe.studies.sizes import Prompt, made_up, reply
@@ -68,3 +69,11 @@ def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, 
         <= 1.6 * 5 * sum(one.input_tokens for one in asked[10:])
     )
     assert most.output_tokens == 5 * sum(one.output_tokens for one in asked[10:])
+
+
+def test_larger_pictures_can_take_more():
+    plan = study(Request(study="modalities", agent=[SPEC], modality=["rgb"], trials=1, plant="fast-twin?width=1025"))
+    usual = study(Request(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
+    facts = ModelFacts(picture_tokens=1600)
+    most, less = (Prompt(one.plan(SPEC, 0.0, 1, 1, "rgb"), Settings(), facts).most(1, 1) for one in (plan, usual))
+    assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))

@@ -8,12 +8,17 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.knowledge import OWN_FACTS, Price
+from lockprobe.agents.llm.size import tokens
+from lockprobe.agents.prompt import Message, conversation, repair
 from lockprobe.call import BROKEN_OFF, Call, Usage
-from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.errors import BadValue, BudgetReached, ReplyFault
+from lockprobe.record import Situation
 from lockprobe.studies.calls import Calls, read_calls
-from lockprobe.studies.spending import Budget, Ledger, agent_of, most_dollars, price_of
+from lockprobe.studies.sizes import HYPOTHESIS, made_up, reply
+from lockprobe.studies.spending import Budget, Ledger, Owners, most_dollars, price_of
 from lockprobe.studies.studyfile import Request, study
 
 PRICES = """
@@ -52,13 +57,22 @@ def usage(read=0, wrote=0, cached=0, stored=0):
 @pytest.mark.parametrize("agent", ["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"])
 def test_an_agent_is_found_in_a_key_whatever_slashes_it_holds(agent):
     among = study(Request(agent=["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"]))
-    assert {agent_of(among, plan.key) for plan in among.plans(agent)} == {agent}
+    assert {Owners(among).of(plan.key) for plan in among.plans(agent)} == {agent}
     shown = study(Request(study="modalities", agent=[agent], modality=["symbolic", "rgb"], trials=1))
-    assert {agent_of(shown, plan.key) for plan in shown.plans(agent)} == {agent}
+    assert {Owners(shown).of(plan.key) for plan in shown.plans(agent)} == {agent}
 
 
 def test_an_agent_of_another_study_is_named_as_it_stands():
-    assert agent_of(planned("random"), "flips/llm:x/y/p=0/rep=1/trial=1") == "llm:x/y"
+    plain = planned("llm:a/x")
+    shown = study(Request(study="modalities", agent=["llm:a/x"], modality=["symbolic", "rgb"]))
+    for owners, key in (
+        (Owners(plain), "flips/llm:a/x/y/p=0/rep=1/trial=1"),
+        (Owners(shown), "modalities/llm:a/x/y/rgb/p=0/rep=1/trial=1"),
+        (Owners(shown), "modalities/llm:a/x/y/rgbd?depth=height/p=0/rep=1/trial=1"),
+    ):
+        assert owners.of(key) == "llm:a/x/y"
+    assert Owners(shown).of("modalities/llm:a/x/rgbd/p=0/rep=1/trial=1") == "llm:a/x"
+    assert Owners(plain).of("of no study") == "of no study"
 
 
 def test_prices_are_of_hosted_models_only():
@@ -103,6 +117,70 @@ def test_calls_whose_cost_nobody_said_stand_apart():
     assert spent.dollars_unknown == pytest.approx(2 * (4 + 1))  # as if all of it had been put into the cache
 
 
+def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_have_cost():
+    worst = usage(read=1_000_000, wrote=100_000)  # $5
+    calls = [
+        call(usage=usage(read=1_000_000), unanswered=2, most=worst),  # $3 and twice $5
+        call(step=2, unanswered=1, most=worst),
+        call(step=3, reply=None, error="no reply within 120 s", unanswered=7, most=worst),
+        call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
+    ]
+    ledger, budget = Ledger(planned(DEAR), calls).by_agent[DEAR], Budget(planned(DEAR), 1000)
+    assert (ledger.unanswered, ledger.uncounted, ledger.broken_off, ledger.failed) == (11, 1, 1, 1)
+    assert (ledger.dollars, ledger.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
+    for one in calls:
+        budget.settle(one)
+    assert budget.spent == pytest.approx(3 + 5 * 13)
+
+
+def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
+    worst = usage(wrote=100_000)  # $1
+
+    async def made_again():
+        with Calls.open(tmp_path) as calls:
+            budget = Budget(planned(DEAR), 2.5)
+            calls.limit(budget)
+            page = calls.of(call().key)
+            await page.reserve(worst)
+            await page.reserve(worst, 1)
+            with pytest.raises(
+                BudgetReached, match=r"\$2\.0000 of \$2\.5000 spent; the next calls could cost \$1\.0000"
+            ):
+                await page.reserve(worst, 2)
+            page.write(call(reply=None, error=BROKEN_OFF))
+            return budget.spent
+
+    assert asyncio.run(made_again()) == pytest.approx(2)
+    assert Ledger(planned(DEAR), read_calls(tmp_path)).total.dollars_unknown == pytest.approx(2)
+
+
+@pytest.mark.parametrize(("allowed", "ends"), [(3.5, [1, 2]), (2.9, [])])
+def test_calls_that_are_made_again_do_not_wait_for_each_other(tmp_path, allowed, ends):
+    """Each had money set aside that the other would wait for."""
+    worst, done = usage(wrote=100_000), []  # $1
+
+    async def one(calls, trial, both):
+        page = calls.of(call(trial=trial).key)
+        await page.reserve(worst)
+        await both.wait()
+        try:
+            await page.reserve(worst, 1)
+        except BudgetReached:
+            calls.write(call(trial=trial, reply=None, error=BROKEN_OFF))
+            return
+        done.append(trial)
+        calls.write(call(trial=trial, unanswered=1, usage=usage(wrote=10_000)))
+
+    async def all_of_them():
+        with Calls.open(tmp_path) as calls:
+            calls.limit(Budget(planned(DEAR), allowed))
+            both = asyncio.Barrier(2)
+            await asyncio.wait_for(asyncio.gather(*(one(calls, trial, both) for trial in (1, 2))), 5)
+
+    asyncio.run(all_of_them())
+    assert sorted(done) == ends
+
+
 def test_what_was_sent_before_is_what_the_request_before_held():
     calls = [
         call(usage=usage(read=100)),
@@ -113,6 +191,39 @@ def test_what_was_sent_before_is_what_the_request_before_held():
         call(trial=2, step=2, usage=usage(read=40)),  # no more than it holds
     ]
     assert Ledger(planned(DEAR), calls).total.repeated_tokens == 100 + 150 + 150 + 40
+
+
+@pytest.mark.parametrize("repairs", [0, 1])
+def test_what_was_sent_before_is_that_of_the_requests_themselves(repairs):
+    plan = next(planned(DEAR).plans(DEAR))
+    whole = made_up(plan, reply(HYPOTHESIS))
+    calls, requests = [], []
+    for step in range(1, 21):
+        situation = Situation(
+            task=whole.task, past=whole.past[: step - 1], percept=[*whole.past, whole][step - 1].percept
+        )
+        for turn in range(1, 2 + repairs):
+            said = [
+                Message(role="assistant", text="no"),
+                Message(role="user", text=repair(ReplyFault("why"), situation)),
+            ]
+            requests.append([*conversation(situation), *said * (turn - 1)])
+            read = round(sum(tokens(message.text) for message in requests[-1]))
+            calls.append(call(step=step, turn=turn, usage=usage(read=read)))
+    spent = Ledger(planned(DEAR), calls).total
+    assert spent.repeated_tokens / spent.usage.input_tokens == pytest.approx(repeated_prefix(requests), abs=0.01)
+
+
+def test_what_was_sent_before_is_not_known_where_pictures_leave_the_conversation():
+    few, all_of_them = f"{DEAR}?images=4", f"{DEAR}?images=0"
+    shown = study(Request(study="modalities", agent=[few, all_of_them], modality=["symbolic", "rgb"], trials=1))
+    for spec, known in ((few, False), (all_of_them, True)):
+        key = f"modalities/{spec}/rgb/p=0/rep=1/trial=1"
+        calls = [Call(key=key, step=n, turn=1, request="r", reply="said", usage=usage(read=9)) for n in (1, 2)]
+        assert Ledger(shown, calls).by_agent[spec].repeated_tokens == (9 if known else None)
+        assert Ledger(shown, calls).total.repeated_tokens == (9 if known else None)
+    told = Ledger(planned(few), [call(few, usage=usage(read=9)), call(few, step=2, usage=usage(read=9))])
+    assert told.total.repeated_tokens == 9  # words stay
 
 
 @pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])
@@ -175,13 +286,21 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
                 await calls.of(call(agent, number).key).reserve(worst)
             except BudgetReached:
                 return
-            used = charge(worst, price_of(agent))
+            used, again = charge(worst, price_of(agent)), 0
+            while luck.random() < 0.3:  # it is charged for and never comes
+                try:
+                    await calls.of(call(agent, number).key).reserve(worst, again + 1)
+                except BudgetReached:
+                    calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
+                    return
+                used, again = charge(worst, price_of(agent)), again + 1
             for _ in range(luck.randint(0, 4)):
                 await asyncio.sleep(0)
-            counted = call(agent, number, step, usage=used)
-            uncounted = call(agent, number, step, usage=Usage(calls=1))
+            counted = call(agent, number, step, usage=used, unanswered=again)
+            uncounted = call(agent, number, step, usage=Usage(calls=1), unanswered=again)
             broken_off = call(agent, number, step, reply=None, error=BROKEN_OFF)
-            calls.write(luck.choice([counted, counted, uncounted, broken_off]))
+            failed = call(agent, number, step, reply=None, error="no reply within 120 s", unanswered=again + 1)
+            calls.write(luck.choice([counted, counted, uncounted, broken_off, failed]))
 
     async def run(directory):
         with Calls.open(directory) as calls:
@@ -192,7 +311,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
         for _ in range(2):  # a second run has what the first left, and no more
             asyncio.run(run(Path(directory)))
         ledger = Ledger(agents, read_calls(directory)).total
-        assert (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
+        assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
 
 
 def test_the_most_that_tokens_cost_is_as_if_all_were_put_into_the_cache():

@@ -1,5 +1,7 @@
 """One trial: its plant is made, looked at and closed; what breaks in making it is an error at the plant."""
 
+import asyncio
+import threading
 from dataclasses import replace
 from typing import ClassVar
 
@@ -12,8 +14,10 @@ from lockprobe.errors import BadValue, Missing, PlantFault
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision
 from lockprobe.studies import stage
+from lockprobe.studies.studyfile import Request, study
 
 HANDLES = np.array([[[0.1 * i - 0.15, -0.05, 0.05], [0.1 * i - 0.15, 0.05, 0.05]] for i in range(4)])
 PANEL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -169,3 +173,90 @@ def test_the_same_seed_gives_the_same_trial_pictures_included(plant, tmp_path):
     assert len(files) >= 6  # a blocked attempt may leave the picture as it was
     assert files == {path.name: path.read_bytes() for path in (tmp_path / "other").iterdir()}
     assert run_trial(agent="viewer", plant=plant, modality="rgbd", seed=4, max_steps=2) != one
+
+
+def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
+    """An attempt ends only when somebody else has had a turn meanwhile."""
+    threads, closed = set(), []
+
+    class Slow(SymbolicPlant):
+        def __init__(self, box):
+            super().__init__(box)
+            threads.add(threading.get_ident())
+
+        def observe(self):
+            threads.add(threading.get_ident())
+            return super().observe()
+
+        def attempt(self, joint):
+            threads.add(threading.get_ident())
+            turn = threading.Event()
+            loop.call_soon_threadsafe(turn.set)
+            assert turn.wait(10)
+            return super().attempt(joint)
+
+        def close(self):
+            threads.add(threading.get_ident())
+            closed.append(self)
+
+    class InTurn:
+        facts: ClassVar = {}
+
+        async def decide(self, situation, rng):
+            return Decision(joint=situation.task.joints[len(situation.past) % 4])
+
+    def slow(spec):
+        return PlantSource(spec=spec, make=lambda box, labels, rng: Slow(box))
+
+    async def played():
+        nonlocal loop
+        loop = asyncio.get_running_loop()
+        with stage.own_thread() as place:
+            planned = study(Request(agent=["random"], p=[0], trials=3))
+            plans = [planned.plan("random", 0.0, 1, trial, "symbolic") for trial in (1, 2, 3)]
+            timed = (stage.play_timed(plan, InTurn(), lambda key, step: None, place=place) for plan in plans)
+            return await asyncio.gather(*timed)
+
+    loop = None
+    monkeypatch.setattr(stage, "resolve_plant", slow)
+    assert [trial.solved for trial, _ in asyncio.run(played())] == [True] * 3
+    assert len(closed) == 3
+    assert len(threads) == 1
+    assert threads.isdisjoint({threading.get_ident()})
+
+
+def test_a_run_that_is_ended_waits_for_what_a_plant_is_doing_and_then_closes_it(monkeypatch):
+    course, begun, go_on = [], threading.Event(), threading.Event()
+
+    class Slow(SymbolicPlant):
+        def attempt(self, joint):
+            begun.set()
+            assert go_on.wait(10)
+            course.append("attempted")
+            return super().attempt(joint)
+
+        def close(self):
+            course.append("closed")
+
+    class First:
+        facts: ClassVar = {}
+
+        async def decide(self, situation, rng):
+            return Decision(joint=situation.task.joints[0])
+
+    async def ended():
+        plan = study(Request(agent=["random"], p=[0], trials=1)).plan("random", 0.0, 1, 1, "symbolic")
+        with stage.own_thread() as place:
+            task = asyncio.ensure_future(stage.play_timed(plan, First(), lambda key, step: None, place=place))
+            assert await asyncio.to_thread(begun.wait, 10)
+            task.cancel()
+            await asyncio.sleep(0)
+            go_on.set()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+
+    monkeypatch.setattr(
+        stage, "resolve_plant", lambda spec: PlantSource(spec=spec, make=lambda box, labels, rng: Slow(box))
+    )
+    asyncio.run(ended())
+    assert course == ["attempted", "closed"]

@@ -66,6 +66,7 @@ def test_identities_are_pinned():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"seed": -1}, "seed: got -1, expected a whole number from 0"),
         ({"trials": 0}, "trials: got 0, expected a whole number from 1 to 1000000"),
         ({"p": [0.2, 0.2]}, r"p: got \[0.2, 0.2\], expected at least one, and every one once"),
         (

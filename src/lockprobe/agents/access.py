@@ -36,8 +36,8 @@ class Access:
     def __post_init__(self) -> None:
         if not 1 <= self.connections <= 10_000:
             raise BadValue("connections", self.connections, "a whole number from 1 to 10000")
-        if not 0 < self.timeout <= 86_400:
-            raise BadValue("timeout", self.timeout, "seconds above 0, at most a day")
+        if not 0.01 <= self.timeout <= 86_400:
+            raise BadValue("timeout", self.timeout, "seconds from 0.01 to a day")
         if not 0 <= self.retries <= 100:
             raise BadValue("retries", self.retries, "a whole number from 0 to 100")
         if not 0 <= self.pause <= 60:

@@ -26,7 +26,7 @@ from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Sight, Viewer
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, UnknownName, printable
 from lockprobe.options import read_options, with_options
 from lockprobe.seams import Agent
 
@@ -100,7 +100,10 @@ def resolve(spec: str, access: Access = _ACCESS) -> AgentSource:
 
     Raises:
         UnknownName: If there is none; the message lists what exists.
+        BadValue: If it holds characters that are not seen themselves, or an option that cannot be.
     """
+    if not spec.isprintable():
+        raise BadValue("agent", printable(spec), "a name without control characters")
     if spec in _STRATEGIES:
         return AgentSource(spec=spec, engine="inline", make=_STRATEGIES[spec])
     head, _, rest = spec.partition(":")

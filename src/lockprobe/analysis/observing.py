@@ -6,15 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lockprobe.beliefs.planning import expected_steps, information, least
 from lockprobe.beliefs.posterior import Belief, Report, entropy, opened, update
 
 __all__ = ["MANY", "Moment", "Worth", "moment"]
-
-Floats = NDArray[np.float64]
 
 MANY = 1 << 14
 """Moments that are remembered; each takes a few kilobytes."""
@@ -25,20 +20,22 @@ _NOTHING = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Worth:
-    """What each attempt is worth to an observer, arrays of shape (n,).
+    """What each attempt is worth to an observer, a value for each of the n joints.
 
     Attributes:
         bits: Expected bits that it gives.
+        best: The most of them.
         optimal: Whether no other costs fewer expected steps.
         regret: Expected steps that it costs more than the best.
         uninformative: Whether it can neither tell anything nor open the box.
         by_chance: ``expected``, ``optimal``, ``regret`` and ``uninformative`` of a random choice.
     """
 
-    bits: Floats
-    optimal: NDArray[np.bool_]
-    regret: Floats
-    uninformative: NDArray[np.bool_]
+    bits: tuple[float, ...]
+    best: float
+    optimal: tuple[bool, ...]
+    regret: tuple[float, ...]
+    uninformative: tuple[bool, ...]
     by_chance: Mapping[str, float]
 
 
@@ -65,28 +62,26 @@ class Moment:
         bits, steps = information(belief), expected_steps(belief)
         optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
         uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
+        values = {"expected": bits, "optimal": optimal, "regret": regret, "uninformative": uninformative}
         return Worth(
-            bits=bits,
-            optimal=optimal,
-            regret=regret,
-            uninformative=uninformative,
-            by_chance={
-                "expected": float(bits.mean()),
-                "optimal": float(optimal.mean()),
-                "regret": float(regret.mean()),
-                "uninformative": float(uninformative.mean()),
-            },
+            bits=tuple(bits.tolist()),
+            best=float(bits.max()),
+            optimal=tuple(optimal.tolist()),
+            regret=tuple(regret.tolist()),
+            uninformative=tuple(uninformative.tolist()),
+            by_chance={name: float(found.sum()) / len(bits) for name, found in values.items()},
         )
 
     def after(self, report: Report | None) -> tuple[Moment, int]:
         """What is known after a report, or after the box has opened, and how often the observer had to begin again."""
-        if report not in self._after:
+        found = self._after.get(report)
+        if found is None:
             belief = opened(self._belief) if report is None else update(self._belief, report)
             again = belief.restarts - self._belief.restarts
             # Where weights are scaled from others, beliefs that are equal differ in their last digits.
             scaled = report is None or (again and report.joint == 0)
-            self._after[report] = (Moment if scaled else moment)(belief), again
-        return self._after[report]
+            found = self._after[report] = (Moment if scaled else moment)(belief), again
+        return found
 
 
 def moment(belief: Belief) -> Moment:

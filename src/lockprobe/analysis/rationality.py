@@ -53,6 +53,9 @@ JUDGED, ACTIONS = 100, 5000
 """So many trials of a condition are judged at most, the first by repetition and trial, and no more after so many
 actions."""
 
+Told = tuple[int, Report | None]
+"""The number of the joint attempted, and what was told of it; None if the box opened."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedStep:
@@ -152,11 +155,14 @@ def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
     """Judge the trials of one condition; nothing if none has ended with a step, or the box is too large for a prior."""
     counted = [trial for trial in ended(trials) if trial.steps]
     prior = prior_for(len(counted[0].joints)) if counted else None
-    return tuple(_condition(counted, prior, noise) for noise in OBSERVERS) if prior else ()
+    told = [(trial, _told(trial)) for trial in _first(counted)]
+    return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS) if prior else ()
 
 
-def _condition(trials: Sequence[Trial], prior: str, noise: str) -> Rationality:
-    found = [judge(trial, prior=prior, noise=noise) for trial in _first(trials)]
+def _condition(
+    trials: Sequence[Trial], told: Sequence[tuple[Trial, Sequence[Told]]], prior: str, noise: str
+) -> Rationality:
+    found = [_judge(trial, reports, prior, noise) for trial, reports in told]
     sizes = [len(trial.steps) for trial in found]
     steps = [step for trial in found for step in trial.steps]
     first = trials[0]
@@ -198,18 +204,29 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
         UnknownName: If there is no such prior.
         BadValue: If there is no such noise model, or the prior has too many interlocks over so many joints.
     """
-    numbers = _numbers(trial)
+    return _judge(trial, _told(trial), prior, noise)
+
+
+def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> JudgedTrial:
     now, restarts, steps = moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise))), 0, []
-    for step in trial.steps:
-        joint, told = numbers[step.joint], None
-        if not (trial.solved and step is trial.steps[-1]):
-            told = Report(joint, step.told_moved, _positions(trial, numbers, step.told_state))
-        after, again = now.after(told)
+    for step, (joint, report) in zip(trial.steps, told, strict=True):
+        after, again = now.after(report)
         steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))
         now, restarts = after, restarts + again
     return JudgedTrial(
         key=trial.key, prior=prior, noise=noise, steps=tuple(steps), entropy_left=now.entropy, restarts=restarts
     )
+
+
+def _told(trial: Trial) -> list[Told]:
+    """Every attempt in numbers, and what was told of it."""
+    numbers = _numbers(trial)
+    positions = {told: _positions(trial, numbers, told) for told in {step.told_state for step in trial.steps}}
+    found: list[Told] = [
+        (joint := numbers[step.joint], Report(joint, step.told_moved, positions[step.told_state]))
+        for step in trial.steps
+    ]
+    return [*found[:-1], (found[-1][0], None)] if trial.solved else found
 
 
 def _numbers(trial: Trial) -> dict[str, int]:
@@ -235,10 +252,10 @@ def _judged(step: int, joint: int, now: Moment, gained: float) -> JudgedStep:
         step=step,
         entropy=now.entropy,
         gained=gained,
-        expected=float(values.bits[joint]),
-        best=float(values.bits.max()),
-        optimal=bool(values.optimal[joint]),
-        regret=float(values.regret[joint]),
-        uninformative=bool(values.uninformative[joint]),
+        expected=values.bits[joint],
+        best=values.best,
+        optimal=values.optimal[joint],
+        regret=values.regret[joint],
+        uninformative=values.uninformative[joint],
         by_chance=values.by_chance,
     )

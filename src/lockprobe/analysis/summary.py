@@ -6,8 +6,10 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, groupby
-from typing import Protocol, TypeVar
+from operator import call
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -46,7 +48,7 @@ _Done = TypeVar("_Done")
 
 
 class Each(Protocol):
-    """Does the same work on several jobs, in their order: ``map``, or that of a pool of processes."""
+    """Does the same work on several jobs: ``map``, or a pool of processes, which leaves the first job to this one."""
 
     def __call__(self, work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> Iterable[_Done]:
         """The results, in the order of the jobs."""
@@ -155,8 +157,12 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
     by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
     shown = Counter(agent for agent, _ in place)
-    agents = tuple(each(_agent, [(members, reference, shown[members[0].agent] > 1) for members in by_agent]))
-    compared = comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0)
+    jobs: list[Callable[[], Any]] = [
+        lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
+        *(partial(_agent, members, reference, several=shown[members[0].agent] > 1) for members in by_agent),
+    ]
+    compared, *found = each(call, jobs)
+    agents = tuple[AgentSummary, ...](found)
     rows = [standing(members, agent.conditions, reference) for members, agent in zip(by_agent, agents, strict=True)]
     return StudySummary(
         agents=agents,
@@ -205,9 +211,8 @@ def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
     return [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
 
 
-def _agent(job: tuple[Sequence[Trial], Reference | None, bool]) -> AgentSummary:
+def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: bool) -> AgentSummary:
     """One agent, shown the box in one way; and whether others of its trials were shown it in another."""
-    trials, reference, several = job
     first = trials[0]
     conditions = tuple(
         condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)

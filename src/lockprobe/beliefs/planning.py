@@ -62,14 +62,16 @@ def information(belief: Belief) -> Floats:
     if belief.noise.naive:
         share: Floats = np.minimum(weights @ moves, 1.0)
         return _bits(share) + _bits(1.0 - share)
+    n = belief.interlocks.joints
     goes_on = np.ones(moves.shape)
     goes_on[:, 0] = ~moves[:, 0]
     false = next_false(belief)[held, None]
-    said_moved = np.where(moves, 1.0 - false, false) * goes_on
-    odds = belief.possible[:, held] / belief.possible[:, held].sum(axis=0)
-    mass = odds[:, :, None] * weights[:, None]
-    news = _news(belief)[:, held]
-    gained = _gained(mass * said_moved, news) + _gained(mass * (goes_on - said_moved), news)
+    told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", and beside them those of "blocked"
+    told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
+    told[:, n:] = goes_on - told[:, :n]
+    kinds = np.ascontiguousarray(belief.possible[:, held])
+    both = _gained((kinds / kinds.sum(axis=0) * weights)[:, :, None] * told, _news(belief)[:, held])
+    gained = both[:n] + both[n:]
     ends = weights * moves[:, 0]
     gained[0] += _bits(ends.sum()) - _bits(ends).sum()
     return np.maximum(entropy(belief) + gained, 0.0)
@@ -85,25 +87,29 @@ def next_false(belief: Belief) -> Floats:
 def _news(belief: Belief) -> NDArray[np.int64]:
     """What would be shown of where the box was before each attempt, shape (kinds, interlocks, n)."""
     where, bit = belief.configuration[:, None], 1 << np.arange(belief.interlocks.joints)
-    if belief.positions is None:
-        return np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
-    shown = {"transient": where | 0 * bit, "sticky": belief.positions & ~bit | where & bit}
-    return np.stack([shown[kind] for kind in belief.noise.kinds])
+    found = np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
+    if belief.positions is not None:
+        for kind, shown in zip(belief.noise.kinds, found, strict=True):
+            shown[:] = where if kind == "transient" else belief.positions & ~bit | where & bit
+    return found
 
 
 def _gained(mass: Floats, news: NDArray[np.int64]) -> Floats:
-    """Entropy of what is shown minus entropy of that and the interlock together, unnormalised, shape (n,).
+    """Entropy of what is shown minus entropy of that and the interlock together, unnormalised, shape (2n,).
 
     Args:
-        mass: Probability of each kind, interlock and one outcome told, shape (kinds, interlocks, n).
-        news: What is shown then, of the same shape.
+        mass: Probability of each kind, interlock and either outcome told, shape (kinds, interlocks, 2n).
+        news: What is shown then, shape (kinds, interlocks, n).
     """
+    columns = mass.shape[-1]
+    news = np.concatenate((news, news), axis=-1)
     if len(mass) > 1:  # shown alike under both kinds: one and the same observation
         alike = news[0] == news[1]
-        mass = np.stack([mass[0] + mass[1] * alike, mass[1] * ~alike])
-    joints = mass.shape[-1]
-    shown = np.bincount((news * joints + np.arange(joints)).ravel(), mass.ravel(), joints << joints).astype(np.float64)
-    gained: Floats = np.sum(_bits(shown.reshape(-1, joints)), axis=0) - np.sum(_bits(mass), axis=(0, 1))
+        mass[0] += mass[1] * alike
+        mass[1] *= ~alike
+    place = (news * columns + np.arange(columns)).ravel()
+    shown = np.bincount(place, mass.ravel(), columns << columns // 2).astype(np.float64, copy=False)
+    gained: Floats = np.sum(_bits(shown.reshape(-1, columns)), axis=0) - np.sum(_bits(mass), axis=(0, 1))
     return gained
 
 

@@ -58,7 +58,7 @@ def build(names: Iterable[str]) -> typer.Typer:
 
 
 def main() -> None:
-    """The ``lockprobe`` command. A user's mistake is one line and exit status 2; Ctrl-C is 130."""
+    """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     _writable_streams()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:

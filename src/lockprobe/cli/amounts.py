@@ -5,12 +5,12 @@ from __future__ import annotations
 import json as json_
 from collections.abc import Iterator
 from dataclasses import asdict
-from math import floor, log10
 from pathlib import Path
 
 from lockprobe.agents.llm.knowledge import OWN_FACTS, Price
 from lockprobe.call import Usage
 from lockprobe.studies.calls import read_calls
+from lockprobe.studies.dollars import dollars as in_words
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import load
 from lockprobe.studies.spending import Spending, hosted
@@ -31,10 +31,7 @@ __all__ = [
 
 def money(dollars: float) -> str:
     """US dollars to the cent; less than ten cents to two digits."""
-    if dollars >= 0.1 or dollars <= 0:
-        return f"${dollars:,.2f}"
-    said = f"{dollars:.{1 - floor(log10(dollars))}f}"
-    return f"${said[:4]}{said[4:].rstrip('0')}"
+    return f"${in_words(dollars)}"
 
 
 def about(number: float) -> str:
@@ -60,9 +57,9 @@ def _paid(low: float | None, high: float | None) -> str:
     return money(low) if money(low) == money(high) else f"{money(low)} to {money(high)}"
 
 
-def share(part: float, whole: float) -> float | None:
-    """A share; None of nothing."""
-    return part / whole if whole else None
+def share(part: float | None, whole: float) -> float | None:
+    """A share; None of nothing, and where the part is not known."""
+    return part / whole if whole and part is not None else None
 
 
 def of_price(price: Price | None) -> str:
@@ -147,6 +144,7 @@ def spent_facts(spent: Spending) -> dict[str, object]:
         "failed_calls": spent.failed,
         "broken_off_calls": spent.broken_off,
         "uncounted_calls": spent.uncounted,
+        "unanswered_attempts": spent.unanswered,
         "retries": spent.retries,
         "input_tokens": usage.input_tokens,
         "cached_tokens": usage.cached_tokens,

@@ -17,7 +17,7 @@ from lockprobe.agents.catalogue import AgentSource
 from lockprobe.call import Call
 from lockprobe.cli.amounts import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, told
-from lockprobe.errors import BudgetReached
+from lockprobe.errors import BudgetReached, printable
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
@@ -111,9 +111,13 @@ class JsonLines(Plain):
         """The budget is spent."""
         self.event("budget", spent=reached.spent, budget=reached.budget, owed=owed, trials=trials)
 
-    def reported(self, path: Path) -> None:
-        """The report is written."""
-        self.event("report", path=str(path), **self._cost())
+    def broke(self) -> None:
+        """Not one trial of the run ended."""
+        self.event("broke", trials=self.tally.broken_in_all, first=self.tally.first_error)
+
+    def reported(self, path: Path | None) -> None:
+        """The report is written; without a path there is none."""
+        self.event("report", path=None if path is None else str(path), **self._cost())
 
 
 class LiveDisplay(Plain):
@@ -127,7 +131,7 @@ class LiveDisplay(Plain):
 
     def say(self, text: str) -> None:
         """Print above the table."""
-        self._console.print(Text(text))
+        self._console.print(Text(printable(text)))
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """An agent's turn comes: a table of its own."""
@@ -170,8 +174,13 @@ class LiveDisplay(Plain):
         self.close()
         super().stopped(reached, owed, trials)
 
-    def reported(self, path: Path) -> None:
-        """Name the report."""
+    def broke(self) -> None:
+        """Say that not one trial of the run ended."""
+        self.close()
+        super().broke()
+
+    def reported(self, path: Path | None) -> None:
+        """Name the report, if there is one."""
         self.close()
         super().reported(path)
 
@@ -182,10 +191,10 @@ class LiveDisplay(Plain):
         for shown in sorted(self.tally.ended):
             table.add_row(shown, str(self.tally.solved[shown]), str(self.tally.ended[shown]))
         playing = [
-            Text(f"  {key}  {latest}", style="dim", no_wrap=True, overflow="ellipsis")
+            Text(printable(f"  {key}  {latest}"), style="dim", no_wrap=True, overflow="ellipsis")
             for key, latest in list(self._playing.items())[:8]
         ]
-        head = Text(self.tally.line(solved=False), style="bold")
+        head = Text(printable(self.tally.line(solved=False)), style="bold")
         return Group(head, table, *playing)
 
 

@@ -31,11 +31,12 @@ def take(
     if json:
         print(json_.dumps(asdict(gathered)))
         return
+    kept = f" They go on from {gathered.replies} replies that were taken along." if gathered.replies else ""
     agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
     print(
         f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
-        f"{agents}{missing} Report: lockprobe report {directory}"
+        f"{kept}{agents}{missing} Report: lockprobe report {directory}"
     )
 
 

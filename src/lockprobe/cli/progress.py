@@ -10,7 +10,7 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.call import Call
 from lockprobe.cli.amounts import estimate_lines, money, spent_in_words
 from lockprobe.cli.tally import Tally, count
-from lockprobe.errors import BudgetReached
+from lockprobe.errors import BudgetReached, printable
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.studies.calls import read_calls
@@ -87,11 +87,11 @@ class Plain:
 
     def say(self, text: str) -> None:
         """Print one line at once."""
-        print(text, flush=True)
+        print(printable(text), flush=True)
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Say what will be played, how long it should take, where it goes, and what of it is done."""
-        self._journal, self._simulated = journal, study.simulated
+        self._journal, self._simulated, self.tally = journal, study.simulated, Tally(study)
         short = is_short(study)
         kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, f"Study {study.name}")
         self.say(
@@ -192,11 +192,18 @@ class Plain:
         )
         self.tally.ledger = None  # what was spent is said
 
+    def broke(self) -> None:
+        """Say that not one trial of the run ended, why, and how to go on."""
+        self.say(
+            f"No trial ended: {self.tally.broken_in_all} broke, the first at {self.tally.first_error}; "
+            "the same command plays them again"
+        )
+
     def _spent(self) -> None:
         if self.tally.ledger is not None and (said := spent_in_words(self.tally.ledger.total)):
             self.say(f"Calls: {said}")
 
-    def reported(self, path: Path) -> None:
-        """Say what it has cost, and name the report."""
+    def reported(self, path: Path | None) -> None:
+        """Say what it has cost, and name the report; None where there is nothing to report."""
         self._spent()
-        self.say(f"Report: {path}")
+        self.say("No report: no trial has ended" if path is None else f"Report: {path}")

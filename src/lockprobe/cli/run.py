@@ -7,20 +7,29 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import typer
+
 from lockprobe.agents.access import Access
 from lockprobe.cli import asking
-from lockprobe.cli.amounts import print_estimates
+from lockprobe.cli.amounts import money, print_estimates
 from lockprobe.cli.display import watch
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.report import write_report
+from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
-from lockprobe.studies.spending import Budget
+from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
-__all__ = ["run"]
+__all__ = ["ALL_BROKE", "BUDGET_REACHED", "run"]
+
+ALL_BROKE = 1
+"""The exit status where trials were played, and something outside their agents broke every one."""
+
+BUDGET_REACHED = 3
+"""The exit status where a budget ended a study before its last trial."""
 
 
 def run(
@@ -56,6 +65,8 @@ def run(
 
     modalities: what pictures do. RGB, RGB-D and reports in words, 10 trials of 20 steps each, on a simulated box with
     a camera; without options a scripted agent that looks, beside the human-inspired strategy and random.
+
+    Exit status 3: a budget ended it. 1: every trial broke.
     """
     asked = {
         "agent": agent or None,
@@ -79,12 +90,12 @@ def run(
     if estimate:
         print_estimates(planned, directory, batch=batch, json=json)
         return
-    allowed = None if budget is None else Budget(planned, budget)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    _play(planned, directory, limits, allowed, json=json)
+    _play(planned, directory, limits, _allowed(planned, budget, directory), json=json)
 
 
 def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
+    status = 0
     with (
         Journal.open(directory, planned) as journal,
         watch(json=json, batch=limits.access.batch, budget=budget) as observer,
@@ -98,8 +109,29 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
             raise
         except BudgetReached as reached:
             observer.stopped(reached, sum(journal.owes(key) for key in _keys(planned)), planned.size)
-    path = write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
+            status = BUDGET_REACHED
+    if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
+        observer.broke()
+        status = ALL_BROKE
+    path = _report(directory) if journal.trials or not status else None
     observer.reported(path)
+    if status:
+        raise typer.Exit(status)
+
+
+def _report(directory: Path) -> Path:
+    return write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
+
+
+def _allowed(planned: Study, budget: float | None, directory: Path) -> Budget | None:
+    """The budget of a study, which has to suffice for one call where it begins."""
+    if budget is None:
+        return None
+    allowed = Budget(planned, budget)
+    most, agent = min(((most_of_one_call(planned, agent), agent) for agent in hosted(planned)), default=(0.0, ""))
+    if most > budget and not (directory / "study.json").exists():
+        raise BadValue("budget", money(budget), f"more: one call of {agent} can cost up to {money(most)}")
+    return allowed
 
 
 def _keys(planned: Study) -> Iterator[str]:

@@ -14,11 +14,12 @@ import typer
 from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.amounts import money, share, spent_facts
 from lockprobe.cli.tally import count, in_boundaries
+from lockprobe.errors import printable
 from lockprobe.record import Trial
 from lockprobe.studies.calls import read_calls, unanswered
 from lockprobe.studies.journal import load, read_timings
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger, agent_of
+from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
 
 __all__ = ["status"]
@@ -35,7 +36,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
     over = {trial.key for trial in trials if not trial.owed_again}
     ledger, begun = Ledger(study), Counter[str]()
     waiting = unanswered(directory)
-    for call in (*(replace(call, error=BROKEN_OFF) for call in waiting), *_decided(study, directory, everything)):
+    for call in (*(replace(call, error=BROKEN_OFF) for call in waiting), *_decided(directory, everything)):
         ledger.add(call)
     for call in read_calls(directory):
         ledger.add(call)
@@ -78,11 +79,11 @@ def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
     }
 
 
-def _decided(study: Study, directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
-    """Of agents that have no calls on disk, as before there was such a file, what their decisions say."""
-    known = {agent_of(study, call.key) for call in read_calls(directory)}
+def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
+    """Of trials that have no calls on disk, played elsewhere or before calls were kept, what their decisions say."""
+    known = {call.key for call in read_calls(directory)}
     for trial in trials:
-        if agent_of(study, trial.key) in known:
+        if trial.key in known:
             continue
         asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]
         if trial.error is not None:
@@ -105,14 +106,14 @@ def _show(directory: Path, facts: Mapping[str, object], ledger: Ledger) -> None:
 
 def _print_named(lines: Iterable[tuple[str, str]]) -> None:
     for name, said in lines:
-        print(f"{name:<12}{said}")
+        print(printable(f"{name:<12}{said}"))
 
 
 def _print_columns(rows: Sequence[Sequence[str]]) -> None:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for first, *others in rows:
         cells = (f"{cell:>{width}}" for cell, width in zip(others, widths[1:], strict=True))
-        print("  ".join((f"{first:<{widths[0]}}", *cells)))
+        print(printable("  ".join((f"{first:<{widths[0]}}", *cells))))
 
 
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
@@ -126,8 +127,7 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         number = int(str(facts["unanswered_calls"]))
         which = "its way, or was when its run was" if number == 1 else "their way, or were when their run was"
         yield "", f"{count(number, 'call')} on {which} killed"
-    pace = f", {facts['steps_per_minute']} a minute" if facts["steps_per_minute"] else ""
-    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing{pace}"
+    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, trials side by side added up"
     if facts["pictures"]:
         yield "pictures", f"{facts['pictures']}"
     errors, first = facts["errors"], facts["first_errors"]
@@ -163,13 +163,15 @@ def _about_calls(ledger: Ledger) -> Iterator[tuple[str, str]]:
     spent = ledger.total
     read = spent.usage.input_tokens
     if read:
-        repeated, cached = share(spent.repeated_tokens, read) or 0, share(spent.usage.cached_tokens, read) or 0
-        yield "prefixes", f"{repeated:.0%} of the tokens in had been sent before, {cached:.0%} came from a cache"
-    if spent.broken_off or spent.uncounted:
+        repeated, cached = share(spent.repeated_tokens, read), share(spent.usage.cached_tokens, read) or 0
+        before = "" if repeated is None else f"{repeated:.0%} of the tokens in had been sent before; "
+        yield "prefixes", f"{before}{cached:.0%} came from a cache"
+    if spent.broken_off or spent.uncounted or spent.unanswered:
         most = "" if spent.dollars_unknown is None else f", at most {money(spent.dollars_unknown)} more"
         lost = f"{count(spent.broken_off, 'call')} broken off" if spent.broken_off else ""
         bare = f"{count(spent.uncounted, 'reply', 'replies')} without a count" if spent.uncounted else ""
-        yield "uncounted", f"{' and '.join(filter(None, (lost, bare)))}: what that cost is not known{most}"
+        vain = f"{count(spent.unanswered, 'attempt')} without an answer" if spent.unanswered else ""
+        yield "uncounted", f"{', '.join(filter(None, (lost, bare, vain)))}: what that cost is not known{most}"
     if dates := {part.price.date for part in ledger.by_agent.values() if part.price is not None}:
         yield "prices", f"of {', '.join(sorted(dates))}, US dollars"
     if spent.served:

@@ -10,7 +10,9 @@ from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.amounts import spent_in_words
 from lockprobe.record import Trial
 from lockprobe.studies.calls import Calls
+from lockprobe.studies.modality import SYMBOLIC
 from lockprobe.studies.spending import Ledger
+from lockprobe.studies.study import Study
 
 __all__ = ["Tally", "count", "in_boundaries"]
 
@@ -21,13 +23,21 @@ _LONG = 5.0
 class Tally:
     """The state of a run: what was played, solved and broken, how fast, and what it cost.
 
+    Args:
+        study: What is played; None as long as nothing is.
+
     Attributes:
+        ended_in_all: Trials of this run that ended, all agents together.
+        broken_in_all: Trials of it that something outside their agent broke.
+        first_error: Where the first of those broke, and what was said.
         ledger: What the study has cost; None where nobody is asked.
         calls: Its calls, as above.
     """
 
-    def __init__(self) -> None:
-        self.owed = self.played = self.steps = 0
+    def __init__(self, study: Study | None = None) -> None:
+        self._shows = study is not None and study.modalities != SYMBOLIC
+        self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
+        self.first_error = ""
         self.errors: Counter[str] = Counter()
         self.solved: Counter[str] = Counter()
         self.ended: Counter[str] = Counter()
@@ -57,15 +67,17 @@ class Tally:
             self._count(trial)
 
     def _count(self, trial: Trial) -> None:
-        # keys with a modality in them are of studies with several
-        several = trial.condition != f"{trial.study}/{trial.agent}/p={trial.p:g}"
-        condition = trial.modality if several and not trial.p else f"p={trial.p:g}"
+        condition = trial.modality if self._shows and not trial.p else f"p={trial.p:g}"
         self.ended[condition] += trial.ending != "error"
         self.solved[condition] += trial.solved
 
     def trial(self, trial: Trial) -> None:
         """A trial is on disk."""
         self.played += 1
+        self.broken_in_all += trial.owed_again
+        self.ended_in_all += not trial.owed_again
+        if trial.error is not None and trial.owed_again and not self.first_error:
+            self.first_error = f"{trial.error.boundary}: {trial.error.message}"
         self.errors.update([] if trial.error is None else [trial.error.boundary])
         self._count(trial)
 
@@ -91,10 +103,11 @@ class Tally:
 
     def line(self, *, solved: bool = True) -> str:
         """The state in one line, with or without what is solved under which condition."""
-        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in sorted(self.ended))
+        ended = sorted(shown for shown, number in self.ended.items() if number)
+        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in ended)
         parts = [
             f"{self.agent}  {self.played}/{self.agent_owed} trials",
-            f"solved {shares or None}" if solved else "",
+            f"solved {shares}" if solved and shares else "",
             f"{self.speed:.1f} steps/s",
             f"{self.left} left",
             spent_in_words(self.ledger.total) if self.ledger is not None else "",

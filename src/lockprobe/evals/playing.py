@@ -21,11 +21,12 @@ from urllib.parse import urlencode
 import numpy as np
 
 from lockprobe.agents.llm.knowledge import facts_of
-from lockprobe.agents.llm.line import Answer, host_of, sent, usage_of
+from lockprobe.agents.llm.line import Answer, refuse_overflow, sent, usage_of
 from lockprobe.agents.llm.model import decided, model_facts
+from lockprobe.agents.llm.opening import WITH_BATCHES
 from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import Missing, ModelFault, PlantFault, without_keys
+from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault, without_keys
 from lockprobe.evals.album import beside
 from lockprobe.evals.retelling import told_last
 from lockprobe.evals.scoring import TRIAL, marked, told_of
@@ -59,6 +60,9 @@ _TRANSPORT = frozenset(
     | {"batch", "cache", "cache_prompt", "reasoning_summary", "response_schema", "modalities"}
 )
 """What changes how a model is reached or what is kept of its answer, and not what it is asked."""
+
+_FAULTS: dict[str, type[TrialFault]] = {fault.boundary: fault for fault in (ModelFault, PlantFault, ChannelFault)}
+"""By boundary, as what the error of a sample is raised."""
 
 
 def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfig) -> str:
@@ -105,7 +109,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
             trial, _ = await play_timed(plan, player, player.note, Path(pictures))
             _finish(state, trial, Path(pictures))
         if trial.error is not None and trial.error.boundary != "reply":
-            raise player.broke or (ModelFault if trial.error.boundary == "model" else PlantFault)(trial.error.message)
+            raise player.broke or _FAULTS.get(trial.error.boundary, TrialFault)(trial.error.message)
         state.store.set(TRIAL, trial_to_json(trial).decode())
         state.completed = True
         return state
@@ -128,6 +132,7 @@ class _ModelOfTheEval:
         self._model, self._state = model, state
         self._name, self._settings = read_settings(spec)
         self._known = facts_of(self._name)
+        self._batch = bool(config.batch) and self._name.partition("/")[0] in WITH_BATCHES
         self._others = {
             name: value
             for name, value in config.model_dump(mode="json", exclude_none=True).items()
@@ -139,11 +144,8 @@ class _ModelOfTheEval:
     @property
     def facts(self) -> Mapping[str, Fact]:
         """What it is; what else was set for the eval stands under ``config``."""
-        host = host_of(self._name)
-        others: dict[str, Fact] = {} if host is None else {"host": host}
-        if self._others:
-            others["config"] = json.dumps(self._others, sort_keys=True)
-        return model_facts(self._name, self._settings) | others
+        others = {"config": json.dumps(self._others, sort_keys=True)} if self._others else {}
+        return model_facts(self._name, self._settings, batch=self._batch) | others
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint; what Inspect raises is kept, so that its own limits and retries hold."""
@@ -162,6 +164,7 @@ class _ModelOfTheEval:
         self._state.messages.append(asked[-1])
         began = time.perf_counter()
         output = await self._model.generate(asked, config=self._config(schema))
+        refuse_overflow(output)
         text = without_keys(output.completion)
         reply = self._message(len(messages), Message(role="assistant", text=text or "(empty)"), step, turn)
         reply.id = output.message.id

@@ -30,10 +30,16 @@ try:
 except ImportError as error:
     raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
-__all__ = ["LARGEST", "log_files", "read_log", "trials_in"]
+__all__ = ["LARGEST", "LARGEST_MEMBER", "log_files", "read_log", "trials_in"]
 
 LARGEST = 4 * 2**30
 """Bytes of a log, unpacked, above which it is not read."""
+
+LARGEST_MEMBER = 2**28
+"""The same of one sample."""
+
+_MOST_SAMPLES = 100_000
+"""Samples that a header may list, epochs counted: each is looked for."""
 
 
 def log_files(path: Path | str) -> list[Path]:
@@ -63,34 +69,40 @@ def read_log(path: Path | str) -> Source:
     path = Path(path)
     _check_size(path)
     trials: dict[str, Trial] = {}
+    samples: dict[str, EvalSample] = {}
     seconds: dict[str, float] = {}
     pictures: dict[str, bytes] = {}
     broken: list[EvalSample] = []
     try:
-        if path.suffix == ".json":
-            json.loads(path.read_bytes())  # Inspect tries what is no JSON in ways that never end
+        _check_json(path)
         header = read_eval_log(str(path), header_only=True)
+        _check_number(header)
         for sample in _samples(path):
             if (line := _line(sample)) is None:
                 broken.append(sample)
                 continue
             trial = trial_from_json(line)
             trials[trial.key] = trial
+            samples[trial.key] = _named(sample)
             if sample.total_time is not None:
                 seconds[trial.key] = sample.total_time
             if wanted := trial.picture_names - pictures.keys():
                 pictures |= {name: png for name, png in pictures_of(sample.messages, sample.store) if name in wanted}
+        _check_held(header, len(samples) + len(broken))
     except BadValue as fault:
         raise BadFile(path, str(fault)) from None
     except (OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, zipfile.BadZipFile) as fault:
         said = fault.errors()[0]["msg"] if isinstance(fault, ValidationError) else str(fault)
         raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
+    for key, sample in samples.items():
+        if key not in _keys(sample, trials[key].agent, study, header):
+            raise BadFile(path, f"its sample {sample.id}, epoch {sample.epoch}, holds the record of {key}")
     return Source(
         path=path,
         study=study,
         trials=tuple(trials.values()),
-        unfinished=frozenset(_key(sample, study, header) for sample in broken),
+        unfinished=frozenset(_keys(sample, study.agents[0], study, header)[0] for sample in broken),
         seconds=seconds,
         picture=pictures.get,
     )
@@ -108,6 +120,37 @@ def _check_size(path: Path) -> None:
         raise BadFile(path, f"cannot be read ({why})") from None
     if size > LARGEST:
         raise BadFile(path, f"{size} bytes unpacked; at most {LARGEST} are read")
+
+
+def _check_json(path: Path) -> None:
+    """What is no JSON, or is nested without end, Inspect tries in ways that never end; the same with sizes that lie."""
+    if path.suffix == ".json":
+        json.loads(path.read_bytes())
+    elif zipfile.is_zipfile(path):
+        with zipfile.ZipFile(path) as packed:
+            for member in packed.infolist():
+                if member.file_size > LARGEST_MEMBER:
+                    raise BadValue(member.filename, member.file_size, f"at most {LARGEST_MEMBER} bytes unpacked")
+                if member.filename.endswith(".json"):
+                    json.loads(packed.read(member))
+
+
+def _check_number(header: EvalLog) -> None:
+    """Every sample that is listed is looked for, in every epoch."""
+    number = len(header.eval.dataset.sample_ids or ()) * (header.eval.config.epochs or 1)
+    if number > _MOST_SAMPLES:
+        raise BadValue("samples listed", number, f"at most {_MOST_SAMPLES}")
+
+
+def _check_held(header: EvalLog, held: int) -> None:
+    """A log of an eval that was broken off may have no sample yet; one that came to its end has."""
+    if not held and header.status == "success":
+        raise BadValue("samples", 0, f"the {len(header.eval.dataset.sample_ids or ())} that its header lists")
+
+
+def _named(sample: EvalSample) -> EvalSample:
+    """What says which trial it is, without all the rest."""
+    return sample.model_copy(update={"messages": [], "store": {}, "scores": None, "attachments": {}})
 
 
 def _samples(path: Path) -> Iterator[EvalSample]:
@@ -142,10 +185,10 @@ def _agent(log: EvalLog) -> str:
     return agent_spec(log.eval.model, given, log.eval.model_generate_config)
 
 
-def _key(sample: EvalSample, study: Study, log: EvalLog) -> str:
-    """The trial that a sample was to be."""
+def _keys(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> tuple[str, str]:
+    """The trial that a sample was to be: as an eval names it, and as it is named beside other agents."""
     place, repetition = str(sample.id), sample.metadata.get("repetition")
     if isinstance(repetition, int) and sample.epoch > 1:
         each = study.repetitions // (log.eval.config.epochs or 1)
         place = place.replace(f"/rep={repetition}/", f"/rep={repetition + (sample.epoch - 1) * each}/")
-    return f"{study.name}/{study.agents[0]}/{place}"
+    return f"{study.name}/{agent}/{place}", f"{study.name}/{place}"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lockprobe.agents.prompt import Message, instructions, parse_reply, repair
+from lockprobe.agents.prompt import Message, conversation, instructions, parse_reply, repair
 from lockprobe.errors import ReplyFault
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Percept, Situation, Step, Task, Trial
+from lockprobe.record import Decision, Percept, Situation, Step, Task, Trial, Turn
 
 __all__ = ["Exchange", "instruction", "retold", "told_last"]
 
@@ -25,15 +25,21 @@ class Exchange:
         step: The step that was to be decided, from 1.
         turn: Which answer for that step, from 1; those after the first follow a malformed one.
         last: Whether it is the last answer for that step, which was acted on if it was of the form asked for.
-        told: What it was told.
+        asked: The whole conversation up to this answer, as it was sent; malformed answers to earlier steps are gone
+            from it, and so are pictures where only the newest are sent.
         reply: What it answered; of an agent that has no words, what it chose.
     """
 
     step: int
     turn: int
     last: bool
-    told: Message
+    asked: tuple[Message, ...]
     reply: str
+
+    @property
+    def told(self) -> Message:
+        """What it was told last."""
+        return self.asked[-1]
 
 
 def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
@@ -44,20 +50,24 @@ def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
         pictures: Directory of the pictures that its record names; without it, or where one is missing, there is none.
     """
     found: list[Exchange] = []
-    told = _message(_opening(trial), trial.opening_pictures, pictures)
+    past: list[Turn] = []
+    percept = _percept(None, trial.opening, trial.opening_pictures, pictures)
     for step in trial.steps:
-        found += _turns(trial, step.step, told, _words(step))
-        told = _message(step.told, step.pictures, pictures)
+        replies = _words(step)
+        found += _turns(trial, Situation(task=_task(trial), past=tuple(past), percept=percept), replies)
+        past.append(Turn(percept=percept, decision=replace(step.decision, replies=replies)))
+        percept = _percept(step.decision, step.told, step.pictures, pictures)
     if trial.error is not None:
-        found += _turns(trial, trial.error.step, told, trial.error.replies)
+        situation = Situation(task=_task(trial), past=tuple(past), percept=percept)
+        found += _turns(trial, situation, trial.error.replies)
     return found
 
 
 def told_last(trial: Trial, pictures: Path | None = None) -> Message:
     """What was told after the last step."""
     if not trial.steps:
-        return _message(_opening(trial), trial.opening_pictures, pictures)
-    return _message(trial.steps[-1].told, trial.steps[-1].pictures, pictures)
+        return Message(role="user", text=_opening(trial), pictures=_seen(trial.opening_pictures, pictures))
+    return Message(role="user", text=trial.steps[-1].told, pictures=_seen(trial.steps[-1].pictures, pictures))
 
 
 def instruction(trial: Trial) -> str:
@@ -82,26 +92,38 @@ def _words(step: Step) -> tuple[str, ...]:
     decision = step.decision
     if decision.replies:
         return decision.replies
-    said = {"moved": "It moved. ", "blocked": "It did not move. ", None: ""}[decision.claimed]
-    return (f"({said}{decision.hypothesis} Attempts {decision.joint}.)".replace("( ", "("),)
+    said = {"moved": "It moved.", "blocked": "It did not move.", None: ""}[decision.claimed]
+    return (f"({' '.join(filter(None, (said, decision.hypothesis, f'Attempts {decision.joint}.')))})",)
 
 
-def _turns(trial: Trial, step: int, told: Message, replies: tuple[str, ...]) -> list[Exchange]:
+def _turns(trial: Trial, situation: Situation, replies: tuple[str, ...]) -> list[Exchange]:
     """The answers of one step: each but the first follows a malformed one, which was asked for again."""
-    situation = Situation(
-        task=_task(trial), past=(), percept=Percept(joint=None if step == 1 else trial.steps[step - 2].decision.joint)
-    )
-    found = []
+    first, *others = conversation(situation, images=_newest(trial))
+    opening = [*(turn.percept for turn in situation.past), situation.percept][0]
+    by_pictures = instructions(situation.task, positions=False, pictures=len(opening.pictures))
+    told = first.text.removeprefix(by_pictures).removeprefix("\n\n")
+    asked = (replace(first, text=f"{instruction(trial)}\n\n{told}".strip()), *others)
+    found, step = [], len(situation.past) + 1
     for turn, reply in enumerate(replies, 1):
-        found.append(Exchange(step=step, turn=turn, last=turn == len(replies), told=told, reply=reply))
+        found.append(Exchange(step=step, turn=turn, last=turn == len(replies), asked=asked, reply=reply))
         try:
             parse_reply(reply, situation)
         except ReplyFault as fault:
-            told = Message(role="user", text=repair(fault, situation))
+            again = Message(role="user", text=repair(fault, situation))
+            asked = (*asked, Message(role="assistant", text=reply or "(empty)"), again)
     return found
 
 
-def _message(text: str, names: Mapping[PictureKind, str], directory: Path | None) -> Message:
+def _newest(trial: Trial) -> int:
+    """How many observations kept their pictures; 0 for all."""
+    images = trial.facts.get("images")
+    return images if isinstance(images, int) else 0
+
+
+def _percept(before: Decision | None, text: str, names: Mapping[PictureKind, str], directory: Path | None) -> Percept:
+    return Percept(joint=None if before is None else before.joint, text=text, pictures=_seen(names, directory))
+
+
+def _seen(names: Mapping[PictureKind, str], directory: Path | None) -> tuple[Picture, ...]:
     files = [] if directory is None else [(kind, directory / names[kind]) for kind in _SHOWN if kind in names]
-    shown = tuple(Picture(kind=kind, png=file.read_bytes()) for kind, file in files if file.is_file())
-    return Message(role="user", text=text, pictures=shown)
+    return tuple(Picture(kind=kind, png=file.read_bytes()) for kind, file in files if file.is_file())

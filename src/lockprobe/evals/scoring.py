@@ -1,14 +1,18 @@
 """What an Inspect log says of a trial: its score, its metrics, and the trial in words.
 
-The score has four values. ``success``: 1 or 0. ``steps``: how many it took, unscored where the box was not opened.
-``loop``: 1 if there is an action loop (Sec. 3.3), by the exact cover in linear time. ``misinterpretation``: share of
-its claims that contradict what it was told (Sec. 3.1), unscored where it made none. A trial that broke is unscored as
-a whole, so an error is never counted as a failure to solve. The whole record stands in the score's metadata, where
-neither a crash nor ``eval-retry`` loses it.
+The score has five values. ``success``: 1 or 0. ``steps``: how many it took, the whole budget where the box was not
+opened, as in the comparisons of the report. ``loop``: 1 if there is an action loop (Sec. 3.3), by the exact cover in
+linear time. ``loop_chance``: the probability of one in a trial of that length in which every action is random, without
+which a loop rate says nothing. ``misinterpretation``: share of its claims that contradict what it was told (Sec. 3.1),
+unscored where it made none. A trial that broke is unscored as a whole, so an error is never counted as a failure to
+solve. The whole record stands in the score's metadata, where neither a crash nor ``eval-retry`` loses it.
 """
 
 from __future__ import annotations
 
+from functools import cache
+
+from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.loops import any_loop
 from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.errors import Missing
@@ -41,10 +45,10 @@ SCORER = "played"
 TRIAL = "trial"
 """Where the record of a trial stands, in the metadata of its score and in the store of its sample."""
 
-VALUES = ("success", "steps", "loop", "misinterpretation")
+VALUES = ("success", "steps", "loop", "loop_chance", "misinterpretation")
 """The values of a score."""
 
-_APART = ("success", "loop")
+_APART = ("success", "loop", "loop_chance")
 """Those that are summed up by condition too."""
 
 _SAID = {"moved": "moved", "blocked": "did not move", None: ""}
@@ -64,11 +68,17 @@ def scored(trial: Trial) -> Score:
     rate = trial_claims(trial).rate
     value: dict[str, str | int | float | bool | None] = {
         "success": int(trial.solved),
-        "steps": len(trial.steps) if trial.solved else float("nan"),
+        "steps": len(trial.steps) if trial.solved else trial.budget,
         "loop": int(any_loop(trial.actions)),
+        "loop_chance": _loop_chance(len(trial.steps), len(trial.joints)),
         "misinterpretation": float("nan") if rate is None else rate,
     }
     return Score(value=value, answer=answer, explanation=explanation, metadata=metadata)
+
+
+@cache
+def _loop_chance(length: int, joints: int) -> float:
+    return chance_level(length, joints).probability
 
 
 def _answer(trial: Trial) -> str:

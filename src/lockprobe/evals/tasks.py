@@ -34,6 +34,9 @@ __all__ = ["flips", "modalities"]
 _MODEL = "llm:inspect/model"
 """Stands for the model of the eval while a task is made, when nobody knows it."""
 
+_YES_OR_NO = ("shuffle", "assessment", "full")
+"""Parameters that are true or false; YAML takes ``on`` and ``yes`` for that too."""
+
 Several = str | list[str] | None
 Numbers = float | str | list[float] | None
 
@@ -124,6 +127,7 @@ def _in_one_line() -> Iterator[None]:
 def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     """The study that task parameters describe."""
     given = {**asked, "study": name, "agent": [_MODEL]}
+    _refuse_yes_or_no(asked)
     p = given.get("p")
     if p is not None and not isinstance(p, list):
         given["p"] = parse_p(p) if isinstance(p, str) else [p]
@@ -136,8 +140,16 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     return study(request)
 
 
+def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:
+    """Python counts true as 1; nobody means that."""
+    for name, value in asked.items():
+        if isinstance(value, bool) and name not in _YES_OR_NO:
+            raise BadValue(name, value, "a number or a word, not true or false")
+
+
 def _check_options(options: Mapping[str, object]) -> None:
     """Refuse before the first call what no model can be asked."""
+    _refuse_yes_or_no(options)
     agent_spec("inspect/model", options, GenerateConfig())
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from lockprobe.agents.llm.line import sent
 from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.prompt import Message
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.evals.album import beside
@@ -29,6 +30,7 @@ try:
         EvalSample,
         EvalSpec,
         EvalStats,
+        condense_sample,
         recompute_metrics,
         write_eval_log,
     )
@@ -39,7 +41,7 @@ except ImportError as error:
 __all__ = ["SUFFIXES", "log_of", "write_logs"]
 
 SUFFIXES = (".eval", ".json")
-"""Endings of log files; a JSON log takes twenty times the room."""
+"""Endings of log files; a JSON log takes ten times the room or more."""
 
 
 def write_logs(
@@ -81,7 +83,10 @@ def write_logs(
         draft = path.with_name(f".{path.stem}.draft{path.suffix}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_eval_log(log_of(group, study, pictures=pictures, seconds=seconds), draft)
+            log = log_of(group, study, pictures=pictures, seconds=seconds)
+            if path.suffix == ".json":  # Inspect does so by itself in the other kind only
+                log.samples = [condense_sample(sample) for sample in log.samples or []]
+            write_eval_log(log, draft)
             draft.replace(path)
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror or error})") from None
@@ -159,18 +164,19 @@ def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalS
     messages: list[ChatMessage] = []
     events: list[Event] = []
     output = ModelOutput(model=model)
+    told = _Told(trial)
     for exchange in retold(trial, pictures):
-        asked, reply = _messages(trial, exchange)
-        messages += [asked, reply]
+        asked, reply = told.asked(exchange), told.reply(exchange)
+        messages += [asked[-1], reply]
         output = ModelOutput(model=model, choices=[ChatCompletionChoice(message=reply)])
-        called = {"model": model, "input": [asked], "tools": [], "tool_choice": "none", "config": {}, "output": output}
+        called = {"model": model, "input": asked, "tools": [], "tool_choice": "none", "config": {}, "output": output}
         events.append(ModelEvent.model_validate({**called, "working_start": 0}))
         if exchange.last and exchange.step <= len(trial.steps):
             step = trial.steps[exchange.step - 1]
             reply.metadata = marked(step)
             events.append(InfoEvent(source="lockprobe", data=told_of(step), working_start=0))
     if trial.error is None:
-        messages.append(_marked(sent(told_last(trial, pictures), Settings()), trial, len(trial.steps) + 1, 1))
+        messages.append(told.message(told_last(trial, pictures), len(trial.steps) + 1, 1))
     return EvalSample(
         id=sample_id(trial),
         epoch=1,
@@ -192,19 +198,51 @@ def _model(trial: Trial) -> str:
     return str(trial.facts.get("model") or trial.agent)
 
 
-def _messages(trial: Trial, exchange: Exchange) -> tuple[ChatMessage, ChatMessageAssistant]:
-    """Each has metadata of its own: Inspect merges equal ones."""
-    reply = ChatMessageAssistant(content=exchange.reply)
-    asked = sent(exchange.told, Settings())
-    for message in (asked, reply):
-        _marked(message, trial, exchange.step, exchange.turn)
-    return asked, reply
+class _Told:
+    """The messages of a trial. The same one is the same object in every call; each has metadata of its own.
 
+    Inspect merges messages that are equal.
+    """
 
-def _marked(message: ChatMessage, trial: Trial, step: int, turn: int) -> ChatMessage:
-    message.id = f"{trial.key}/step={step}/turn={turn}/{message.role}"
-    message.metadata = {"step": step} if turn == 1 else {"step": step, "turn": turn}
-    return message
+    def __init__(self, trial: Trial) -> None:
+        self._trial = trial
+        self._made: dict[tuple[int, int, str, str, int], ChatMessage] = {}
+        self._replies: dict[tuple[int, int], ChatMessageAssistant] = {}
+        self._turns: dict[int, int] = {}
+
+    def asked(self, exchange: Exchange) -> list[ChatMessage]:
+        """The conversation up to an answer."""
+        before = 2 * exchange.step - 1
+        found: list[ChatMessage] = []
+        for place, message in enumerate(exchange.asked):  # of the steps before it, one message each way
+            step, turn = (place // 2 + 1, 1) if place < before else (exchange.step, (place - before + 1) // 2 + 1)
+            if message.role == "assistant":
+                found.append(self._replies[step, self._turns[step] if place < before else turn])
+            else:
+                found.append(self.message(message, step, turn))
+        return found
+
+    def reply(self, exchange: Exchange) -> ChatMessageAssistant:
+        """The answer."""
+        reply = ChatMessageAssistant(content=exchange.reply)
+        self._mark(reply, exchange.step, exchange.turn)
+        self._replies[exchange.step, exchange.turn] = reply
+        self._turns[exchange.step] = exchange.turn
+        return reply
+
+    def message(self, message: Message, step: int, turn: int) -> ChatMessage:
+        """What was told; the same without its pictures is another message."""
+        name = (step, turn, message.role, message.text, len(message.pictures))
+        if name not in self._made:
+            made = self._made[name] = sent(message, Settings())
+            self._mark(made, step, turn)
+            if any(known[:2] == name[:2] for known in self._made if known != name):
+                made.id = f"{made.id}/without-pictures"
+        return self._made[name]
+
+    def _mark(self, message: ChatMessage, step: int, turn: int) -> None:
+        message.id = f"{self._trial.key}/step={step}/turn={turn}/{message.role}"
+        message.metadata = {"step": step} if turn == 1 else {"step": step, "turn": turn}
 
 
 def _usage(trial: Trial) -> dict[str, ModelUsage]:

@@ -44,6 +44,9 @@ _HEIGHT = 2.4
 _CHARACTER, _LINE = 0.06, 0.13
 """Width of a character of the small text and height of a line, in inches, generously."""
 
+_DPI = 200
+"""Pixels per inch of what is laid out and of PNG files."""
+
 _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
@@ -122,10 +125,14 @@ def panels(
 def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
     """The picture as a file. Equal figures give equal bytes. It is laid out once, for the first form asked for."""
     out = io.BytesIO()
+    engine = figure.get_layout_engine()
+    if engine:
+        figure.set_dpi(_DPI)
+        engine.execute(figure)
+        figure.set_layout_engine(None)  # with one, every file is drawn twice
     with mpl.rc_context({"svg.hashsalt": "lockprobe"}):
         metadata = {"Date": None} if form == "svg" else {"Software": None}
-        figure.savefig(out, format=form, dpi=200, metadata=metadata)
-    figure.set_layout_engine(None)  # with one, every file is drawn twice
+        figure.savefig(out, format=form, dpi=_DPI, metadata=metadata)
     return out.getvalue()
 
 

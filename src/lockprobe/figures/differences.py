@@ -27,31 +27,42 @@ def shown(result: StudySummary) -> Sequence[Comparison]:
 
 def draw_differences(axes: Axes, result: StudySummary) -> None:
     """Differences in success over all p, a row for each pair."""
-    _draw(axes, result, [(one, one.success, one.success_adjusted) for one in shown(result)])
+    _draw(axes, result, [(one, one.success, one.verdict != 0, "") for one in shown(result)])
     left = len([one for one in result.comparisons if one.among == shown(result)[0].among]) - len(shown(result))
     title(axes, "share solved over all p", f"the first {SHOWN} pairs, {left} more in the tables" if left else "")
 
 
 def draw_changes(axes: Axes, result: StudySummary) -> None:
-    """How much more the success of one changes with p than that of the other."""
-    found = [(one, one.interaction.mean, one.interaction.p_adjusted) for one in shown(result) if one.interaction]
-    _draw(axes, result, found)
-    title(axes, "change from the lowest p to the higher ones, mean")
+    """How much more the success of one changes with p than that of the other, at the p where the test sees it best."""
+    found = [
+        (
+            one,
+            moved.clearest.change,
+            moved.p_adjusted is not None and moved.p_adjusted < ALPHA,
+            f"to {moved.clearest.p:g}: ",
+        )
+        for one in shown(result)
+        if (moved := one.interaction)
+    ]
+    _draw(axes, result, found, width=15)
+    title(axes, "change from the lowest p to where it is clearest")
 
 
-def _draw(axes: Axes, result: StudySummary, found: Sequence[tuple[Comparison, BlockMean, float | None]]) -> None:
-    names = {(agent.agent, agent.modality): agent_label(agent, 20) for agent in result.agents}
+def _draw(
+    axes: Axes, result: StudySummary, found: Sequence[tuple[Comparison, BlockMean, bool, str]], width: int = 20
+) -> None:
+    names = {(agent.agent, agent.modality): agent_label(agent, width) for agent in result.agents}
     rows = [
         Row(
             name=f"{names[one.second]} \N{MINUS SIGN} {names[one.first]}",
-            said=_said(mean),
+            said=where + _said(mean),
             value=mean.value,
             low=mean.low,
             high=mean.high,
             colour=SUBJECTS[0],
-            face=SUBJECTS[0] if p_value is not None and p_value < ALPHA else "white",
+            face=SUBJECTS[0] if told else "white",
         )
-        for one, mean, p_value in found
+        for one, mean, told, where in found
     ]
     ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
     reach = max([*(abs(end) for end in ends), 0.1]) * 1.06

@@ -74,7 +74,7 @@ def _steps(trial: Trial) -> list[dict[str, Any]]:
                 "moved": step.moved,
                 "told_moved": step.told_moved,
                 "claimed": claim.claimed if claim else None,
-                "misinterpreted": claim is not None and claim.misinterpreted,
+                "misinterpreted": claim.misinterpreted if claim else False if trial.assessment else None,
                 "loop": loops.get(i, ""),
                 "again": (step.state, step.joint) in tried,
                 "hypothesis": step.decision.hypothesis,

@@ -77,13 +77,14 @@ def _at(condition: ConditionSummary, trials: Sequence[Trial]) -> Row:
 
 
 def _money_row(spent: Money) -> Row:
-    usage = spent.usage
+    counted = spent.usage
     return {
-        "calls": usage.calls if usage else None,
-        "input_tokens": usage.input_tokens if usage else None,
-        "cached_share": usage.cached_tokens / usage.input_tokens if usage and usage.input_tokens else None,
-        "output_tokens": usage.output_tokens if usage else None,
-        "reasoning_tokens": usage.reasoning_tokens if usage else None,
+        "calls": spent.calls,
+        "uncounted_calls": spent.uncounted,
+        "input_tokens": counted.input_tokens if counted else None,
+        "cached_share": counted.cached_tokens / counted.input_tokens if counted and counted.input_tokens else None,
+        "output_tokens": counted.output_tokens if counted else None,
+        "reasoning_tokens": counted.reasoning_tokens if counted else None,
         "dollars": spent.dollars,
         "dollars_per_solved": spent.per_solved,
     }
@@ -104,6 +105,8 @@ def comparison_rows(compared: Sequence[Comparison], names: Names) -> list[Row]:
             "success": asdict(one.success) | {"p_adjusted": one.success_adjusted},
             "steps": asdict(one.steps) | {"p_adjusted": one.steps_adjusted},
             "verdict": one.verdict,
+            "steps_verdict": one.steps_verdict,
+            "same_at_every_p": one.copies,
             "finished_by_one_only": one.alone,
             "by_p": [
                 {"p": at.p, "success": asdict(at.success) | {"p_adjusted": at.p_adjusted}, "steps": asdict(at.steps)}

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lockprobe.report.cells import NONE, Table, minus, percent
+from lockprobe.studies.dollars import dollars
 
 __all__ = [
     "comparison_by_p_table",
@@ -67,13 +68,13 @@ def comparison_table(rows: Rows) -> Table:
 
 
 def comparison_by_p_table(rows: Rows) -> Table:
-    """The same by p."""
+    """The same by p; of two agents that both play alike at every p only once."""
     head = ["agent", "against", "p", "pairs of trials", "solved only by the first named", "only by the other"]
     return [[*head, "difference, points", "McNemar", "corrected", "difference in steps"]] + [
         [
             row["second_label"],
             row["first_label"],
-            f"{at['p']:g}",
+            "every p" if row["same_at_every_p"] else f"{at['p']:g}",
             str(at["success"]["n"]),
             str(at["success"]["only_second"]),
             str(at["success"]["only_first"]),
@@ -83,7 +84,7 @@ def comparison_by_p_table(rows: Rows) -> Table:
             _signed(at["steps"]),
         ]
         for row in rows
-        for at in row["by_p"]
+        for at in (row["by_p"][:1] if row["same_at_every_p"] else row["by_p"])
     ]
 
 
@@ -120,25 +121,24 @@ def _misread(row: Row) -> str:
 
 
 def _money(spent: Row) -> list[str]:
+    least = "at least " if spent["uncounted_calls"] else ""
     return [
         _count(spent["input_tokens"]),
         percent(spent["cached_share"], 0),
         _count(spent["output_tokens"]),
-        _dollars(spent["dollars"]),
-        _dollars(spent["dollars_per_solved"]),
+        *(
+            NONE if amount is None else least + dollars(amount)
+            for amount in (spent["dollars"], spent["dollars_per_solved"])
+        ),
     ]
 
 
 def _spent(rows: Rows) -> bool:
-    return any(row["money"]["input_tokens"] is not None for row in rows)
+    return any(row["money"]["input_tokens"] is not None or row["money"]["uncounted_calls"] for row in rows)
 
 
 def _count(tokens: int | None) -> str:
     return NONE if tokens is None else str(tokens)
-
-
-def _dollars(amount: float | None) -> str:
-    return NONE if amount is None else f"{amount:.2f}" if amount >= 1 else f"{amount:.2g}"
 
 
 def _share(share: Row) -> str:

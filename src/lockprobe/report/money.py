@@ -18,14 +18,18 @@ class Money:
     """What the trials of one agent cost.
 
     Attributes:
-        usage: Over all decisions, and over the replies that could not be used; None where nobody counted any.
-        dollars: US dollars in all; None where no price is known.
+        calls: Replies that came, those that could not be used among them; None of an agent that calls no model.
+        usage: Of those whose tokens the provider counted; None where there is none.
+        uncounted: Replies of decisions without a count of tokens: what they cost is not known, and in no number here.
+        dollars: US dollars for what was counted; None where nothing was, or no price is known.
         per_solved: The same for each solved trial; None where no price is known, or no trial was solved.
         price: The prices used; None where none is known.
         served: Models that answered, as the provider names them, with the decisions of each.
     """
 
+    calls: int | None
     usage: Usage | None
+    uncounted: int
     dollars: float | None
     per_solved: float | None
     price: Price | None
@@ -39,7 +43,10 @@ def money(trials: Sequence[Trial]) -> Money:
         trials: Their facts name the model, if there is one.
     """
     decisions = [step.decision for trial in trials for step in trial.steps]
-    counted = [(trial, usage) for trial in trials for usage in _usages(trial)]
+    found = [(trial, usage) for trial in trials for usage in _usages(trial)]
+    counted = [(trial, usage) for trial, usage in found if usage.input_tokens or usage.output_tokens]
+    calls = sum(usage.calls for _, usage in found)
+    total = sum((usage for _, usage in counted), Usage())
     served = Counter(decision.served for decision in decisions if decision.served)
     models = {str(trial.facts["model"]) for trial in trials if "model" in trial.facts}
     price = facts_of(models.pop()).price if len(models) == 1 else None
@@ -50,7 +57,9 @@ def money(trials: Sequence[Trial]) -> Money:
     )
     solved = sum(trial.solved for trial in trials)
     return Money(
-        usage=sum((usage for _, usage in counted), Usage()) if counted else None,
+        calls=calls if found else None,
+        usage=total if counted else None,
+        uncounted=calls - total.calls,
         dollars=dollars,
         per_solved=dollars / solved if dollars is not None and solved else None,
         price=price,

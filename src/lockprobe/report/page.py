@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import base64
 import json
+import operator
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -26,10 +28,10 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_by_p_table,
     leaderboard_table,
 )
-from lockprobe.report.pictures import CAPTIONS, Pictures, pictures
+from lockprobe.report.pictures import CAPTIONS, Pictures, drawings
 from lockprobe.report.results import numbers, read
 from lockprobe.report.seen import embedded
-from lockprobe.report.sharing import shared
+from lockprobe.report.sharing import shared, uncollected
 from lockprobe.report.tables import (
     claim_table,
     condition_table,
@@ -67,12 +69,15 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with shared(directory, processes) as (each, parts):
+    with uncollected(), shared(directory, processes) as each:
         study = read(directory, tell=tell, each=each)
-        content = numbers(study)
-        _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         tell("drawing the figures")
-        drawn = pictures(study.summary, each=each, parts=parts)
+        draw = drawings(study.summary)
+        jobs: list[Callable[[], Any]] = [partial(numbers, study), *draw.values()]
+        content, *done = each(operator.call, jobs)
+    found = dict(zip(draw, done, strict=True))
+    drawn: Pictures = {name: found[name] for name in CAPTIONS if name in found}
+    _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for name, forms in drawn.items():
         for form, picture in forms.items():
             _write(directory / "figures" / f"{name}.{form}", picture)

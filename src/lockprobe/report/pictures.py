@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.summary import Each, StudySummary
+from collections.abc import Callable
+from functools import partial
 
-__all__ = ["CAPTIONS", "Pictures", "pictures"]
+from lockprobe.analysis.summary import StudySummary
+
+__all__ = ["CAPTIONS", "Pictures", "drawings"]
 
 Pictures = dict[str, dict[str, bytes]]
+
+_LONGEST = (
+    *("fig5b-corrected", "rationality", "fig5a-corrected", "fig5b", "fig4-corrected", "courses", "fig5a", "fig3-by-p"),
+    *("side-by-side", "fig3-corrected", "fig4", "fig3"),
+)
+"""All figures, what takes longest to draw first: with one panel for each agent, those with the most marks."""
 
 CAPTIONS = {
     "side-by-side": "Two agents on the same boxes with the same false reports, the first named less the other: "
     "difference in the share of trials solved over all p, and below how much more its success changes from the lowest "
-    "p, mean over the higher ones. Bars: 95 % intervals in which trials that share their luck count together; filled "
-    "where the test, corrected for the number of pairs, tells the two apart.",
+    "p to the one where the test sees that most clearly. Bars: 95 % intervals in which trials that share their luck "
+    "count together, below not corrected for choosing the p; filled where the two are told apart: by the test, "
+    "corrected for the number of pairs and below for every p, and above by the interval too.",
     "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent, and per modality where there "
     "are several, at its lowest p.",
     "fig3-corrected": "The same with what it takes to judge it: one minus Kaplan-Meier with its 95 % band, the "
@@ -46,28 +56,21 @@ CAPTIONS = {
 """What every figure shows, by file name."""
 
 
-def pictures(summary: StudySummary, *, each: Each = map, parts: int = 1) -> Pictures:
-    """Every figure as PNG and SVG; none if no trial has ended.
+def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]:
+    """Every figure by name, to be drawn as PNG and SVG by whoever calls it; none if no trial has ended.
 
-    Args:
-        summary: The study.
-        each: Draws one part after the other, or several at once.
-        parts: How many there are.
+    What takes longest comes first.
     """
     if not any(condition.success.n for condition in summary.conditions):
         return {}
-    found: Pictures = {}
-    for part in each(_part, [(summary, i, parts) for i in range(parts)]):
-        found |= part
-    return {name: found[name] for name in CAPTIONS if name in found}
-
-
-def _part(job: tuple[StudySummary, int, int]) -> Pictures:
-    """Every so-manieth figure."""
     from lockprobe import figures
 
-    summary, first, parts = job
-    drawn = ((name, draw()) for name, draw in list(figures.drawings(summary).items())[first::parts])
-    return {
-        name: {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")} for name, figure in drawn
-    }
+    names = sorted(figures.drawings(summary), key=_LONGEST.index)
+    return {name: partial(_draw, summary, name) for name in names}
+
+
+def _draw(summary: StudySummary, name: str) -> dict[str, bytes]:
+    from lockprobe import figures
+
+    figure = figures.drawings(summary)[name]()
+    return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}

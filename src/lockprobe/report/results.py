@@ -43,7 +43,7 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.seen import seen
-from lockprobe.studies.journal import LeftOut, left_out, load, read_settings
+from lockprobe.studies.journal import LeftOut, read_journal, read_settings
 from lockprobe.studies.settings import read_study
 
 __all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
@@ -99,7 +99,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         BadFile: If it is not that of a study, or holds trials of another box.
     """
     study = read_study(directory)
-    everything = load(directory)
+    everything, left_out = read_journal(directory)
     asked = [trial for trial in everything if study.asks_for(trial)]
     agents, modalities = study.agents, study.modalities
     place = {both: i for i, both in enumerate(product(agents, modalities))}
@@ -114,7 +114,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         trials=tuple(trials),
         summary=summary,
         planned=study.size,
-        journal=left_out(directory),
+        journal=left_out,
         foreign=len(everything) - len(asked),
     )
 

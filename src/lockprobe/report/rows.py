@@ -83,7 +83,7 @@ def _said(condition: ConditionSummary) -> Row:
     """What the agent said had happened, held against what it was told and against the truth."""
     said = condition.claims
     return {
-        "misinterpretations": said.total,
+        "misinterpretations": said.total if said.trials or not said.not_asked else None,
         "misinterpretation_rate": said.mean_rate,
         "misinterpretation_rate_sd": said.sd_rate,
         "misinterpretation_rate_pooled": said.pooled.value,

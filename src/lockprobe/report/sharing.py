@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import gc
+import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
+from importlib import import_module
+from multiprocessing import get_context, parent_process
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from threading import Thread
 from typing import TypeVar
 
 from lockprobe.analysis.summary import Each
 
-__all__ = ["LARGE", "shared"]
+__all__ = ["LARGE", "shared", "uncollected"]
 
 LARGE = 2_000_000
 """Bytes of records from which on another process pays; it takes about two seconds to start."""
@@ -21,8 +27,22 @@ _Done = TypeVar("_Done")
 
 
 @contextmanager
-def shared(directory: Path, processes: int) -> Iterator[tuple[Each, int]]:
-    """A way to work on several things at once, where that pays, and on how many.
+def uncollected() -> Iterator[None]:
+    """Without the collector of cyclic garbage, which would look through all trials again and again and find little."""
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
+
+
+@contextmanager
+def shared(directory: Path, processes: int) -> Iterator[Each]:
+    """A way to work on several things at once, where that pays.
+
+    Whoever is free takes the next job; the first is always done by this process.
 
     Args:
         directory: The directory of a study.
@@ -30,14 +50,51 @@ def shared(directory: Path, processes: int) -> Iterator[tuple[Each, int]]:
     """
     records = directory / "trials.jsonl"
     if processes < 2 or not records.is_file() or records.stat().st_size < LARGE:
-        yield map, 1
+        yield map
         return
-    with ProcessPoolExecutor(processes - 1, mp_context=get_context("spawn")) as pool:
+    others = processes - 1
+    with (
+        ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
+        ThreadPoolExecutor(others) as errands,
+    ):
+        for _ in range(others):  # they start now, while this process reads
+            pool.submit(import_module, "lockprobe.figures")
 
         def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
-            waiting = list(jobs)
-            given = {i: pool.submit(work, job) for i, job in enumerate(waiting) if i % processes}
-            done = {i: work(job) for i, job in enumerate(waiting) if i not in given}
-            return [given[i].result() if i in given else done[i] for i in range(len(waiting))]
+            waiting, done = deque(enumerate(jobs)), dict[int, _Done]()
 
-        yield each, processes
+            def take(call: Callable[[_Job], _Done]) -> None:
+                while waiting:
+                    try:
+                        i, job = waiting.popleft()
+                    except IndexError:
+                        return
+                    done[i] = call(job)
+
+            if not waiting:
+                return []
+            i, first = waiting.popleft()
+            elsewhere = [errands.submit(take, lambda job: pool.submit(work, job).result()) for _ in range(others)]
+            try:
+                done[i] = work(first)
+                take(work)
+            finally:
+                waiting.clear()
+            for errand in elsewhere:
+                errand.result()
+            return [done[i] for i in range(len(done))]
+
+        yield each
+
+
+def _begin() -> None:
+    """What another process does first: nobody collects there, and it does not outlive the one that started it."""
+    gc.disable()
+    Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
+
+
+def _end_with(parent: BaseProcess | None) -> None:
+    """Where that one is killed, a pool's processes would wait for work forever."""
+    if parent:
+        parent.join()
+        os._exit(1)

@@ -9,6 +9,7 @@ before it is asked (``asked.jsonl``); the next run notes what never came back as
 from __future__ import annotations
 
 import asyncio
+import os
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
@@ -21,7 +22,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile
-from lockprobe.studies.lines import cut_torn_tail, whole_lines
+from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
 from lockprobe.studies.spending import Budget
 
 __all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
@@ -52,6 +53,8 @@ def unanswered(directory: Path | str) -> list[Call]:
     """
     asked: defaultdict[str, list[Call]] = defaultdict(list)
     for call in _read(Path(directory) / ASKED):  # before the calls, so that one asked meanwhile is in neither
+        if call.unanswered and asked[call.key]:  # the same call, made again
+            asked[call.key].pop()
         asked[call.key].append(call)
     answered = Counter(call.key for call in read_calls(directory)) if asked else Counter()
     return [call for key, calls in asked.items() for call in calls[answered[key] :]]
@@ -132,7 +135,7 @@ class Calls:
         return call if call is not None and call.request == request else None
 
     async def reserve(self, call: Call) -> None:
-        """Put a call on disk before it is made, with what it can cost at most.
+        """Put a call on disk before it is made, and before it is made again, with what an attempt can cost at most.
 
         Where only calls on their way stand against it, their replies are waited for.
 
@@ -140,12 +143,13 @@ class Calls:
             BudgetReached: If there is not so much money left.
             BadFile: If it cannot be written.
         """
-        while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage()):
+        while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage(), call.unanswered):
             room = asyncio.get_running_loop().create_future()
             self._waiting.append(room)
             await room
         self._append(ASKED, call)
-        self._on_their_way[call.key] = call, time.monotonic()
+        _, began = self._on_their_way.get(call.key, (call, time.monotonic()))
+        self._on_their_way[call.key] = call, began
 
     def write(self, call: Call) -> None:
         """Put a call on disk, with or without a reply. One whose cost nobody said keeps what it can have cost.
@@ -154,8 +158,9 @@ class Calls:
             BadFile: If it cannot be written.
         """
         asked, _ = self._on_their_way.pop(call.key, (call, 0.0))
-        counted = call.usage.input_tokens or call.usage.output_tokens
-        if call.broken_off or (call.reply is not None and not counted):
+        if call.broken_off:
+            call = replace(call, unanswered=asked.unanswered)
+        if call.unpriced:
             call = replace(call, most=asked.most)
         self._append(CALLS, call)
         self._note(call)
@@ -172,12 +177,16 @@ class Calls:
         path = self._directory / name
         try:
             if name not in self._files:
-                self._files[name] = path.open("ab")
+                self._files[name] = path.open("ab", buffering=0)
                 cut_torn_tail(self._files[name], path)
-            self._files[name].write(_adapter.dump_json(call, exclude_defaults=True) + b"\n")
-            self._files[name].flush()
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        append_line(self._files[name], path, _adapter.dump_json(call, exclude_defaults=True))
+
+    def sync(self) -> None:
+        """Wait until what was written is on the disk itself."""
+        for file in self._files.values():
+            os.fsync(file.fileno())
 
     def forget(self, key: str) -> None:
         """Let go of the calls of a trial that is finished; they stay on disk."""
@@ -195,8 +204,8 @@ class _Page:
         self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
         return self._calls.recall(self._key, step, turn, request)
 
-    async def reserve(self, worst: Usage) -> None:
-        await self._calls.reserve(replace(self._next, most=worst))
+    async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
+        await self._calls.reserve(replace(self._next, most=worst, unanswered=unanswered))
 
     def write(self, call: Call) -> None:
         self._calls.write(call)

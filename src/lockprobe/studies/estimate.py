@@ -1,7 +1,8 @@
 """What the trials that a study still owes will cost, before anything is asked.
 
 How many steps trials take is not known before they are played: an agent that has played some is taken to go on like
-that, any other to do no better than random choices, whose course is exact. How large requests are is known: they are
+that, trials that were broken off counting for as far as they came (Kaplan and Meier, JASA 1958); of any step that none
+has come to, random choices are taken for it, whose course is exact. How large requests are is known: they are
 conversations, and grow by a reply and an observation with every step.
 """
 
@@ -18,10 +19,10 @@ from lockprobe.call import Call, Usage
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.record import Trial
 from lockprobe.studies.sizes import HYPOTHESIS, Prompt, Request, reply
-from lockprobe.studies.spending import agent_of, hosted, most_dollars
+from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
 
-__all__ = ["Estimate", "estimates"]
+__all__ = ["Estimate", "estimates", "most_of_one_call"]
 
 _REASONING = 1000
 """Tokens of reasoning before a reply where nothing has been played; models differ by more than tenfold."""
@@ -77,12 +78,28 @@ def estimates(
         calls: Its calls on record.
         batch: Whether providers' batch interfaces are used.
     """
-    agents = {agent: _Agent(study, agent, done) for agent in hosted(study)}
+    agents = [_Agent(study, agent, done) for agent in hosted(study)]
+    owners = {key: agent for agent in agents for key in agent.keys}
     for call in calls if agents else ():
-        if (agent := agents.get(agent_of(study, call.key))) is not None:
+        if (agent := owners.get(call.key)) is not None:
             agent.note(call)
-    found = (agent.estimate(batch=batch) for agent in agents.values())
+    found = (agent.estimate(batch=batch) for agent in agents)
     return [estimate for estimate in found if estimate.trials]
+
+
+def most_of_one_call(study: Study, agent: str) -> float:
+    """What the first call of a trial can cost, in US dollars, whatever is replied; 0 where no price is known.
+
+    Args:
+        study: The study.
+        agent: One of its agents that ask a provider.
+    """
+    name, settings = read_settings(agent.removeprefix("llm:"))
+    facts = facts_of(name)
+    if facts.price is None:
+        return 0.0
+    shown = (study.plan(agent, study.p[0], 1, 1, modality) for modality in study.modalities_of(agent))
+    return min(most_dollars(Prompt(plan, settings, facts).first(), facts.price) for plan in shown)
 
 
 class _Agent:
@@ -94,19 +111,29 @@ class _Agent:
         self._facts = facts_of(name)
         self._shown = {plan.key: plan.modality for plan in study.plans(agent)}
         self._done = {
-            key: len(trial.steps) for key, trial in done.items() if key in self._shown and not trial.owed_again
+            # a malformed reply ends a trial in a step that is not played
+            key: len(trial.steps) + (trial.error is not None)
+            for key, trial in done.items()
+            if key in self._shown and not trial.owed_again
         }
         self._prompts = {
             shown: Prompt(study.plan(agent, study.p[0], 1, 1, shown), self._settings, self._facts)
             for shown in study.modalities_of(agent)
         }
         self._made: Counter[str] = Counter()
+        self._reached: Counter[str] = Counter()
         self._replies = self._counted = self._first = self._output = self._input = 0
         self._taken = 0.0
 
+    @property
+    def keys(self) -> Iterable[str]:
+        """Its trials."""
+        return self._shown
+
     def note(self, call: Call) -> None:
         """One call on record: where its trial goes on if it was broken off, and how large requests and replies are."""
-        if call.reply is None or call.key not in self._shown:
+        self._reached[call.key] = max(self._reached[call.key], min(call.step, self._study.max_steps))
+        if call.reply is None:
             return
         self._replies += 1
         self._made[call.key] = max(self._made[call.key], call.step)
@@ -121,17 +148,20 @@ class _Agent:
 
     def estimate(self, *, batch: bool) -> Estimate:
         """What is owed, counted by what was shown and where it was broken off."""
-        owed = Counter((shown, self._made[key]) for key, shown in self._shown.items() if key not in self._done)
-        going_on = self._still_playing()
+        owed = Counter(
+            (shown, self._made[key], self._reached[key]) for key, shown in self._shown.items() if key not in self._done
+        )
+        coming_to = self._course()
         longer, output, repairs = self._habits()
         expected, full, most, repeated = _Sum(), _Sum(), Usage(), 0.0
-        for (shown, begun), trials in owed.items():
+        for (shown, begun, reached), trials in owed.items():
             prompt = self._prompts[shown]
             for step in range(begun + 1, self._study.max_steps + 1):
                 request, times = prompt.request(step, longer), trials * repairs
-                expected.add(request, output, times * going_on[step - 1])
+                share = coming_to[step] / coming_to[reached] if step > reached else 1.0
+                expected.add(request, output, times * share)
                 full.add(request, output, times)
-                repeated += prompt.repeated(step, longer) * times * going_on[step - 1]
+                repeated += prompt.repeated(step, longer) * times * share
             most += prompt.most(begun + 1, trials)
         return Estimate(
             agent=self._agent,
@@ -145,13 +175,19 @@ class _Agent:
             batch=batch,
         )
 
-    def _still_playing(self) -> list[float]:
-        """For every step the share of trials that come to it."""
-        lengths = list(self._done.values())
-        if lengths:
-            steps = range(1, self._study.max_steps + 1)
-            return [sum(length >= step for length in lengths) / len(lengths) for step in steps]
-        return [1 - solved for solved in random_curve(self._study.box, self._study.max_steps)[:-1]]
+    def _course(self) -> list[float]:
+        """For every step, from 0, the share of trials that come to it; above 0 up to where the farthest of them is."""
+        steps = self._study.max_steps
+        blind = [1 - solved for solved in random_curve(self._study.box, steps)]
+        ended = Counter(self._done.values())
+        stands = Counter(step for key, step in self._reached.items() if key not in self._done)
+        playing, shares = ended.total() + stands.total(), [1.0, 1.0]
+        for step in range(1, steps):
+            playing -= stands[step]  # whether they end in this step is not known
+            seen = 1 - ended[step] / playing if playing else blind[step] / (blind[step - 1] or 1.0)
+            playing -= ended[step]
+            shares.append(shares[-1] * seen)
+        return shares
 
     def _habits(self) -> tuple[float, float, float]:
         """Requests as multiples of what they are taken to be; tokens of a reply; calls per decision."""

@@ -1,12 +1,14 @@
 """Trials that were played elsewhere are taken into the directory of a study: those of logs, and of other directories.
 
 Only trials of the same study are taken: all settings are equal but for who plays. A trial that the directory has
-finished is left alone; one that it owes, or that broke there, is taken.
+finished is left alone; one that it owes, or that broke there, is taken. Of a trial that is finished nowhere its calls
+are taken, so that it goes on from replies that were paid for.
 """
 
 from __future__ import annotations
 
 import json
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -57,6 +59,7 @@ class Gathered:
         taken: Trials that the directory did not have.
         there: Trials that it had finished already.
         unfinished: Trials that were begun there and finished nowhere; they are owed.
+        replies: Replies taken that belong to such trials, which go on from them.
         agents: Agents that were new to the study.
         pictures_missing: Pictures that the trials taken name and that were not found.
     """
@@ -64,6 +67,7 @@ class Gathered:
     taken: int
     there: int
     unfinished: int
+    replies: int
     agents: tuple[str, ...]
     pictures_missing: int
 
@@ -79,12 +83,14 @@ def source_of_directory(directory: Path) -> Source:
         file = directory / ALBUM / name
         return file.read_bytes() if file.is_file() else None
 
+    trials, calls = tuple(load(directory)), tuple(read_calls(directory))
     return Source(
         path=directory,
         study=read_study(directory),
-        trials=tuple(load(directory)),
+        trials=trials,
+        unfinished=frozenset(call.key for call in calls) - {trial.key for trial in trials},
         seconds={timing.key: timing.seconds for timing in read_timings(directory)},
-        calls=tuple(read_calls(directory)),
+        calls=calls,
         picture=picture,
     )
 
@@ -98,42 +104,65 @@ def gather(directory: Path, sources: Sequence[Source]) -> Gathered:
 
     Raises:
         BadValue: If there is no source.
-        BadFile: If trials are of another study, or an agent is not the same under the same name.
+        BadFile: If trials are of another study, an agent is not the same under the same name, or there is no study
+            and nothing to make it of.
         DirectoryBusy: If another process is writing there.
     """
     if not sources:
         raise BadValue("sources", 0, "at least one")
     known = read_study(directory) if (directory / "study.json").exists() else None
-    finished = [replace(source, trials=tuple(t for t in source.trials if not t.owed_again)) for source in sources]
+    finished = [_finished(source) for source in sources]
     first = known or replace(sources[0].study, agents=_agents(finished) or sources[0].study.agents)
     joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))))
     for source in finished:
         _refuse_another_study(source, joined, directory)
+    if known is None and not any(source.trials or source.calls for source in finished):
+        raise BadFile(sources[0].path, f"no trial in it is finished, so {directory} is not made")
     with Journal.open(directory, first) as journal:
         same = _Same(directory, journal.trials.values())
         for source in finished:
             same.check(source)
         if joined.agents != first.agents:
             _write_settings(directory, joined)
-        counts = [_take(source, journal) for source in finished]
-        broken = {key for source in sources for key in source.unfinished}
-        broken |= {trial.key for source in sources for trial in source.trials if trial.owed_again}
-        unfinished = sum(map(journal.owes, broken))
+        book = _Book(journal)
+        counts = [_take(source, journal, book) for source in finished]
+        replies = sum(book.take_begun(source) for source in finished)
+        unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
     taken, there, missing = (sum(column) for column in zip(*counts, strict=True))
     return Gathered(
         taken=taken,
         there=there,
         unfinished=unfinished,
+        replies=replies,
         agents=joined.agents if known is None else joined.agents[len(first.agents) :],
         pictures_missing=missing,
     )
 
 
+def _finished(source: Source) -> Source:
+    """The same with its finished trials only; the others are unfinished, and their calls are those of its study."""
+    trials = tuple(trial for trial in source.trials if not trial.owed_again)
+    unfinished = source.unfinished | {trial.key for trial in source.trials if trial.owed_again}
+    known = {trial.key for trial in trials} | {key for keys in _begun(source, unfinished).values() for key in keys}
+    calls = tuple(call for call in source.calls if call.key in known)
+    unfinished -= {call.key for call in source.calls} - known
+    return replace(source, trials=trials, unfinished=unfinished, calls=calls)
+
+
+def _begun(source: Source, unfinished: frozenset[str]) -> dict[str, set[str]]:
+    """By agent of its study, the trials that are not finished and for which something was asked."""
+    asked = {call.key for call in source.calls} & unfinished
+    if not asked:
+        return {}
+    return {agent: asked & {plan.key for plan in source.study.plans(agent)} for agent in source.study.agents}
+
+
 def _agents(sources: Iterable[Source]) -> tuple[str, ...]:
-    """Who played, each once, in the order of its study."""
+    """Who played or was asked, each once, in the order of its study."""
     found: list[str] = []
     for source in sources:
         playing = {trial.agent for trial in source.trials}
+        playing |= {agent for agent, keys in _begun(source, source.unfinished).items() if keys}
         found += [agent for agent in source.study.agents if agent in playing]
     return tuple(dict.fromkeys(found))
 
@@ -189,15 +218,50 @@ def _write_settings(directory: Path, study: Study) -> None:
     draft.replace(path)
 
 
-def _take(source: Source, journal: Journal) -> tuple[int, int, int]:
-    """Trials taken, trials there, and pictures missing."""
+class _Book:
+    """Takes calls, each once, however often an import is broken off and repeated."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._there: defaultdict[str, Counter[Call]] = defaultdict(Counter)
+        for call in read_calls(journal.directory):
+            self._there[call.key][call] += 1
+
+    def take(self, calls: Sequence[Call]) -> list[Call]:
+        """Write down those calls of one trial that are not there, and return them."""
+        found, left = [], self._there[calls[0].key].copy() if calls else Counter[Call]()
+        for call in calls:
+            if left[call]:
+                left[call] -= 1
+                continue
+            self._journal.calls.write(call)
+            self._there[call.key][call] += 1
+            found.append(call)
+        return found
+
+    def take_begun(self, source: Source) -> int:
+        """Replies taken of trials that are not finished; one that was begun otherwise here goes on as it began."""
+        replies = 0
+        for key, calls in _by_key(source.calls).items():
+            if key in source.unfinished and self._journal.owes(key) and self._there[key] <= Counter(calls):
+                replies += sum(call.reply is not None for call in self.take(calls))
+        return replies
+
+
+def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
+    found: defaultdict[str, list[Call]] = defaultdict(list)
+    for call in calls:
+        found[call.key].append(call)
+    return found
+
+
+def _take(source: Source, journal: Journal, book: _Book) -> tuple[int, int, int]:
+    """Trials taken, trials there, and pictures missing. A trial's calls are on disk before it counts as finished."""
     album, missing = Album(journal.directory / ALBUM), 0
     owed = [trial for trial in source.trials if journal.owes(trial.key)]
-    keys = {trial.key for trial in owed}
-    for call in source.calls:
-        if call.key in keys:
-            journal.calls.write(call)
+    calls = _by_key(source.calls)
     for trial in owed:
+        book.take(calls.get(trial.key, ()))
         for name in sorted(trial.picture_names):
             png = source.picture(name)
             picture = None if png is None else Picture(kind="rgb", png=png)

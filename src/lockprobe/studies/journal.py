@@ -23,10 +23,10 @@ from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
 from lockprobe.studies.calls import ASKED, CALLS, Calls
-from lockprobe.studies.lines import cut_torn_tail, whole_lines
+from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
 from lockprobe.studies.study import LATER, Study
 
-__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_settings", "read_timings"]
+__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_journal", "read_settings", "read_timings"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
@@ -70,15 +70,16 @@ def load(directory: Path | str) -> list[Trial]:
     Raises:
         BadFile: If there is no journal or a line within it is damaged.
     """
-    return list(_read(directory)[0].values())
+    return read_journal(directory)[0]
 
 
 def left_out(directory: Path | str) -> LeftOut:
     """How much of a journal :func:`load` leaves out."""
-    return _read(directory)[1]
+    return read_journal(directory)[1]
 
 
-def _read(directory: Path | str) -> tuple[dict[str, Trial], LeftOut]:
+def read_journal(directory: Path | str) -> tuple[list[Trial], LeftOut]:
+    """Both :func:`load` and :func:`left_out`, read once."""
     path = Path(directory) / "trials.jsonl"
     if not path.is_file():
         raise BadFile(directory, "no trials.jsonl here; is it the directory of a study?")
@@ -96,7 +97,7 @@ def _read(directory: Path | str) -> tuple[dict[str, Trial], LeftOut]:
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 1))
         torn = int(file.read(1) not in (b"", b"\n"))
-    return trials, LeftOut(unfinished_lines=torn, replaced=replaced, repeated=repeated)
+    return list(trials.values()), LeftOut(unfinished_lines=torn, replaced=replaced, repeated=repeated)
 
 
 def read_settings(directory: Path | str) -> dict[str, object]:
@@ -166,10 +167,10 @@ class Journal:
         directory = Path(directory)
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            handle = (directory / "trials.jsonl").open("ab")
+            handle = (directory / "trials.jsonl").open("ab", buffering=0)
         except OSError as error:
             raise BadFile(directory, f"cannot be written ({error.strerror})") from error
-        with handle as records, (directory / "timings.jsonl").open("ab") as timings:
+        with handle as records, (directory / "timings.jsonl").open("ab", buffering=0) as timings:
             try:
                 fcntl.flock(records, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -196,13 +197,8 @@ class Journal:
             BadFile: If it cannot be written.
         """
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
-        try:
-            self._records.write(trial_to_json(trial) + b"\n")
-            self._records.flush()
-            self._timings.write(json.dumps(clock).encode() + b"\n")
-            self._timings.flush()
-        except OSError as error:
-            raise BadFile(self.directory, f"cannot be written ({error.strerror})") from error
+        append_line(self._records, self.directory / "trials.jsonl", trial_to_json(trial))
+        append_line(self._timings, self.directory / "timings.jsonl", json.dumps(clock).encode())
         self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one
         if not trial.owed_again:
             self.calls.forget(trial.key)
@@ -210,7 +206,11 @@ class Journal:
             self._sync()
 
     def _sync(self) -> None:
-        os.fsync(self._records.fileno())
+        try:
+            self.calls.sync()  # first: a trial on disk whose calls are lost would have cost nothing
+            os.fsync(self._records.fileno())
+        except OSError as error:
+            raise BadFile(self.directory, f"cannot be written ({error.strerror})") from error
         self._synced = time.monotonic()
 
 
@@ -223,8 +223,11 @@ def _claim(directory: Path, study: Study) -> None:
         raise BadFile(directory, f"holds {played[0]} but no study.json: put it back, or give another --out")
     if not played:
         draft = path.with_suffix(".draft")
-        draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
-        draft.replace(path)
+        try:
+            draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
+            draft.replace(path)
+        except OSError as error:
+            raise BadFile(path, f"cannot be written ({error.strerror})") from error
         return
     there, asked = {**LATER, **read_settings(directory)}, {**LATER, **asked}
     different = {

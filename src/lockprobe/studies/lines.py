@@ -6,11 +6,15 @@ had written but its last line; when the machine itself goes down, as much is los
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
-__all__ = ["cut_torn_tail", "whole_lines"]
+from lockprobe.errors import BadFile
+
+__all__ = ["append_line", "cut_torn_tail", "whole_lines"]
 
 _BLOCK = 1 << 16
 """Bytes read at once on the way back to the end of the last whole line."""
@@ -20,6 +24,28 @@ def whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
     """Whole lines that are not blank, with their numbers, from 1."""
     with path.open("rb") as lines:
         yield from ((n, line) for n, line in enumerate(lines, 1) if line.endswith(b"\n") and line.strip())
+
+
+def append_line(handle: IO[bytes], path: Path, line: bytes) -> None:
+    """Write one line, whole or not at all.
+
+    Args:
+        handle: The file, open for appending, without a buffer: what did not reach the disk is not tried again later.
+        path: Where it lies.
+        line: The line without its end.
+
+    Raises:
+        BadFile: If it cannot be written, as on a full disk.
+    """
+    end = os.fstat(handle.fileno()).st_size
+    rest = line + b"\n"
+    try:
+        while rest:
+            rest = rest[handle.write(rest) :]
+    except OSError as error:
+        with suppress(OSError):
+            os.ftruncate(handle.fileno(), end)
+        raise BadFile(path, f"cannot be written ({error.strerror})") from error
 
 
 def cut_torn_tail(handle: IO[bytes], path: Path) -> None:

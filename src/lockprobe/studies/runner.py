@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import Protocol
 
 from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.errors import Missing, SettingsChanged
+from lockprobe.errors import BudgetReached, Missing, SettingsChanged
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Fact, Step, Trial
@@ -25,9 +26,10 @@ from lockprobe.seams import Agent, Closable
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.lanes import play_in_lanes
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.stage import own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
+from lockprobe.trial import here
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run stops."""
@@ -97,6 +99,7 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
 
     Raises:
         UserMistake: Before the first trial, if an agent or the plant cannot be had.
+        BudgetReached: If the money is spent, when all has been played that costs none.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
     limits, observer = limits or Limits(), observer or Silent()
@@ -109,19 +112,32 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
     if any(owed.values()):
         resolve_plant(study.plant).check(study.box)
     observer.begin(study, journal, sum(map(len, owed.values())))
+    spent: BudgetReached | None = None
     for source in sorted(sources, key=lambda source: source.engine != "inline"):
-        if not owed[source.spec]:
+        if not owed[source.spec] or (spent is not None and source.engine == "network"):
             continue
         observer.agent(source, len(owed[source.spec]))
+        try:
+            _play(study, source, owed[source.spec], journal, limits, observer)
+        except BudgetReached as reached:
+            spent = reached
+    if spent is not None:
+        raise spent
 
-        album = journal.directory / ALBUM
-        lanes, at_the_end = _lanes(study, source, limits.access, len(owed[source.spec]))
-        finish = _Finish(source.spec, journal, observer, lanes)
-        if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
-            play_in_workers(owed[source.spec], limits.workers, observer.step, finish, pictures=album)
-        else:
-            play = partial(play_timed, on_step=observer.step, pictures=album, calls=journal.calls)
-            asyncio.run(_play_here(owed[source.spec], source, play, finish, lanes=lanes, at_the_end=at_the_end))
+
+def _play(
+    study: Study, source: AgentSource, plans: list[Plan], journal: Journal, limits: Limits, observer: Observer
+) -> None:
+    """Play what is owed of one agent."""
+    album = journal.directory / ALBUM
+    lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
+    finish = _Finish(source.spec, journal, observer, lanes)
+    if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
+        play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
+        return
+    with own_thread() if source.engine == "network" and not _light(study) else nullcontext(here) as place:
+        play = partial(play_timed, on_step=observer.step, pictures=album, calls=journal.calls, place=place)
+        asyncio.run(_play_here(plans, source, play, finish, lanes=lanes, at_the_end=at_the_end))
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
@@ -160,6 +176,15 @@ class _Finish:
                 "nothing finished is lost; run the same command again when that is mended",
             )
 
+    def expect(self, facts: Mapping[str, Fact]) -> None:
+        """Refuse an agent that is another than the one that played before, before it is asked and paid.
+
+        Raises:
+            SettingsChanged: If it is.
+        """
+        if different := _differences(self._spec, self._agent, facts):
+            raise SettingsChanged(self._journal.directory, different)
+
     def _refuse_another(self, trial: Trial) -> None:
         """A study that is resumed must not mix two models, prompts, runtimes or renderers under one name."""
         plant = str(trial.plant.get("plant"))
@@ -189,23 +214,29 @@ def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tupl
     """How many trials are open at once, and how many of the last: where that costs memory only for what is told."""
     if source.engine != "network":
         return 1, 0
-    light = not study.simulated and set(study.modalities) == {"symbolic"}
-    if access.batch and light:
+    if access.batch and _light(study):
         return owed, 0
-    return access.connections, _AT_THE_END * access.connections if light else 0
+    return access.connections, _AT_THE_END * access.connections if _light(study) else 0
+
+
+def _light(study: Study) -> bool:
+    """Whether its plants take no time and hold nothing to speak of."""
+    return not study.simulated and set(study.modalities) == {"symbolic"}
 
 
 async def _play_here(
     plans: list[Plan],
     source: AgentSource,
     play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
-    finish: Callable[[Trial, Timing], None],
+    finish: _Finish,
     *,
     lanes: int,
     at_the_end: int,
 ) -> None:
     agent = source.make()
     try:
+        if source.engine == "network":
+            finish.expect(agent.facts)
         await play_in_lanes(plans, lambda plan: play(plan, agent), finish, lanes=lanes, at_the_end=at_the_end)
     finally:
         if isinstance(agent, Closable):

@@ -11,12 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.journal import read_settings
-from lockprobe.studies.study import IDENTITY_VERSION, Study
+from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
 
 __all__ = ["read_study", "study_from"]
 
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
-Count = Annotated[int, Field(ge=0, le=2**63)]
+Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
 class _Settings(BaseModel):

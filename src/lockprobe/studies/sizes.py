@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from math import ceil
 
@@ -92,6 +92,12 @@ class Prompt:
         cached = repeated if repeated >= SMALLEST_CACHED else 0.0
         return Request(input=size, cached=cached, stored=size - cached if size >= SMALLEST_CACHED else 0.0)
 
+    def first(self) -> Usage:
+        """What the first call of a trial can take, whatever is replied."""
+        whole = made_up(self._plan, reply(""))
+        begun = replace(whole, past=(), percept=(*(turn.percept for turn in whole.past), whole.percept)[0])
+        return at_most(conversation(begun), self._settings, self._facts)
+
     def most(self, first: int, trials: int) -> Usage:
         """What so many trials can take from a step on, whatever is replied.
 
@@ -114,6 +120,13 @@ def _tiles(plan: Plan) -> int:
     """Squares of 512 pixels that cover a picture; what is known of models is of four, and larger ones are scaled."""
     size = resolve_plant(plan.plant).settings
     return 4 if size is None else min(4, ceil(size.width / 512) * ceil(size.height / 512))
+
+
+def _head(plan: Plan) -> bytes:
+    """The start of the file of a picture of a plant, where its size stands."""
+    size = resolve_plant(plan.plant).settings
+    sides = (1, 1) if size is None else (size.width, size.height)
+    return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + b"".join(side.to_bytes(4, "big") for side in sides)
 
 
 def reply(hypothesis: str) -> str:
@@ -142,7 +155,7 @@ def _percept(plan: Plan, joints: tuple[str, ...], step: int) -> Percept:
     joint = joints[step % len(joints)] if step else None
     if (eye := camera(plan.modality)) is not None:
         kinds: tuple[PictureKind, ...] = ("rgb",) if eye.depth == "none" else ("rgb", "depth")
-        pictures = tuple(Picture(kind=kind, png=b"") for kind in kinds)
+        pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
         return Percept(joint=joint, text=f"You attempted {joint}. The picture shows the box now.", pictures=pictures)
     positions = None if plan.flip == "outcome-only" else tuple((place + step) % 2 == 0 for place in range(len(joints)))
     told = Percept(joint=joint, outcome="moved" if step % 2 else "blocked" if step else None, positions=positions)

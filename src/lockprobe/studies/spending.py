@@ -9,14 +9,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from urllib.parse import parse_qsl
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.knowledge import OWN_FACTS, Price, facts_of
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.options import spec_name
+from lockprobe.studies.modality import MODALITIES, SYMBOLIC
 from lockprobe.studies.study import Study
 
-__all__ = ["Budget", "Ledger", "Spending", "agent_of", "hosted", "most_dollars", "price_of"]
+__all__ = ["Budget", "Ledger", "Owners", "Spending", "hosted", "most_dollars", "price_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +31,9 @@ class Spending:
         failed: Calls to which the provider gave no reply.
         broken_off: Calls that were on their way when their run ended.
         uncounted: Replies that came without a count of tokens.
+        unanswered: Attempts that may have been charged for, though nothing of use came back; see :class:`Call`.
         repeated_tokens: Of the tokens read, those that the request before had begun with: what a cache could have kept.
+            None where pictures leave the conversation, so that counts of tokens do not say it.
         retries: How often a provider had to be asked again.
         seconds: Time that calls took, side by side ones added up.
         dollars: What that cost; None where the price is not known.
@@ -41,7 +46,8 @@ class Spending:
     failed: int = 0
     broken_off: int = 0
     uncounted: int = 0
-    repeated_tokens: int = 0
+    unanswered: int = 0
+    repeated_tokens: int | None = 0
     retries: int = 0
     seconds: float = 0.0
     dollars: float | None = None
@@ -61,18 +67,37 @@ def price_of(agent: str) -> Price | None:
     return facts_of(name).price if kind == "llm" else None
 
 
-def agent_of(study: Study, key: str) -> str:
-    """Whose trial a key names. Specs hold slashes; one of another study counts as what stands in its place."""
-    for spec in sorted(study.agents, key=len, reverse=True):
-        if key.startswith(f"{study.name}/{spec}/"):
-            return spec
-    return key.removeprefix(f"{study.name}/").rpartition("/p=")[0] or key
+class Owners:
+    """Whose trial a key names.
+
+    Args:
+        study: The study.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self._study = f"{study.name}/"
+        self._shows = study.modalities != SYMBOLIC  # only then a key says how the box is shown
+        shown = [f"/{modality}" for modality in study.modalities] if self._shows else [""]
+        self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
+
+    def of(self, key: str) -> str:
+        """The agent. Specs hold slashes; one of another study counts as what stands in its place."""
+        named = key.removeprefix(self._study).rpartition("/p=")[0]
+        if named in self._agents:
+            return self._agents[named]
+        agent, _, how = named.rpartition("/")
+        return (agent if self._shows and spec_name(how) in MODALITIES else named) or key
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
     """What a usage can cost at most, in US dollars, wherever its tokens come from and go to."""
     dearest = max(price.input, price.cached, price.stored or 0.0)
     return (usage.input_tokens * dearest + usage.output_tokens * price.output) / 1e6
+
+
+def _unknown_dollars(call: Call, price: Price) -> float:
+    """What those attempts of a call can have cost at most whose cost nobody said."""
+    return call.unpriced * most_dollars(call.most or Usage(), price)
 
 
 class Ledger:
@@ -84,16 +109,16 @@ class Ledger:
     """
 
     def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
-        self._study = study
-        self._sums = {agent: _Sum(agent) for agent in study.agents}
+        self._owners, self._pictured = Owners(study), study.has_pictures
+        self._sums = {agent: _Sum(agent, pictured=self._pictured) for agent in study.agents}
         for call in calls:
             self.add(call)
 
     def add(self, call: Call) -> None:
         """One more call."""
-        agent = agent_of(self._study, call.key)
+        agent = self._owners.of(call.key)
         if agent not in self._sums:
-            self._sums[agent] = _Sum(agent)
+            self._sums[agent] = _Sum(agent, pictured=self._pictured)
         self._sums[agent].add(call)
 
     @property
@@ -113,12 +138,14 @@ def _total(parts: Sequence[Spending]) -> Spending:
         served.update(dict(part.served))
     known = [part.dollars for part in parts if part.dollars is not None]
     unknown = [part.dollars_unknown for part in parts if part.dollars_unknown is not None]
+    repeated = [part.repeated_tokens for part in parts if part.repeated_tokens is not None]
     return Spending(
         usage=sum((part.usage for part in parts), Usage()),
         failed=sum(part.failed for part in parts),
         broken_off=sum(part.broken_off for part in parts),
         uncounted=sum(part.uncounted for part in parts),
-        repeated_tokens=sum(part.repeated_tokens for part in parts),
+        unanswered=sum(part.unanswered for part in parts),
+        repeated_tokens=sum(repeated) if len(repeated) == len(parts) else None,
         retries=sum(part.retries for part in parts),
         seconds=sum(part.seconds for part in parts),
         dollars=sum(known) if parts and len(known) == len(parts) else None,
@@ -131,10 +158,11 @@ def _total(parts: Sequence[Spending]) -> Spending:
 class _Sum:
     """Adds calls of one agent up."""
 
-    def __init__(self, agent: str) -> None:
+    def __init__(self, agent: str, *, pictured: bool) -> None:
         self.price = price_of(agent)
+        self._prefixes = not (pictured and _drops_pictures(agent))
         self.usage = Usage()
-        self.failed = self.broken_off = self.uncounted = self.retries = self.repeated = 0
+        self.failed = self.broken_off = self.uncounted = self.unanswered = self.retries = self.repeated = 0
         self._before: dict[str, dict[int, int]] = {}
         self.seconds = self.dollars = self.unknown = 0.0
         self.served: Counter[str] = Counter()
@@ -148,7 +176,8 @@ class _Sum:
         self.usage += replace(call.usage, calls=max(1, call.usage.calls) if replied else 0)
         self.broken_off += call.broken_off
         self.failed += not replied and not call.broken_off
-        self.uncounted += replied and call.most is not None
+        self.uncounted += call.uncounted
+        self.unanswered += call.unanswered
         self.retries += call.retries
         self.seconds += call.seconds
         if replied:
@@ -156,7 +185,7 @@ class _Sum:
             self.served.update([call.served] if call.served else [])
         if self.price is not None:
             self.dollars += self.price.of(call.usage, batch=call.batch)
-            self.unknown += most_dollars(call.most, self.price) if call.most is not None else 0.0
+            self.unknown += _unknown_dollars(call, self.price)
 
     def _repeated(self, call: Call) -> None:
         """A request extends the one before in its step, or the first of the step before; repairs are not kept."""
@@ -175,7 +204,8 @@ class _Sum:
             failed=self.failed,
             broken_off=self.broken_off,
             uncounted=self.uncounted,
-            repeated_tokens=self.repeated,
+            unanswered=self.unanswered,
+            repeated_tokens=self.repeated if self._prefixes else None,
             retries=self.retries,
             seconds=self.seconds,
             dollars=None if self.price is None else self.dollars,
@@ -183,6 +213,11 @@ class _Sum:
             served=tuple(self.served.most_common()),
             price=self.price,
         )
+
+
+def _drops_pictures(agent: str) -> bool:
+    """Whether pictures leave an agent's conversations from their middle, so that requests do not grow at their ends."""
+    return dict(parse_qsl(agent.partition("?")[2])).get("images", "0") != "0"
 
 
 class Budget:
@@ -201,9 +236,10 @@ class Budget:
             raise BadValue("budget", allowed, "US dollars above 0")
         self.allowed = allowed
         self.spent = 0.0
-        self._study = study
+        self._owners = Owners(study)
         self._prices: dict[str, Price] = {}
         self._reserved: dict[str, float] = {}
+        self._lost: dict[str, float] = {}
         self._reached: BudgetReached | None = None
         for agent in hosted(study):
             if (price := price_of(agent)) is None:
@@ -215,8 +251,16 @@ class Budget:
                 )
             self._prices[agent] = price
 
-    def reserve(self, key: str, worst: Usage) -> bool:
+    def reserve(self, key: str, worst: Usage, unanswered: int = 0) -> bool:
         """Set aside what the next call of a trial can cost; False where calls on their way have to come back first.
+
+        Where a call is made again, what it took so far counts as spent, and one that waits has nothing set aside: so
+        calls never wait for each other.
+
+        Args:
+            key: The trial.
+            worst: What one attempt can cost at most.
+            unanswered: Attempts of the same call that may have been charged for.
 
         Raises:
             BudgetReached: If it does not fit even if those cost nothing. From then on nothing fits.
@@ -226,10 +270,13 @@ class Budget:
         if (price := self._price(key)) is None:
             return True
         most = most_dollars(worst, price)
-        if self.spent + most > self.allowed:
-            self._reached = BudgetReached(self.spent, self.allowed, most)
+        self._reserved.pop(key, None)
+        self._lost[key] = unanswered * most
+        spent = self.spent + sum(self._lost.values())
+        if spent + most > self.allowed:
+            self._reached = BudgetReached(spent, self.allowed, most)
             raise self._reached
-        if self.spent + sum(self._reserved.values()) + most > self.allowed:
+        if spent + sum(self._reserved.values()) + most > self.allowed:
             return False
         self._reserved[key] = most
         return True
@@ -237,9 +284,10 @@ class Budget:
     def settle(self, call: Call) -> None:
         """Put what a call cost in place of what was set aside for it."""
         self._reserved.pop(call.key, None)
+        self._lost.pop(call.key, None)
         if (price := self._price(call.key)) is not None:
             self.spent += price.of(call.usage, batch=call.batch)
-            self.spent += 0.0 if call.most is None else most_dollars(call.most, price)
+            self.spent += _unknown_dollars(call, price)
 
     def _price(self, key: str) -> Price | None:
-        return self._prices.get(agent_of(self._study, key))
+        return self._prices.get(self._owners.of(key))

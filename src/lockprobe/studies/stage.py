@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -14,9 +18,25 @@ from lockprobe.studies.album import Album
 from lockprobe.studies.calls import Calls
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.modality import channels_for
-from lockprobe.trial import play
+from lockprobe.trial import Place, here, play
 
-__all__ = ["play_timed"]
+__all__ = ["own_thread", "play_timed"]
+
+_T = TypeVar("_T")
+
+
+@contextmanager
+def own_thread() -> Iterator[Place]:
+    """One thread for all plants of a run, so that calls to a provider go on while one is simulated.
+
+    What is of OpenGL belongs to the thread that made it: all work on all plants is done there, piece by piece.
+    """
+    with ThreadPoolExecutor(max_workers=1, thread_name_prefix="plants") as thread:
+
+        async def there(work: Callable[[], _T], /) -> _T:
+            return await asyncio.get_running_loop().run_in_executor(thread, work)
+
+        yield there
 
 
 class _Fresh:
@@ -50,6 +70,7 @@ async def play_timed(
     on_step: Callable[[str, Step], None],
     pictures: Path | None = None,
     calls: Calls | None = None,
+    place: Place = here,
 ) -> tuple[Trial, Timing]:
     """Play one plan and read the clock.
 
@@ -59,6 +80,7 @@ async def play_timed(
         on_step: Called with the plan's key and every step.
         pictures: Directory in which the pictures that the record names are kept; without it they are lost.
         calls: Where the agent's calls are written down, if it makes some.
+        place: Where its plant does its work.
     """
     began = time.perf_counter()
     if calls is not None and isinstance(agent, Calling):
@@ -72,7 +94,8 @@ async def play_timed(
             agent=agent,
             on_step=lambda step: on_step(plan.key, step),
             keep=None if pictures is None else Album(pictures).keep,
+            place=place,
         )
     finally:
-        plant.close()
+        await place(plant.close)  # after all that it still does there, if the run is being ended
     return trial, Timing(key=trial.key, seconds=time.perf_counter() - began, steps=len(trial.steps))

@@ -19,7 +19,7 @@ from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.studies.modality import SYMBOLIC, check_distinct, is_pictured, taken_in
 
-__all__ = ["IDENTITY_VERSION", "LATER", "LayoutKind", "Study"]
+__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study"]
 
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
@@ -31,6 +31,7 @@ IDENTITY_VERSION = 1
 """Raised whenever the same settings would play other trials than before."""
 
 CLOSEST_P = 1e-6
+LARGEST_SEED = 2**63
 LIMITS = {"trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 
 
@@ -93,6 +94,8 @@ class Study:
         for setting, largest in LIMITS.items():
             if not 1 <= (value := getattr(self, setting)) <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
+        if not 0 <= self.seed <= LARGEST_SEED:
+            raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
         self._check_pictures()
 
     def _check_pictures(self) -> None:

@@ -6,6 +6,7 @@ from fnmatch import fnmatchcase
 import pytest
 
 from lockprobe.agents.llm.knowledge import OWN_FACTS, SHIPPED, ModelFacts, Price, facts_of, read_facts
+from lockprobe.agents.llm.settings import Settings
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile
 
@@ -89,7 +90,7 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(tmp_path
     shipped = facts_of("openai/gpt-4o")
     monkeypatch.setenv(OWN_FACTS, str(written(tmp_path / "mine.toml", text)))
     own = Price(input=2, cached=0.5, output=8, date="2026-01-02", source="a list")
-    assert facts_of("openai-api/mine/model") == ModelFacts(known=True, price=own)
+    assert facts_of("openai-api/mine/model") == ModelFacts(price=own)
     changed = facts_of("openai/gpt-4o")
     assert changed.price == own
     assert (changed.context, changed.images) == (shipped.context, shipped.images)
@@ -116,6 +117,10 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(tmp_path
         (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', '-2.0')}", r"model 1 \(a\): price.input: "),
         (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", r"model 1 \(a\): price.input: "),
         (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2026-01-02', 'today')}", r"model 1 \(a\): price.date: "),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('01-02', '13-41')}", r"model 1 \(a\): price.date: "),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'true')}", r"model 1 \(a\): price.input: "),
+        ("[[model]]\nmatch = ['a']\nimages = 'yes'", r"model 1 \(a\): images: "),
+        ("[[model]]\nmatch = ['[!a]*']", "model 1: match"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_one_line_with_the_key(tmp_path, monkeypatch, text, why):
@@ -130,3 +135,18 @@ def test_a_file_that_is_not_there_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setenv(OWN_FACTS, str(tmp_path / "none.toml"))
     with pytest.raises(BadFile, match=r"none.toml: cannot be read \(No such file or directory\)"):
         facts_of("openai/gpt-4o")
+
+
+def test_a_price_of_ones_own_changes_nothing_that_is_asked(tmp_path, monkeypatch):
+    before = Settings().sent(facts_of("openai-api/mine/model"))
+    path = tmp_path / "own.toml"
+    path.write_text(f'[[model]]\nmatch = ["openai-api/mine/*"]\nprice = {PRICE}\n')
+    monkeypatch.setenv(OWN_FACTS, str(path))
+    facts = facts_of("openai-api/mine/model")
+    assert facts.price.output == 8.0
+    assert Settings().sent(facts) == before
+    path.with_name("more.toml").write_text(
+        f'[[model]]\nmatch = ["openai-api/mine/*"]\nreasons = false\nprice = {PRICE}\n'
+    )
+    monkeypatch.setenv(OWN_FACTS, str(path.with_name("more.toml")))
+    assert Settings().sent(facts_of("openai-api/mine/model")) != before

@@ -7,6 +7,7 @@ import json
 import os
 import socket
 import threading
+import warnings
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
@@ -15,7 +16,7 @@ from provider_server import Manner, completion, failure, here
 from lockprobe.agents.access import Access
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import BadValue, ModelFault
+from lockprobe.errors import ModelFault
 
 lines = pytest.importorskip("lockprobe.agents.llm.line")
 MODEL = "openai-api/fake/model"
@@ -148,35 +149,80 @@ def test_nothing_of_a_call_stays_in_memory_for_a_log(monkeypatch):
     assert len(transcript().events) == before
 
 
+def fault_of(monkeypatch, content, status=200, **access):
+    """What is said of a provider that always answers so, and how often it was asked."""
+    with here(lambda request: (status, content)) as server:
+        reached(monkeypatch, server.url)
+        fault = asked(**({"retries": 1} | access))
+        assert isinstance(fault, ModelFault), fault
+        return fault, server.arrived.total()
+
+
+OVERFLOW = "This model's maximum context length is 10 tokens. However, your messages resulted in 20 tokens."
+
+
+def test_a_conversation_that_is_too_long_is_a_fault_and_no_reply(monkeypatch):
+    said = {"error": {"message": OVERFLOW, "type": "invalid_request_error", "code": "context_length_exceeded"}}
+    fault, times = fault_of(monkeypatch, said, 400)
+    assert str(fault) == f"the conversation is longer than the model can read: {OVERFLOW}"
+    assert (times, fault.retries, fault.unanswered, fault.usage) == (1, 0, 0, {})
+
+
+def test_a_reply_that_ends_where_the_context_does_is_none_either_and_what_it_cost_is_kept():
+    from inspect_ai.model import ModelOutput, ModelUsage
+
+    output = ModelOutput.from_content("m", "half a rep", stop_reason="model_length")
+    output.usage = ModelUsage(input_tokens=90, output_tokens=10, total_tokens=100)
+    with pytest.raises(ModelFault, match="^the conversation is longer than the model can read$") as fault:
+        lines.refuse_overflow(output)
+    assert (fault.value.usage["input_tokens"], fault.value.usage["output_tokens"]) == (90, 10)
+    for stop in ("stop", "max_tokens", "content_filter"):
+        lines.refuse_overflow(ModelOutput.from_content("m", "a reply", stop_reason=stop))
+
+
 @pytest.mark.parametrize(
-    ("model", "name", "url", "host"),
+    ("content", "said", "times"),
     [
-        (MODEL, "FAKE_BASE_URL", "http://user:password@models.example:8080/v1?key=1", "models.example"),
-        ("openai/gpt-4o", "OPENAI_BASE_URL", "https://gateway.example/openai", "gateway.example"),
-        ("openai/gpt-4o", "OTHER_BASE_URL", "https://gateway.example/openai", None),
+        ({"error": {"message": "no credit left", "code": 402}}, "the provider answered 402: no credit left", 1),
+        ({"error": {"message": "busy", "code": "503"}, "choices": None}, "the provider answered 503: busy", 2),
+        ({"error": "still loading"}, "the provider answered with an error: still loading", 2),
+        ({"error": {"message": "odd", "code": "model_gone"}}, "the provider answered with an error: odd", 2),
+        ({"object": "error", "message": "boom", "code": 500}, "the provider answered 500: boom", 2),
+        ({"detail": "not for you"}, "the provider answered with an error: not for you", 2),
     ],
 )
-def test_the_host_is_said_where_it_is_not_the_providers_own(monkeypatch, model, name, url, host):
-    monkeypatch.setenv(name, url)
-    assert lines.Line(model, Settings(), Access()).host == host
+def test_an_error_that_comes_as_a_success_is_said_in_the_providers_words(monkeypatch, content, said, times):
+    fault, asked_for = fault_of(monkeypatch, content)
+    assert str(fault) == said + (" (tried 2 times)" if times == 2 else "")
+    assert asked_for == times
+    assert fault.unanswered == 0
 
 
-def test_batches_are_refused_where_there_are_none():
-    with pytest.raises(BadValue) as wrong:
-        lines.Line(MODEL, Settings(), Access(batch=True))
-    assert str(wrong.value) == (
-        f"batch: got '{MODEL}', expected a model of a provider that has batches: "
-        "anthropic, google, grok, openai, together"
-    )
+def test_a_reply_with_an_error_beside_it_is_a_reply(monkeypatch):
+    with here(lambda request: (200, completion("a reply")[1] | {"error": {"message": "odd"}})) as server:
+        reached(monkeypatch, server.url)
+        assert asked().text == "a reply"
 
 
-def test_providers_with_batches_are_those_of_which_inspect_knows_them():
-    from importlib.util import find_spec
-    from pathlib import Path
+def test_nothing_of_an_odd_body_is_printed(monkeypatch, capfd):
+    odd = completion("a reply")[1] | {"usage": {"prompt_tokens": "private", "completion_tokens": 1, "total_tokens": 1}}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        fault, _ = fault_of(monkeypatch, odd)
+    assert str(fault).startswith("a reply that cannot be read (TypeError: ")
+    assert [str(warning.message) for warning in caught if "private" in str(warning.message)] == []
+    assert "private" not in "".join(capfd.readouterr())
 
-    there = Path(find_spec("inspect_ai.model._providers").submodule_search_locations[0])
-    known = {path.stem.removeprefix("_").removesuffix("_batch") for path in there.glob("_*_batch.py")}
-    assert known == set(lines.WITH_BATCHES)
+
+def test_attempts_that_may_have_been_charged_are_counted(monkeypatch):
+    class Twice(Manner):
+        def fault(self, conversation, time):
+            return {1: "truncated", 2: "500", 3: "stalled", 4: "dropped"}.get(time, "")
+
+    with here(reply, Twice()) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(timeout=0.3)
+    assert (answer.text, answer.retries, answer.unanswered) == ("a reply", 4, 3)
 
 
 class Batches:

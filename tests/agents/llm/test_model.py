@@ -12,9 +12,12 @@ from provider_server import completion, failure, here, pictures, truthful, words
 
 from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.prompt import picture_fingerprint
+from lockprobe.agents.llm.knowledge import ModelFacts
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.prompt import Message, picture_fingerprint
+from lockprobe.call import Usage
 from lockprobe.channels.text import TextChannel
-from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.errors import BadValue, Missing, SettingsChanged, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
@@ -311,3 +314,103 @@ def test_where_nobody_asks_what_the_last_action_did_nothing_that_is_sent_speaks_
         assert trial.assessment is False
         assert {step.decision.claimed for step in trial.steps} == {None}
         assert all(len(step.decision.replies) == 1 for step in trial.steps)
+
+
+def test_what_is_sent_is_what_a_reply_is_looked_up_by():
+    asked = [Message(role="user", text="What now?")]
+    known = ModelFacts(known=True, most_output=500)
+    ways = [
+        (asked, {}, Settings(), known),
+        ([replace(asked[0], text="And now?")], {}, Settings(), known),
+        ([replace(asked[0], pictures=(Picture(kind="rgb", png=b"a"),))], {}, Settings(), known),
+        (asked, {"type": "object"}, Settings(), known),
+        (asked, {}, Settings(temperature=0.5), known),
+        (asked, {}, Settings(detail="low"), known),
+        (asked, {}, Settings(), replace(known, most_output=400)),  # the same options, and another bound is sent
+        (asked, {}, Settings(), replace(known, schema="loose")),
+        (asked, {}, Settings(), replace(known, reasons=True, most_output=20_000)),
+    ]
+    assert len({llm._fingerprint(*way) for way in ways}) == len(ways)
+    same = (asked, {}, Settings(repairs=9), replace(known, images=False, context=9))
+    assert llm._fingerprint(*same) == llm._fingerprint(*ways[0])
+
+
+@pytest.mark.parametrize("stop", ["length", "stop"])
+def test_replies_that_are_cut_off_are_said_to_be(tmp_path, monkeypatch, stop):
+    trials, _ = played(tmp_path, monkeypatch, lambda request: completion('{"joi', stop=stop), trials=1, p=[0])
+    cut = " (the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)" if stop == "length" else ""
+    assert trials[0].error.message == f"no usable reply in 5 turns: not one JSON object{cut}"
+
+
+def test_a_conversation_that_is_too_long_is_no_reply_and_its_trial_is_owed_again(tmp_path, monkeypatch):
+    def answer(request):
+        long = len(request["messages"]) > 3
+        said = {"message": "This model's maximum context length is 9 tokens.", "code": "context_length_exceeded"}
+        return (400, {"error": said}) if long else truthful(request)
+
+    trials, _ = played(tmp_path, monkeypatch, answer, trials=1, p=[0])
+    assert (trials[0].error.boundary, len(trials[0].steps), trials[0].owed_again) == ("model", 2, True)
+    assert trials[0].error.message.startswith("the conversation is longer than the model can read: This model's max")
+    last = list(read_calls(tmp_path))[-1]
+    assert (last.reply, last.error, last.most) == (None, trials[0].error.message, None)
+
+
+def test_a_call_keeps_what_it_took_whether_it_failed_or_not(tmp_path, monkeypatch):
+    def answer(request):
+        asked.append(request)
+        return (200, b'{"choices": [') if len(asked) in (1, 2, 4, 5, 6) else truthful(request)
+
+    asked = []
+    played(tmp_path, monkeypatch, answer, trials=1, p=[0], max_steps=2)
+    good, failed = list(read_calls(tmp_path))
+    assert (good.retries, good.unanswered, good.usage.input_tokens) == (2, 2, 11)
+    assert (failed.reply, failed.retries, failed.unanswered) == (None, 2, 3)
+    assert failed.seconds > 0
+    assert good.most.input_tokens > 11
+    assert good.most.output_tokens == failed.most.output_tokens > 0
+
+
+def test_facts_say_the_host_and_whether_batches_were_used(monkeypatch):
+    monkeypatch.setenv("OPENAI_BASE_URL", "https://gateway.example/v1")
+    monkeypatch.setenv("OPENAI_API_KEY", "sk-private-0123456789")
+    plain, batched = (resolve("llm:openai/gpt-4o", Access(batch=batch)).make().facts for batch in (False, True))
+    assert plain["host"] == "gateway.example"
+    assert batched == plain | {"batch": True}
+    assert "batch" not in plain
+
+
+def test_another_model_under_the_same_name_is_refused_before_it_is_asked(tmp_path, monkeypatch):
+    played(tmp_path, monkeypatch, truthful, trials=1)
+    lines = (tmp_path / "trials.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "trials.jsonl").write_text(lines[0])  # one is owed again
+    for name in ("asked.jsonl", "calls.jsonl"):
+        (tmp_path / name).unlink()
+    monkeypatch.setattr(llm, "chat_fingerprint", lambda: "another prompt")
+    with pytest.raises(SettingsChanged, match="'chat another prompt' asked"):
+        played(tmp_path, monkeypatch, truthful, trials=1)
+    assert not (tmp_path / "asked.jsonl").exists()
+
+
+def bent(**changes):
+    """A server whose answers are not quite what they should be."""
+
+    def answer(request):
+        status, body = truthful(request)
+        return status, body | changes
+
+    return answer
+
+
+def test_counts_that_cannot_be_are_not_believed(tmp_path, monkeypatch):
+    usage = {"prompt_tokens": 5, "completion_tokens": 5, "total_tokens": 10}
+    impossible = usage | {"prompt_tokens_details": {"cached_tokens": 1_000_000}}
+    trials, _ = played(tmp_path, monkeypatch, bent(usage=impossible), trials=1, p=[0])
+    assert {step.decision.usage for step in trials[0].steps} == {Usage(calls=1)}
+    assert all(call.most is not None for call in read_calls(tmp_path))  # nobody knows what they cost
+
+
+def test_a_name_from_outside_is_kept_short_and_harmless(tmp_path, monkeypatch):
+    trials, _ = played(tmp_path, monkeypatch, bent(model="\x1b[31m\u202e" + "m" * 9999), trials=1, p=[0])
+    served = trials[0].steps[0].decision.served
+    assert served.startswith("?[31m?mmm")
+    assert len(served) == 200

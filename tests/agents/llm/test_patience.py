@@ -1,12 +1,13 @@
 """How often a provider is asked again: what passes, what is waited, what is said in the end."""
 
 import asyncio
+import socket
 from dataclasses import dataclass
 
 import pytest
 
 from lockprobe.agents.access import Access
-from lockprobe.errors import ModelFault
+from lockprobe.errors import BudgetReached, ModelFault
 
 patience = pytest.importorskip("lockprobe.agents.llm.patience")
 
@@ -50,7 +51,7 @@ def asked(monkeypatch, course, *, judged=None, **access):
 
 def test_what_passes_is_asked_again_and_counted(monkeypatch):
     came, pauses, made = asked(monkeypatch, [Refusal(500, "no"), Refusal(429, "no"), "yes"])
-    assert came == ("yes", 2)
+    assert came == ("yes", (2, 0))
     assert (len(pauses), made) == (2, 3)
 
 
@@ -93,7 +94,7 @@ def test_it_is_bounded(monkeypatch, retries):
 
 def test_a_request_that_hangs_is_asked_again(monkeypatch):
     came, _, made = asked(monkeypatch, [asyncio, "yes"], judged=Judged(retry=False), timeout=0.02)
-    assert (came, made) == (("yes", 1), 2)
+    assert (came, made) == (("yes", (1, 1)), 2)
     said, _, made = asked(monkeypatch, [asyncio], judged=Judged(retry=False), timeout=0.02, retries=1)
     assert (said, made) == ("no reply within 0.02 s (tried 2 times)", 2)
 
@@ -101,7 +102,7 @@ def test_a_request_that_hangs_is_asked_again(monkeypatch):
 def test_a_body_that_cannot_be_read_is_asked_again(monkeypatch):
     torn = ValueError("Expecting value: line 1 column 1")
     came, _, _ = asked(monkeypatch, [torn, "yes"], judged=Judged(retry=False))
-    assert came == ("yes", 1)
+    assert came == ("yes", (1, 1))
     said, _, _ = asked(monkeypatch, [torn], judged=Judged(retry=False), retries=0)
     assert said == "a reply that cannot be read (ValueError: Expecting value: line 1 column 1)"
 
@@ -126,4 +127,96 @@ def test_a_batch_is_not_held_to_the_timeout(monkeypatch):
         return "yes"
 
     access = Access(timeout=0.01, batch=True)
-    assert asyncio.run(patience.patiently(slow, lambda error: Judged(), access)) == ("yes", 0)
+    assert asyncio.run(patience.patiently(slow, lambda error: Judged(), access)) == ("yes", (0, 0))
+
+
+class ConnectError(Exception):
+    """Of a library that did not reach anybody."""
+
+
+class TransportError(Exception):
+    """Of a library whose connection failed at some time."""
+
+
+class RemoteProtocolError(TransportError):
+    """The same, derived."""
+
+
+def behind(error, cause):
+    error.__cause__ = cause
+    return error
+
+
+DROPPED = behind(RuntimeError("Connection error."), RemoteProtocolError("Server disconnected without a response."))
+
+
+@pytest.mark.parametrize(
+    ("failure", "charged"),
+    [
+        (asyncio, 1),
+        (ValueError("Expecting value"), 1),
+        (DROPPED, 1),
+        (ConnectionResetError(104, "Connection reset by peer"), 1),
+        (Refusal(504, "gateway timeout"), 1),
+        (Refusal(500, "no"), 0),
+        (Refusal(429, "no"), 0),
+        (ConnectionRefusedError(111, "Connection refused"), 0),
+        (behind(RuntimeError("Connection error."), socket.gaierror(-2, "Name or service not known")), 0),
+        (behind(RuntimeError("Connection error."), ConnectError("All connection attempts failed")), 0),
+        (patience.Declined("no credit left"), 0),
+    ],
+)
+def test_attempts_that_may_have_been_charged_are_counted_whether_an_answer_comes_or_not(monkeypatch, failure, charged):
+    came, _, _ = asked(monkeypatch, [failure, failure, "yes"], timeout=0.02)
+    assert came == ("yes", (2, 2 * charged))
+
+    async def attempt():
+        if failure is asyncio:
+            await asyncio.Event().wait()
+        raise failure
+
+    with pytest.raises(ModelFault) as fault:
+        asyncio.run(patience.patiently(attempt, lambda error: Judged(), Access(retries=2, timeout=0.02, pause=0)))
+    assert (fault.value.retries, fault.value.unanswered) == (2, 3 * charged)
+
+
+def test_a_connection_that_drops_is_said_as_one(monkeypatch):
+    said, _, _ = asked(monkeypatch, [DROPPED], retries=0)
+    assert said == "no connection to the provider: Server disconnected without a response."
+
+
+def test_an_error_in_place_of_a_reply_is_said_in_the_providers_words(monkeypatch):
+    said, _, _ = asked(monkeypatch, [patience.Declined("still\n loading")], retries=0)
+    assert said == "the provider answered with an error: still loading"
+    said, _, _ = asked(monkeypatch, [patience.Declined("no credit left", 402)], retries=0)
+    assert said == "the provider answered 402: no credit left"
+    passing = [code for code in (None, 400, 401, 402, 404, 408, 429, 500, 503) if patience.Declined("x", code).passes]
+    assert passing == [None, 408, 429, 500, 503]
+
+
+def test_whoever_keeps_the_money_is_asked_before_it_may_cost_once_more_and_can_end_it():
+    told, fates = [], [Refusal(500, "no"), ValueError("torn"), Refusal(500, "no"), TimeoutError(), "yes"]
+
+    async def attempt():
+        fate = fates[len(made)]
+        made.append(fate)
+        if isinstance(fate, Exception):
+            raise fate
+        return fate
+
+    async def again(unanswered):
+        told.append((len(made), unanswered))
+
+    async def no_more(unanswered):
+        raise BudgetReached(1.0, 1.0, 0.5)
+
+    def patiently(hook):
+        return asyncio.run(patience.patiently(attempt, lambda error: Judged(), Access(pause=0), hook))
+
+    made = []
+    assert patiently(again) == ("yes", (4, 2))
+    assert told == [(2, 1), (4, 2)]
+    made = []
+    with pytest.raises(BudgetReached):
+        patiently(no_more)
+    assert len(made) == 2

@@ -6,12 +6,13 @@ import subprocess
 import sys
 
 import pytest
+from prefixes import repeated_prefix
 
 from lockprobe.agents import weights
 from lockprobe.agents.access import Access
 from lockprobe.agents.llm.knowledge import ModelFacts
 from lockprobe.agents.llm.settings import Settings
-from lockprobe.agents.llm.size import at_most, repeated_prefix, tokens
+from lockprobe.agents.llm.size import at_most, tokens
 from lockprobe.agents.prompt import conversation, parse_reply
 from lockprobe.call import Usage
 from lockprobe.record import Percept, Situation, Task, Turn

@@ -1,13 +1,17 @@
 """How large a request is: never larger than was said, and how much of it repeats the one before."""
 
 import itertools
+import math
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.knowledge import ModelFacts
 from lockprobe.agents.llm.settings import Settings
-from lockprobe.agents.llm.size import MOST_OUTPUT, MOST_PER_PICTURE, at_most, repeated_prefix, tokens
+from lockprobe.agents.llm.size import MOST_OUTPUT, MOST_PER_PICTURE, at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, example, repair, reply_schema
 from lockprobe.errors import ReplyFault
 from lockprobe.pictures.picture import Picture
@@ -62,6 +66,43 @@ def test_pictures_count():
     blind = at_most([ASKED], Settings(), KNOWN).input_tokens
     assert at_most([seen], Settings(), KNOWN).input_tokens == blind + 2 * MOST_PER_PICTURE
     assert at_most([seen], Settings(), replace(KNOWN, picture_tokens=765)).input_tokens == blind + 2 * 765
+
+
+def png(width, height):
+    """As much of a file as says how large a picture is."""
+    return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + width.to_bytes(4, "big") + height.to_bytes(4, "big") + b"and so on"
+
+
+def picture_tokens(width, height, **facts):
+    seen = replace(ASKED, pictures=(Picture(kind="rgb", png=png(width, height)),))
+    facts = replace(KNOWN, **facts)
+    return at_most([seen], Settings(), facts).input_tokens - at_most([ASKED], Settings(), facts).input_tokens
+
+
+def tiled(width, height):
+    """OpenAI's rule for gpt-4o: into 2048 by 2048, the shorter side to 768, 85 and 170 for every square of 512."""
+    scale = min(1, 2048 / max(width, height))
+    scale = min(scale, 768 / min(width, height))
+    return 85 + 170 * math.ceil(scale * width / 512) * math.ceil(scale * height / 512)
+
+
+def by_area(width, height):
+    """Anthropic's rule without its scaling, and OpenAI's of patches without its bound."""
+    return max(width * height / 750, math.ceil(width / 32) * math.ceil(height / 32))
+
+
+@pytest.mark.parametrize("rule", [tiled, by_area])
+@given(width=st.integers(64, 4096), height=st.integers(64, 4096))
+def test_a_large_picture_counts_for_what_providers_take_at_most(rule, width, height):
+    most = math.ceil(max(rule(side, 1024) for side in range(64, 1025, 64)))
+    assert rule(width, height) <= picture_tokens(width, height, picture_tokens=most)
+
+
+def test_every_block_of_a_picture_counts():
+    assert picture_tokens(1024, 1024) == picture_tokens(64, 64) == MOST_PER_PICTURE
+    assert picture_tokens(1025, 1024) == 2 * MOST_PER_PICTURE
+    assert picture_tokens(4096, 4096) == 16 * MOST_PER_PICTURE
+    assert picture_tokens(0, 0) == MOST_PER_PICTURE
 
 
 def test_text_that_is_no_unicode_counts_too():

@@ -68,8 +68,8 @@ def test_exchange_of_agents_rarely_tells_equal_agents_apart_that_share_their_luc
 
 
 def test_pairs_of_one_kind_are_corrected_together():
-    strong = compared(trials("llm:a", (0, 0)), trials("llm:b", (12, 12)))
-    weak = compared(trials("llm:a", (3, 3)), trials("llm:b", (9, 9)))
+    strong = compared(trials("llm:a", (0, 1)), trials("llm:b", (12, 12)))
+    weak = compared(trials("llm:a", (3, 4)), trials("llm:b", (9, 9)))
     beside = compared(trials("llm:a", (3, 3)), trials("llm:b", (9, 9)), "reference")
     first, second, third = corrected([strong, weak, beside])
     assert first.success_adjusted == pytest.approx(2 * strong.success.p_value)
@@ -78,6 +78,31 @@ def test_pairs_of_one_kind_are_corrected_together():
     assert second.at[0].p_adjusted == pytest.approx(min(1.0, 2 * weak.at[0].success.p_value))
     assert third.interaction is None
     assert second.interaction.p_adjusted >= weak.interaction.p_value
+
+
+def test_two_that_play_alike_at_every_p_are_looked_at_once():
+    alike = compared(trials("llm:a", (3, 3)), trials("llm:b", (9, 9)))
+    apart = compared(trials("llm:a", (3, 3)), trials("llm:b", (9, 8)))
+    assert (alike.copies, apart.copies) == (True, False)
+    assert [at.p_adjusted for at in corrected([alike])[0].at] == [alike.at[0].success.p_value] * 2
+    assert corrected([apart])[0].at[0].p_adjusted == pytest.approx(2 * apart.at[0].success.p_value)
+    assert not compared(trials("llm:a", (3,), p=(0.0,)), trials("llm:b", (9,), p=(0.0,))).copies
+
+
+def test_equally_good_agents_that_play_differently_are_not_told_apart_by_the_test_alone():
+    """The first fails at the lowest p alone, in six blocks of ten, the second not here: the test is below 0.05."""
+    p = tuple(i / 10 for i in range(7))
+    found, *_ = corrected([compared(trials("llm:a", (4, *[10] * 6), 10, p), trials("llm:b", (10,) * 7, 10, p))])
+    assert found.success_adjusted < 0.05
+    assert found.steps_adjusted < 0.05
+    assert found.success.low < 0 < found.success.high
+    assert (found.verdict, found.steps_verdict) == (0, 0)
+
+
+def test_the_verdict_on_steps_has_the_sign_of_the_difference():
+    found, *_ = corrected([compared(trials("llm:a", (3, 3)), trials("llm:b", (12, 12)))])
+    turned, *_ = corrected([compared(trials("llm:b", (12, 12)), trials("llm:a", (3, 3)))])
+    assert (found.steps_verdict, turned.steps_verdict) == (-1, 1)
 
 
 def test_the_verdict_is_of_the_corrected_test():

@@ -69,6 +69,21 @@ def test_agents_that_never_differ_are_still_not_surely_equal():
     assert block_mean(np.ones((1, 7)), unit=1.0).low is None
 
 
+def test_blocks_that_all_differ_alike_have_an_interval_where_the_most_that_a_trial_differs_by_is_known():
+    """Ten blocks one step faster may hide one in which the agent fails; sixteen steps faster they cannot."""
+    assert block_mean(np.full((10, 7), -1.0)).low is None
+    assert not block_mean(np.full((10, 7), -1.0)).clear
+    assert not block_mean(np.full((10, 7), -1.0), unit=19.0).clear
+    assert block_mean(np.full((10, 7), -16.0), unit=19.0).clear
+
+
+def test_only_an_interval_beside_0_is_clear():
+    up = np.repeat([1.0, 0.0], [9, 3])[:, None]
+    assert block_mean(up, unit=1.0).clear
+    assert block_mean(-up, unit=1.0).clear
+    assert not block_mean(np.repeat([1.0, -1.0], [7, 5])[:, None], unit=1.0).clear
+
+
 def test_sheets_have_equal_rows_and_columns():
     trials = play_study(small_study(["random", "human-inspired"]))
     groups = [outcomes([trial for trial in trials if trial.agent == name]) for name in ("random", "human-inspired")]

@@ -53,6 +53,31 @@ def test_looking_at_every_p_is_paid_for():
     assert alone.at[0].change == farthest.change
 
 
+def test_seven_p_of_noise_are_rarely_taken_for_an_effect_at_one_of_them():
+    """Uncorrected, about a quarter of studies would reject; so few, or fewer, come of 5 % in 999 of 1000 cases."""
+    p = tuple(i / 10 for i in range(7))
+    rejected = 0
+    for seed in range(200):
+        one, two = (sheet((0.5,) * 7, 30, [seed, i]) for i in (1, 2))
+        rejected += interaction(p, one, two, np.random.default_rng([seed, 3]), flips=400).p_value < 0.05
+    assert rejected <= 20
+
+
+def test_the_clearest_change_is_that_of_the_test_and_not_the_largest():
+    """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
+    found = interaction((0.0, 0.2, 0.4), *opposed(), np.random.default_rng(1))
+    assert [at.change.value for at in found.at] == [9 / 40, -10 / 40]
+    assert found.p_value == found.at[0].p_adjusted < 0.05 < found.at[1].p_adjusted
+    assert found.clearest == found.at[0]
+
+
+def opposed():
+    """Two agents: what the second solves more than the first in blocks of luck, at three p."""
+    apart = np.repeat([[1, 1, -1], [-1, -1, 1], [0, 1, 0], [0, 0, 0]], [12, 7, 9, 12], axis=0)
+    first, second = (apart < 0).astype(float), (apart > 0).astype(float)
+    return tuple(Sheet(solved=solved, steps=20.0 - 10 * solved) for solved in (first, second))
+
+
 def test_a_block_without_the_lowest_p_is_dropped():
     first, second = sheet((0.5,) * 3, 12, 1), sheet((0.5,) * 3, 12, 2)
     first.solved[:4, 0] = np.nan

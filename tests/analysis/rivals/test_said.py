@@ -50,6 +50,42 @@ def test_noise_that_helps_one_is_said_with_its_direction():
     assert "llm:b rises less, or falls more, than that of llm:a (\N{MINUS SIGN}85 points" in other
 
 
+def test_noise_is_said_to_act_where_the_test_sees_it():
+    """At 0.2 nine of forty blocks change for the better; at 0.4 the change is larger, for the worse, and not sure."""
+    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
+    made = [
+        make_trial(SOLUTION if sign * ahead > 0 else (0,) * 20, agent=agent, p=p, trial=i + 1)
+        for agent, sign in (("llm:a", 1), ("llm:b", -1))
+        for i, signs in enumerate(apart)
+        for p, ahead in zip((0.0, 0.2, 0.4), signs, strict=True)
+    ]
+    summary = summarise(made)
+    noise = comparison_said(summary.comparisons[0], summary)[1]
+    assert noise.startswith(
+        "False reports do not do the same to both: from p = 0 to 0.2 the success of llm:a rises more, or falls less, "
+        "than that of llm:b (+22 points"
+    )
+
+
+def test_agents_are_ranked_among_those_that_saw_the_box_alike():
+    solved = {"rgb": {"llm:a": 19, "llm:b": 1}, "symbolic": {"llm:a": 9, "llm:b": 9}}
+    made = [
+        make_trial(SOLUTION if i < n else (0,) * 20, agent=agent, p=p, trial=i + 1, modality=modality)
+        for modality, agents in solved.items()
+        for agent, n in agents.items()
+        for p in (0.0, 0.4)
+        for i in range(20)
+    ]
+    ranking = ranking_said(summarise(made))
+    first, second = ranking.split("Solved over all p, ")[1:]
+    assert first.startswith("box shown as rgb: ")
+    assert "95 % (rank 1)" in first
+    assert first.strip().endswith("; they can be told apart on the same boxes with the same false reports.")
+    assert second.startswith("box shown as symbolic: ")
+    assert second.count("(rank 1 to 2)") == 2
+    assert "they cannot be told apart" in second
+
+
 def test_several_pairs_are_corrected_and_counted():
     ranking, (success, *_) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)), ("llm:c", (2, 2)))
     assert "; 2 of 3 pairs can be told apart on" in ranking

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
+from datetime import date
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, ValidationError
 
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile, printable
@@ -35,8 +36,13 @@ Sampling = Literal["free", "no effort", "effort none", "fixed"]
 Effort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 """How much a model is asked to reason, as Inspect AI names it."""
 
-_Dollars = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
-_Count = Annotated[int, Field(ge=1, le=10**9)]
+_Dollars = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False, strict=True)]
+_Count = Annotated[int, Field(ge=1, le=10**9, strict=True)]
+
+
+def _a_day(given: object) -> str:
+    """A day in words, or as TOML has it."""
+    return (given if isinstance(given, date) else date.fromisoformat(str(given))).isoformat()[:10]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +64,8 @@ class Price:
     output: _Dollars
     stored: _Dollars | None = None
     batch: Annotated[float, Field(gt=0, le=1)] | None = None
-    date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
-    source: Annotated[str, Field(min_length=1, max_length=300)]
+    date: Annotated[str, BeforeValidator(_a_day)]
+    source: Annotated[str, Field(min_length=1, max_length=300), AfterValidator(printable)]
 
     def of(self, usage: Usage, *, batch: bool = False) -> float:
         """What calls cost, in US dollars.
@@ -69,7 +75,7 @@ class Price:
             batch: Whether they went through the batch interface.
         """
         stored = self.input if self.stored is None else self.stored
-        fresh = usage.input_tokens - usage.cached_tokens - usage.stored_tokens
+        fresh = max(0, usage.input_tokens - usage.cached_tokens - usage.stored_tokens)
         dollars = fresh * self.input + usage.cached_tokens * self.cached + usage.stored_tokens * stored
         return (dollars + usage.output_tokens * self.output) * ((self.batch or 1.0) if batch else 1.0) / 1e6
 
@@ -79,7 +85,7 @@ class ModelFacts:
     """What is known of a model. The defaults are safe for one of which nothing is known.
 
     Attributes:
-        known: Whether a pattern fits its name.
+        known: Whether more is known of it than what it costs.
         sampling: When it takes a temperature and top-p.
         efforts: Reasoning efforts that it takes, empty where it takes none.
         reasons: Whether it writes tokens that nobody sees before it replies, without being asked to.
@@ -100,7 +106,7 @@ class ModelFacts:
     schema: Schema = "strict"
     context: _Count | None = None
     most_output: _Count | None = None
-    images: bool | None = None
+    images: Annotated[bool, Field(strict=True)] | None = None
     largest_image: _Count | None = None
     picture_tokens: _Count | None = None
     price: Price | None = None
@@ -118,9 +124,12 @@ class Entry(NamedTuple):
     says: dict[str, Any]
 
 
-_Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*]*(\*[^*]+){0,4}\*?$")]
+_Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*?\[\]]*(\*[^*?\[\]]+){0,4}\*?$")]
 _patterns: TypeAdapter[tuple[str, ...]] = TypeAdapter(Annotated[tuple[_Pattern, ...], Field(min_length=1)])
 _facts: TypeAdapter[ModelFacts] = TypeAdapter(ModelFacts)
+_NOT_ASKED = {"price", "picture_tokens"}
+"""What changes nothing of what a model is asked: who writes down a price goes on with the same study."""
+
 _SETTABLE = [field.name for field in fields(ModelFacts) if field.name != "known"]
 
 
@@ -139,7 +148,7 @@ def facts_of(name: str) -> ModelFacts:
     for path in files:
         for entry in _read(path):
             if any(fnmatchcase(name, pattern) for pattern in entry.match):
-                said |= entry.says | {"known": True}
+                said |= entry.says | ({} if entry.says.keys() <= _NOT_ASKED else {"known": True})
                 break
     return ModelFacts(**said)
 

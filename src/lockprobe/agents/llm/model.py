@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
 
 from lockprobe.agents.access import Access
-from lockprobe.agents.llm.knowledge import facts_of
+from lockprobe.agents.llm.knowledge import ModelFacts, facts_of
 from lockprobe.agents.llm.line import RUNTIME, Answer, Line
+from lockprobe.agents.llm.opening import host_of
 from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.llm.size import at_most
 from lockprobe.agents.prompt import (
@@ -34,7 +36,7 @@ from lockprobe.seams import CallBook
 
 __all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
 
-_KEPT = ("stop", "served", "usage", "seconds", "retries")
+_KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
 """What a call keeps of an answer beside its text, under the same names."""
 
 Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Answer]]
@@ -58,14 +60,23 @@ def check(spec: str, access: Access | None = None) -> None:
     Line(name, settings, access or Access())
 
 
-def model_facts(name: str, settings: Settings) -> dict[str, Fact]:
-    """Model name, library, prompt and settings, for the record."""
+def model_facts(name: str, settings: Settings, *, batch: bool = False) -> dict[str, Fact]:
+    """Model name, library, prompt and settings, for the record; the host, where it is not the provider's own.
+
+    Args:
+        name: The model.
+        settings: How it is asked.
+        batch: Whether through the provider's batch interface; money depends on it.
+    """
+    host = host_of(name)
     return {
         "model": name,
         "runtime": RUNTIME,
         "prompt": f"chat {chat_fingerprint()}",
         "picture_prompt": f"chat {picture_fingerprint()}",
         **settings.sent(facts_of(name)),
+        **({} if host is None else {"host": host}),
+        **({"batch": True} if batch else {}),
     }
 
 
@@ -80,13 +91,11 @@ class HostedModel:
     def __init__(self, spec: str, access: Access | None = None) -> None:
         self._name, self._settings = read_settings(spec)
         self._line = Line(self._name, self._settings, access or Access())
-        self._facts = model_facts(self._name, self._settings)
-        if (host := self._line.host) is not None:
-            self._facts["host"] = host
+        self._facts = model_facts(self._name, self._settings, batch=self._line.batch) | self._line.filled_in
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Model name, library, prompt and settings; the host, where it is not the provider's own."""
+        """As :func:`model_facts` has them."""
         return self._facts
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
@@ -123,22 +132,33 @@ class _InOneTrial:
         step = len(situation.past) + 1
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
-            request = _fingerprint(messages, schema, self._settings)
+            request = _fingerprint(messages, schema, self._settings, self._facts)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 came = {name: getattr(known, name) for name in _KEPT}
                 return Answer(text=known.reply, **came)
             async with self._line.slots:
-                await self._book.reserve(at_most(messages, self._settings, self._facts))
-                return await made(turn, request, messages, schema)
+                await self._book.reserve(worst := at_most(messages, self._settings, self._facts))
+                place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
+                return await made(place, worst, messages, schema)
 
-        async def made(turn: int, request: str, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
-            place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
-            call = replace(place, error=BROKEN_OFF)
+        async def made(place: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+            call, began = replace(place, error=BROKEN_OFF), time.perf_counter()
+
+            async def again(unanswered: int) -> None:
+                await self._book.reserve(worst, unanswered)
+
             try:
-                answer = await self._line.ask(messages, schema)
+                answer = await self._line.ask(messages, schema, again)
                 call = replace(call, error="", reply=answer.text, **{name: getattr(answer, name) for name in _KEPT})
             except ModelFault as fault:
-                call = replace(call, error=str(fault))
+                call = replace(
+                    call,
+                    error=str(fault),
+                    usage=Usage(**fault.usage),
+                    seconds=time.perf_counter() - began,
+                    retries=fault.retries,
+                    unanswered=fault.unanswered,
+                )
                 raise
             finally:
                 self._book.write(call)
@@ -147,10 +167,11 @@ class _InOneTrial:
         return await decided(situation, self._settings, ask)
 
 
-def _fingerprint(messages: Sequence[Message], schema: dict[str, object], settings: Settings) -> str:
+def _fingerprint(messages: Sequence[Message], schema: dict[str, object], settings: Settings, facts: ModelFacts) -> str:
     """Sixteen hexadecimal digits that change with anything that is sent."""
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
-    text = json.dumps([said, schema, asdict(settings)], sort_keys=True)
+    asked = [settings.parameters(facts), settings.form(facts), settings.detail]
+    text = json.dumps([said, schema, asked], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -178,10 +199,18 @@ async def decided(situation: Situation, settings: Settings, ask: Ask) -> Decisio
             return replace(decision, replies=tuple(replies), usage=usage, served=answer.served)
         except ReplyFault as fault:
             if len(replies) > settings.repairs:
-                why = f"no usable reply in {len(replies)} turns: {fault}"
+                why = f"no usable reply in {len(replies)} turns: {fault}{_cut_off(answer)}"
                 raise ReplyFault(why, tuple(replies), asdict(usage)) from None
             messages = [
                 *messages,
                 Message(role="assistant", text=answer.text or "(empty)"),
                 Message(role="user", text=repair(fault, situation)),
             ]
+
+
+def _cut_off(answer: Answer) -> str:
+    """What else is wrong with a malformed reply that was not written to its end."""
+    if answer.stop != "max_tokens":
+        return ""
+    after = f" after {answer.usage.output_tokens} tokens" if answer.usage.output_tokens else ""
+    return f" (the reply was cut off{after}: a larger max_tokens leaves it more room)"

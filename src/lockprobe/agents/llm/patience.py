@@ -4,20 +4,34 @@ Which failures pass is for the provider's classification in Inspect AI to say: s
 drop and so on. Two kinds are added: no reply in time, and a reply whose body breaks off or is no JSON. Waits double
 from :attr:`lockprobe.agents.access.Access.pause`, for rate limits from twice that, up to a minute; what a provider asks
 for goes first. As settings come, one that is down is given up on after about half a minute.
+
+A provider may charge for what never came back: attempts that were cut off, dropped or not to be read are counted, and
+whoever keeps the money is asked before such a request is made again.
 """
 
 from __future__ import annotations
 
 import asyncio
+import socket
 from collections.abc import Awaitable, Callable, Iterator
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
 
 from lockprobe.agents.access import Access
-from lockprobe.errors import ModelFault, without_secrets
+from lockprobe.errors import LockprobeError, ModelFault, without_secrets
 
-__all__ = ["LONGEST_BATCH", "LONGEST_OBEYED", "LONGEST_PAUSE", "Judgement", "patiently", "pausing"]
+__all__ = [
+    "LONGEST_BATCH",
+    "LONGEST_OBEYED",
+    "LONGEST_PAUSE",
+    "Again",
+    "Declined",
+    "Judgement",
+    "Tries",
+    "patiently",
+    "pausing",
+]
 
 LONGEST_PAUSE = 60.0
 """Seconds waited at most where the provider asks for no more."""
@@ -34,7 +48,43 @@ _LONGEST_SAID = 400
 _UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
 """What libraries raise over a body that is not what it should be."""
 
+_NOT_SENT = {"ConnectError", "ConnectTimeout", "PoolTimeout", "ClientConnectorError"}
+"""Names of what libraries raise where a request did not even reach its provider."""
+
+_CONNECTION = {"TransportError", "APIConnectionError", "ClientConnectionError", *_NOT_SENT}
+"""Names of what they raise where a connection failed, then or later, or of what that is derived from."""
+
+_GAVE_UP_WAITING = (504, 524)
+"""Statuses by which a gateway says that it got no answer from the machine behind it, which may have worked on."""
+
 _T = TypeVar("_T")
+
+Again = Callable[[int], Awaitable[None]]
+"""Called before a request is made again, with how many of its attempts may have been charged for, if that has grown."""
+
+
+class Tries(NamedTuple):
+    """How often a request was made again, and for how many attempts its provider may charge that came to nothing."""
+
+    retries: int = 0
+    unanswered: int = 0
+
+
+class Declined(Exception):
+    """A provider's error in a body that should have been its reply.
+
+    Attributes:
+        status_code: The status that the body names, which can say whether it passes; None where it names none.
+    """
+
+    def __init__(self, words: str, status_code: int | None = None) -> None:
+        super().__init__(words)
+        self.status_code = status_code
+
+    @property
+    def passes(self) -> bool:
+        """Whether it is worth asking again."""
+        return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
 
 
 async def pausing(seconds: float) -> None:
@@ -62,14 +112,18 @@ class Judgement(Protocol):
 
 
 async def patiently(
-    attempt: Callable[[], Awaitable[_T]], judge: Callable[[Exception], Judgement], access: Access
-) -> tuple[_T, int]:
+    attempt: Callable[[], Awaitable[_T]],
+    judge: Callable[[Exception], Judgement],
+    access: Access,
+    again: Again | None = None,
+) -> tuple[_T, Tries]:
     """Make a request until there is an answer, or it is enough.
 
     Args:
         attempt: Makes it once.
         judge: What its provider makes of a failure.
         access: How long an attempt may take, how often it is made again, and after which pause.
+        again: Asked before it is made again where that may cost once more; what it raises ends the request.
 
     Returns:
         The answer, and how often the request was made again.
@@ -78,8 +132,12 @@ async def patiently(
         ModelFault: If there is none; says what came last and how often it was tried.
     """
     patience = _Patience(judge, access)
+    known = 0
 
     async def timed() -> _T:
+        nonlocal known
+        if again is not None and patience.unanswered > known:
+            await again(known := patience.unanswered)
         async with asyncio.timeout(LONGEST_BATCH if access.batch else access.timeout):
             return await attempt()
 
@@ -91,7 +149,7 @@ async def patiently(
         sleep=pausing,
     )
     answer: _T = await retrying(timed)
-    return answer, patience.tries - 1
+    return answer, Tries(patience.tries - 1, patience.unanswered)
 
 
 class _Patience:
@@ -100,18 +158,19 @@ class _Patience:
     def __init__(self, judge: Callable[[Exception], Judgement], access: Access) -> None:
         self._judge, self._access = judge, access
         self._judgement: Judgement | None = None
-        self.tries = 0
+        self.tries = self.unanswered = 0
 
     def again(self, state: RetryCallState) -> bool:
         self.tries = state.attempt_number
         error = state.outcome.exception() if state.outcome is not None else None
-        if not isinstance(error, Exception):  # an answer, or the run is being ended
-            return False
+        if not isinstance(error, Exception) or isinstance(error, LockprobeError):
+            return False  # an answer, or the run is being ended
         self._judgement = judged = self._judge(error)
+        self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
         if (asked := judged.retry_after or 0.0) > LONGEST_OBEYED:
-            raise ModelFault(f"{_said(error, self._access)}; it asks to be left alone for {asked:.0f} s") from error
+            raise self._fault(error, f"; it asks to be left alone for {asked:.0f} s") from error
         if not judged.retry and not isinstance(error, (TimeoutError, *_UNREADABLE)):
-            raise ModelFault(_said(error, self._access) + self._tried) from error
+            raise self._fault(error, self._tried) from error
         return True
 
     def wait(self, state: RetryCallState) -> float:
@@ -125,7 +184,11 @@ class _Patience:
     def give_up(self, state: RetryCallState) -> None:
         error = state.outcome.exception() if state.outcome is not None else None
         assert isinstance(error, Exception)
-        raise ModelFault(_said(error, self._access) + self._tried) from error
+        raise self._fault(error, self._tried) from error
+
+    def _fault(self, error: Exception, more: str) -> ModelFault:
+        said = _said(error, self._access) + more
+        return ModelFault(said, retries=self.tries - 1, unanswered=self.unanswered)
 
     @property
     def _tried(self) -> str:
@@ -136,14 +199,36 @@ def _said(error: Exception, access: Access) -> str:
     """What came instead of an answer, in one line. Requests stand in no provider's errors, and in none of this."""
     if isinstance(error, TimeoutError):
         return f"no reply within {LONGEST_BATCH if access.batch else access.timeout:g} s"
-    if (status := getattr(error, "status_code", None)) is not None:
+    if (status := _status(error)) is not None:
         return f"the provider answered {status}: {_words(error)}"
+    if isinstance(error, Declined):
+        return f"the provider answered with an error: {_words(error)}"
     chain = list(_chain(error))
-    if any(isinstance(link, OSError) or type(link).__name__ == "ConnectError" for link in chain):
+    if any(isinstance(link, OSError) or not _CONNECTION.isdisjoint(_kinds(link)) for link in chain):
         return f"no connection to the provider: {_words(chain[-1])}"
     if isinstance(error, _UNREADABLE):
         return f"a reply that cannot be read ({type(error).__name__}: {_words(error)})"
     return f"{type(error).__name__}: {_words(chain[-1])}"
+
+
+def _status(error: Exception) -> int | None:
+    """The status that a provider answered with; libraries keep it under one of two names."""
+    for name in ("status_code", "code"):
+        if isinstance(status := getattr(error, name, None), int):
+            return status
+    return None
+
+
+def _may_be_charged(error: Exception) -> bool:
+    """Whether a model may have worked on a request that failed so: it arrived, and nobody said what became of it."""
+    if isinstance(error, Declined) or (status := _status(error)) is not None:
+        return not isinstance(error, Declined) and status in _GAVE_UP_WAITING
+    refused = (ConnectionRefusedError, socket.gaierror)
+    return not any(isinstance(link, refused) or not _NOT_SENT.isdisjoint(_kinds(link)) for link in _chain(error))
+
+
+def _kinds(error: BaseException) -> Iterator[str]:
+    return (kind.__name__ for kind in type(error).__mro__)
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:

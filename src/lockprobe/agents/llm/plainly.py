@@ -5,11 +5,16 @@ have, looking for names to translate and files to encode. What Inspect AI hands 
 and the search costs more processor time than all the rest of a request, more with every step of a trial (figures in
 ``benchmarks/README.md``). So it is told to send what it is given, by the method that its README has for requests that
 it does not know. All providers that Inspect AI reaches through this client gain; others are left alone.
+
+Some servers send an error where the reply should be, with status 200; the client takes that for a reply without
+anything in it. It is raised here, while the server's words are still there.
 """
 
 from __future__ import annotations
 
 from typing import Any
+
+from lockprobe.agents.llm.patience import Declined
 
 try:
     from openai import AsyncOpenAI, NotGiven, Omit
@@ -40,13 +45,35 @@ def _posting(client: AsyncOpenAI, path: str, answer: type, usual: AsyncCompletio
     created = usual.create
 
     async def create(**request: Any) -> Any:
-        if request.get("stream") or not _KNOWN.isdisjoint(request):
+        if request.get("stream"):
             return await created(**request)
+        if not _KNOWN.isdisjoint(request):
+            return _accepted(await created(**request))
         headers = request.pop("extra_headers", None)
         body = {name: value for name, value in request.items() if not isinstance(value, NotGiven | Omit)}
-        return await client.post(path, cast_to=answer, body=body, options={"headers": headers or {}})
+        return _accepted(await client.post(path, cast_to=answer, body=body, options={"headers": headers or {}}))
 
     return create
+
+
+def _accepted(came: Any) -> Any:
+    """What came, unless it is an error in place of a reply.
+
+    Raises:
+        Declined: If it is.
+    """
+    if getattr(came, "choices", None) or getattr(came, "output", None):
+        return came
+    error = next((said for name in ("error", "detail", "message") if (said := getattr(came, name, None))), None)
+    if error is None:
+        return came
+    parts = error if isinstance(error, dict) else getattr(error, "__dict__", {"code": getattr(came, "code", None)})
+    code = str(parts.get("code"))
+    raise Declined(str(parts.get("message") or error), int(code) if code in _FAILURES else None)
+
+
+_FAILURES = frozenset(map(str, range(400, 600)))
+"""Codes that are statuses; some servers write them as text, and most codes are words."""
 
 
 _KNOWN = {"extra_body", "extra_query", "timeout"}

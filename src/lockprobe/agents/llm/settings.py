@@ -164,6 +164,8 @@ def read_settings(spec: str) -> tuple[str, Settings]:
         BadFile: If one's own file of facts cannot be used.
     """
     name, options = read_options(spec)
+    if len(parts := name.split("/")) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
+        raise BadValue("language model", name, "PROVIDER/MODEL as Inspect AI names it, for example openai/gpt-4o")
     settings = with_options(Settings, f"llm:{name}", options)
     settings.check(f"llm:{name}", facts_of(name))
     return name, settings

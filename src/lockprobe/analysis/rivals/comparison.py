@@ -53,6 +53,7 @@ class Comparison:
         steps: Difference in mean steps, an unsolved trial counted with its whole budget.
         steps_adjusted: Its p-value corrected in the same way.
         at: The same by p, ascending.
+        copies: Whether both play every block alike at every p, so that all of ``at`` is the same.
         alone: Trials that only one of the two finished; they are in no number here.
         interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
     """
@@ -67,14 +68,27 @@ class Comparison:
     at: tuple[ComparisonAt, ...]
     alone: int
     interaction: Interaction | None
+    copies: bool = False
     success_adjusted: float | None = None
     steps_adjusted: float | None = None
 
     @property
     def verdict(self) -> int:
-        """1 if the second solves the box more often, -1 if less often, 0 if that cannot be told."""
-        told = self.success_adjusted is not None and self.success_adjusted < ALPHA
-        return int(np.sign(self.success.value)) if told else 0
+        """1 if the second solves the box more often, -1 if less often, 0 if that cannot be told.
+
+        It is told if the corrected test rejects that the two play exchangeably, and the interval leaves out 0: two that
+        solve the box equally often may play differently, and the test sees that.
+        """
+        return _told(self.success, self.success_adjusted)
+
+    @property
+    def steps_verdict(self) -> int:
+        """-1 if the second needs fewer steps, 1 if more, 0 if that cannot be told; told as the verdict is."""
+        return _told(self.steps, self.steps_adjusted)
+
+
+def _told(found: BlockMean, adjusted: float | None) -> int:
+    return int(np.sign(found.value)) if found.clear and adjusted is not None and adjusted < ALPHA else 0
 
 
 def compare(
@@ -99,6 +113,7 @@ def compare(
     if not both.any():
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
+    most = _most_steps(laid)
     return Comparison(
         first=names[0],
         second=names[1],
@@ -106,27 +121,44 @@ def compare(
         first_share=float(first.solved[both].mean()),
         second_share=float(second.solved[both].mean()),
         success=block_mean(solved, unit=1.0),
-        steps=block_mean(steps),
+        steps=block_mean(steps, unit=most),
         at=tuple(
             ComparisonAt(
                 p=p,
                 success=paired(first.solved[both[:, i], i] > 0, second.solved[both[:, i], i] > 0),
-                steps=block_mean(steps[:, [i]]),
+                steps=block_mean(steps[:, [i]], unit=most),
             )
             for i, p in enumerate(values)
             if both[:, i].any()
         ),
         alone=int(np.sum(played & ~both)),
+        copies=len(values) > 1 and all(_same_at_every_p(one) for one in laid),
         interaction=interaction(values, first, second, rng) if among == "subjects" and len(values) > 1 else None,
     )
 
 
+def _most_steps(laid: tuple[Sheet, Sheet]) -> float | None:
+    """The largest difference that a single trial can make; None where no trial failed and so told the budget."""
+    failed = np.concatenate([one.steps[one.solved == 0] for one in laid])
+    return float(failed.max()) - 1 if len(failed) else None
+
+
+def _same_at_every_p(laid: Sheet) -> bool:
+    return all(
+        bool(np.array_equal(of, np.repeat(of[:, :1], of.shape[1], axis=1), equal_nan=True))
+        for of in (laid.solved, laid.steps)
+    )
+
+
 def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
-    """The same with p-values corrected for how many pairs of one kind, and how many p, were looked at (Holm)."""
+    """The same with p-values corrected for how many pairs of one kind, and how many p, were looked at (Holm).
+
+    Two agents that both play alike at every p are looked at once, not once for each p.
+    """
     success = _holm(found, lambda one: one.success.p_value)
     steps = _holm(found, lambda one: one.steps.p_value)
     moved = _holm(found, lambda one: one.interaction.p_value if one.interaction else None)
-    everywhere = [(one, at) for one in found for at in one.at]
+    everywhere = [(one, at) for one in found for at in (one.at[:1] if one.copies else one.at)]
     adjusted = dict(
         zip(
             [(id(one), at.p) for one, at in everywhere],
@@ -139,7 +171,7 @@ def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
             one,
             success_adjusted=success[i],
             steps_adjusted=steps[i],
-            at=tuple(replace(at, p_adjusted=adjusted[id(one), at.p]) for at in one.at),
+            at=tuple(replace(at, p_adjusted=adjusted[id(one), one.at[0].p if one.copies else at.p]) for at in one.at),
             interaction=replace(one.interaction, p_adjusted=moved[i]) if one.interaction else None,
         )
         for i, one in enumerate(found)

@@ -1,8 +1,11 @@
 """Differences between two agents that met the same luck: a mean with its interval, and a test that exchanges agents.
 
-A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. If two
-agents solve the box equally often, the sign of a block's difference is as good as the throw of a coin, whatever the
-block's trials have in common. So agents are exchanged within whole blocks, never trial by trial.
+A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. What is
+tested is that two agents *play exchangeably*: that each is as likely to play a block as the other did. Then the sign of
+a block's difference is as good as the throw of a coin, whatever the block's trials have in common. So agents are
+exchanged within whole blocks, never trial by trial. Two that are equally good on average need not play exchangeably:
+one may fail often in few blocks, the other seldom in many. So nothing is concluded from the test unless the interval of
+the mean, which supposes no such thing, leaves out 0 too.
 """
 
 from __future__ import annotations
@@ -22,6 +25,9 @@ Array = NDArray[np.float64]
 
 _EXACT = 50_000_000
 """Additions up to which the distribution of a sum under exchange is worked out exactly; beyond, it is normal."""
+
+_TIE = 1e-9
+"""Squared differences of blocks from their mean below which they all differ alike, but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,8 +51,8 @@ class BlockMean:
         value: The mean; not a number without pairs.
         low: Lower end of the 95 % interval; None where blocks do not tell how far they vary.
         high: Upper end.
-        p_value: Exchange of the two agents within blocks, two-sided; 1 if no block differs; None without pairs, and
-            where it would not keep its level.
+        p_value: That the two play exchangeably, by exchange within blocks, two-sided; 1 if no block differs; None
+            without pairs, and where it would not keep its level.
         pairs: Pairs of trials.
         blocks: Blocks with at least one.
     """
@@ -57,6 +63,11 @@ class BlockMean:
     p_value: float | None
     pairs: int
     blocks: int
+
+    @property
+    def clear(self) -> bool:
+        """Whether the interval leaves out 0; not where there is none."""
+        return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
 def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
@@ -87,13 +98,13 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
 def block_mean(differences: Array, *, unit: float | None = None) -> BlockMean:
     """The mean of all differences, with blocks taken together.
 
-    The interval is Student's over blocks, of a ratio of sums. That of shares is widened as if one pair more
+    The interval is Student's over blocks, of a ratio of sums. Where a unit is known it is widened as if one pair more
     of every column differed, so that it is no point where few of them do (Agresti and Min 2005 do the same for
-    independent pairs); where none differs at all, a block counts as a single trial.
+    independent pairs); where all blocks differ alike, or not at all, a block counts as a single trial.
 
     Args:
         differences: Shape (blocks, pairs of a block), not a number where a pair is missing.
-        unit: The largest difference that a single trial makes; None for what is no share and needs no help.
+        unit: The largest difference that a single trial can make, 1 for shares; None where it is not known.
     """
     present = ~np.isnan(differences)
     kept = present.any(axis=1)
@@ -112,13 +123,13 @@ def _interval(sums: Array, sizes: Array, unit: float | None) -> tuple[float, flo
     n, total = len(sizes), float(sizes.sum())
     if n < 2:
         return None, None
-    added, widest = 0.0, float(sizes.max())
-    if unit is not None:
-        added = unit**2 * (widest if sums.any() else widest**2)
-    value = float(sums.sum()) / total
-    spread = float(np.sum((sums - value * sizes) ** 2)) + added
-    if spread == 0:
+    value, widest = float(sums.sum()) / total, float(sizes.max())
+    spread = float(np.sum((sums - value * sizes) ** 2))
+    alike = spread < _TIE
+    if alike and unit is None:
         return None, None
+    if unit is not None:
+        spread += unit**2 * (widest**2 if alike else widest)
     from scipy.stats import t
 
     half = float(t.ppf((1 + LEVEL) / 2, n - 1)) * math.sqrt(n / (n - 1) * spread) / total

@@ -2,8 +2,9 @@
 
 The difference of two agents in a block of luck at one p, less the same at the lowest p, has a mean of 0 at every p
 if false reports change the success of both alike, in points, however often each solves the box. Signs of whole blocks
-are flipped at random: that keeps what trials of a block have in common. Exchanging the agents themselves would test
-whether they are equal in everything.
+are flipped at random, as if a change were as likely as its opposite, which is a little more than a mean of 0: that
+keeps what trials of a block have in common. Exchanging the agents themselves would test whether they are equal in
+everything.
 """
 
 from __future__ import annotations
@@ -54,6 +55,11 @@ class Interaction:
     mean: BlockMean
     p_value: float
     p_adjusted: float | None = None
+
+    @property
+    def clearest(self) -> InteractionAt:
+        """The change that the test speaks of: that of the lowest p-value, of equal ones the largest."""
+        return min(self.at, key=lambda at: (at.p_adjusted, -abs(at.change.value)))
 
 
 def interaction(

@@ -13,8 +13,16 @@ Name = tuple[str, str]
 
 
 def ranking_said(summary: StudySummary) -> str:
-    """The agents that the study is about by success over all p; empty for fewer than two."""
-    placed = [row for row in summary.standings if row.ranks]
+    """The agents that the study is about by success over all p: a sentence for each way of showing the box.
+
+    Ranks are of the agents that were shown it alike. Empty for fewer than two of them.
+    """
+    shown = dict.fromkeys(row.modality for row in summary.standings if row.ranks)
+    return " ".join(filter(None, (_ranking(summary, modality, several=len(shown) > 1) for modality in shown)))
+
+
+def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
+    placed = [row for row in summary.standings if row.ranks and row.modality == modality]
     if len(placed) < 2:
         return ""
     names = _names(summary)
@@ -23,11 +31,11 @@ def ranking_said(summary: StudySummary) -> str:
         for row in placed
         if row.ranks
     ]
-    told = sum(one.verdict != 0 for one in summary.comparisons if one.among == "subjects")
-    pairs = sum(one.among == "subjects" for one in summary.comparisons)
+    between = [one for one in summary.comparisons if one.among == "subjects" and one.first[1] == modality]
+    told, pairs = sum(one.verdict != 0 for one in between), len(between)
     apart = "they can be told apart" if pairs == 1 == told else "they cannot be told apart" if pairs == 1 else ""
     return (
-        f"Solved over all p: {', '.join(said)}; "
+        f"Solved over all p{f', box shown as {modality}' * several}: {', '.join(said)}; "
         f"{apart or f'{told} of {pairs} pairs can be told apart'} on the same boxes with the same false reports."
     )
 
@@ -53,18 +61,18 @@ def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
     moved = one.interaction
     if moved is None:
         return ""
-    farthest = max(moved.at, key=lambda at: abs(at.change.value))
+    clearest = moved.clearest
     test = f"signs of whole blocks of luck flipped, {_p(moved.p_adjusted, pairs, 'every p')}"
-    where = f"from p = {moved.lowest:g} to {farthest.p:g}"
+    where = f"from p = {moved.lowest:g} to {clearest.p:g}"
     if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
-        more = "rises more, or falls less," if farthest.change.value > 0 else "rises less, or falls more,"
+        more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
         return (
             f"False reports do not do the same to both: {where} the success of {second} {more} than that of {first} "
-            f"({_points(farthest.change)}, the farthest; {test})."
+            f"({_points(clearest.change)}, the clearest change; {test})."
         )
     return (
-        f"That false reports help one of them more than the other is not detectable: {where} their changes lie "
-        f"farthest apart ({_points(farthest.change)}; {test})."
+        f"That false reports help one of them more than the other is not detectable: {where} their changes differ "
+        f"most clearly ({_points(clearest.change)}; {test})."
     )
 
 
@@ -74,10 +82,10 @@ def _steps(one: Comparison, second: str, first: str, pairs: int) -> str:
         "" if found.low is None or found.high is None else f", 95 % interval {found.low:+.1f} to {found.high:+.1f}"
     )
     test = f"{found.value:+.1f} steps{interval}; {_p(one.steps_adjusted, pairs)}".replace("-", "\N{MINUS SIGN}")
-    if one.steps_adjusted is not None and one.steps_adjusted < ALPHA:
+    if one.steps_verdict:
         return (
-            f"{second} needs {'fewer' if found.value < 0 else 'more'} steps than {first}, an unsolved trial counted "
-            f"with its whole budget ({test})."
+            f"{second} needs {'fewer' if one.steps_verdict < 0 else 'more'} steps than {first}, an unsolved trial "
+            f"counted with its whole budget ({test})."
         )
     return f"That one needs fewer steps than the other is not detectable ({test})."
 
