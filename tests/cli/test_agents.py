@@ -46,7 +46,10 @@ def test_json_has_every_fact():
 
 @pytest.mark.parametrize("spec", ["gpt-4o", "llm:local", "openai/"])
 def test_what_names_no_model_of_a_provider_is_refused(spec):
-    with pytest.raises(BadValue, match=f"^model: got '{spec}', expected PROVIDER/MODEL as Inspect AI names it"):
+    with pytest.raises(
+        BadValue,
+        match=f"^language model: got '{spec.removeprefix('llm:')}', expected PROVIDER/MODEL as Inspect AI names it",
+    ):
         show(spec)
 
 

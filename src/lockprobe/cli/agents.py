@@ -13,7 +13,6 @@ from lockprobe.agents.catalogue import known_specs
 from lockprobe.agents.llm.knowledge import facts_of
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.cli.health import examine
-from lockprobe.errors import BadValue
 from lockprobe.plants.catalogue import known_plants
 
 __all__ = ["agents", "doctor", "list_models", "models", "plants", "pull", "show"]
@@ -74,8 +73,6 @@ def show(
 ) -> None:
     """What is known of a hosted model, and what it would be sent. No key is needed, and nothing is asked."""
     name, settings = read_settings(spec.removeprefix("llm:"))
-    if "/" not in name.strip("/"):
-        raise BadValue("model", spec, "PROVIDER/MODEL as Inspect AI names it, for example openai/gpt-4o")
     facts = facts_of(name)
     known = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:
