@@ -7,6 +7,7 @@ import resource
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,21 +79,23 @@ def test_what_was_paid_for_is_on_the_disk_no_later_than_its_trial(tmp_path, monk
     assert synced == [ASKED, CALLS, "trials.jsonl"]
 
 
-@pytest.fixture
-def full_disk():
-    """From a file to a disk on which no file may be longer than that one and a few bytes."""
+@contextmanager
+def full_disk(path):
+    """A disk on which no file may be longer than this one and a few bytes: not even what pytest writes to, so shortly."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda path: resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 10, hard))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 10, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 @pytest.mark.parametrize("name", ["trials.jsonl", CALLS])
-def test_a_full_disk_is_one_line_that_names_the_file_and_tears_nothing(tmp_path, full_disk, name):
+def test_a_full_disk_is_one_line_that_names_the_file_and_tears_nothing(tmp_path, name):
     first, second = make_trial(SOLUTION), make_trial(SOLUTION, trial=2)
     call = Call(key=second.key, step=1, turn=1, request="r", reply="said" * 100)
 
     def one_more(journal):
-        full_disk(tmp_path / name)
         if name == CALLS:
             journal.calls.write(call)
         else:
@@ -102,7 +105,7 @@ def test_a_full_disk_is_one_line_that_names_the_file_and_tears_nothing(tmp_path,
         journal.append(first, Timing(key=first.key, seconds=1, steps=1))
         journal.calls.write(replace(call, key=first.key, reply="said"))
     before = (tmp_path / name).read_bytes()
-    with pytest.raises(BadFile) as full, Journal.open(tmp_path, STUDY) as journal:
+    with pytest.raises(BadFile) as full, full_disk(tmp_path / name), Journal.open(tmp_path, STUDY) as journal:
         one_more(journal)
     assert str(full.value) == f"{tmp_path / name}: cannot be written (File too large)"
     assert (tmp_path / name).read_bytes() == before
