@@ -10,9 +10,21 @@ from urllib.parse import parse_qsl
 
 from lockprobe.errors import BadValue, UnknownName
 
-__all__ = ["read_options", "spec_name", "with_options"]
+__all__ = ["PEOPLE", "group_of", "read_options", "spec_name", "with_options"]
 
 Made = TypeVar("Made")
+
+PEOPLE = "participant"
+"""The spec that stands for all people in a study; one of them is ``participant:ID``."""
+
+
+def group_of(agent: str) -> str:
+    """The agent as whom it plays: itself, or for a person people as one.
+
+    >>> group_of("participant:3f9a01bc"), group_of("llm:local")
+    ('participant', 'llm:local')
+    """
+    return PEOPLE if agent.startswith(f"{PEOPLE}:") else agent
 
 
 def spec_name(spec: str) -> str:

@@ -207,9 +207,10 @@ class Trial:
     """One finished trial.
 
     Attributes:
-        key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``.
+        key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``. People play as one: every
+            trial of ``participant`` is played by one of them.
         study: Name of the study.
-        agent: Agent spec.
+        agent: Agent spec; of a person ``participant:ID``.
         facts: What the agent was: model name, file hash, runtime, sampling settings.
         box: Name of the box.
         modality: How the box was shown.

@@ -2,9 +2,10 @@
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
-model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``python:module:Name``
-(your own class). Options follow a question mark: ``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its
-strategy stand side by side: ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
+model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant``
+(people), ``python:module:Name`` (your own class). Options follow a question mark:
+``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
+``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
 
 from __future__ import annotations
@@ -23,17 +24,19 @@ from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
 from lockprobe.agents.llm.knowledge import facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.errors import BadValue, UnknownName, printable
-from lockprobe.options import read_options, with_options
+from lockprobe.options import PEOPLE, read_options, with_options
 from lockprobe.seams import Agent
 
 __all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
 
-Engine = Literal["inline", "process", "network"]
-"""Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else."""
+Engine = Literal["inline", "process", "network", "person"]
+"""Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
+person, who is waited for on a page and never by a run."""
 
 _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random": RandomAgent,
@@ -62,6 +65,7 @@ _OTHERS = {
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(Settings))}.",
+    "participant": "People, on the page of lockprobe serve.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
 
@@ -113,6 +117,9 @@ def resolve(spec: str, access: Access = _ACCESS) -> AgentSource:
     if spec.partition("?")[0].partition(":")[0] == "viewer":
         viewer = _viewer(spec)
         return AgentSource(spec=spec, engine="inline", senses="pictures", make=lambda: viewer)
+    if head == PEOPLE:
+        check_participant(spec)
+        return AgentSource(spec=spec, engine="person", senses="pictures", make=Participant)
     if head == "llm":
         return _language_model(spec, rest, access)
     if head == "python":

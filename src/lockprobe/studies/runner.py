@@ -105,6 +105,7 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
     limits, observer = limits or Limits(), observer or Silent()
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
+    sources = [source for source in sources if source.engine != "person"]  # they are invited, not run
     owed = {source.spec: [plan for plan in study.plans(source.spec) if journal.owes(plan.key)] for source in sources}
     for source in sources:
         if owed[source.spec]:

@@ -13,6 +13,7 @@ from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
+from lockprobe.options import group_of
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
@@ -181,13 +182,13 @@ class Study:
                         yield self.plan(agent, p, repetition, trial, modality)
 
     def plan(self, agent: str, p: float, repetition: int, trial: int, modality: str = "symbolic") -> Plan:
-        """One trial of the study."""
+        """One trial of the study. Where a person plays it, it is one of those that people have together."""
         box = self.box
         if self.layout == "shuffled":
             box = redealt(box, trial_stream(self.seed, repetition, trial, "layout"))
         shown = "" if self.modalities == SYMBOLIC else f"/{modality}"
         return Plan(
-            key=f"{self.name}/{agent}{shown}/p={p:g}/rep={repetition}/trial={trial}",
+            key=f"{self.name}/{group_of(agent)}{shown}/p={p:g}/rep={repetition}/trial={trial}",
             study=self.name,
             agent=agent,
             box=box,
@@ -205,7 +206,7 @@ class Study:
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
-        if not (trial.agent in self.agents and trial.p in self.p):
+        if not (group_of(trial.agent) in self.agents and trial.p in self.p):
             return False
         if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials):
             return False

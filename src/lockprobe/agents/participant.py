@@ -1,0 +1,72 @@
+"""A person as an agent: what to attempt comes from elsewhere, whenever it comes."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Mapping
+
+import numpy as np
+
+from lockprobe.errors import BadValue
+from lockprobe.options import PEOPLE
+from lockprobe.record import Decision, Fact, Outcome, Situation
+
+__all__ = ["Participant", "check_participant", "participant_spec"]
+
+_ID = re.compile(r"[a-z0-9]{4,32}")
+
+
+def participant_spec(identity: str) -> str:
+    """The agent spec of one person.
+
+    >>> participant_spec("3f9a01bc")
+    'participant:3f9a01bc'
+    """
+    return f"{PEOPLE}:{identity}"
+
+
+def check_participant(spec: str) -> None:
+    """Refuse what stands for no person and not for people.
+
+    Raises:
+        BadValue: If it is neither ``participant`` nor ``participant:ID``.
+    """
+    if spec != PEOPLE and not _ID.fullmatch(spec.removeprefix(f"{PEOPLE}:")):
+        raise BadValue("agent", spec, "participant, or participant:ID with 4 to 32 small letters and digits")
+
+
+class Participant:
+    """One trial of a person: its loop waits at each decision until somebody says which.
+
+    Args:
+        facts: What the person played on, for the record. Nothing personal.
+    """
+
+    def __init__(self, facts: Mapping[str, Fact] | None = None) -> None:
+        self._facts = dict(facts or {})
+        self._asked: asyncio.Queue[Situation] = asyncio.Queue()
+        self._said: asyncio.Queue[Decision] = asyncio.Queue()
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """What the person played on."""
+        return self._facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """What the person says."""
+        self._asked.put_nowait(situation)
+        return await self._said.get()
+
+    async def asked(self) -> Situation:
+        """The situation in which the trial waits for a decision, as soon as it does."""
+        return await self._asked.get()
+
+    def say(self, joint: str, claimed: Outcome | None = None) -> None:
+        """Decide.
+
+        Args:
+            joint: Label of the joint to attempt.
+            claimed: What the person says the previous action did; None where nobody asked.
+        """
+        self._said.put_nowait(Decision(joint=joint, claimed=claimed))

@@ -1,0 +1,174 @@
+"""What participants did, on disk: one file for each, ``people/ID.jsonl``, one line an act.
+
+A line is on the disk itself before the page sees what came of it. A trial that is under way stands here; when it is
+over its record goes to ``trials.jsonl`` like any other, and its times stay here. One file each, so that all that is
+kept of one person can be deleted.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from lockprobe.errors import BadFile
+from lockprobe.people.scenes import Act
+from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
+
+__all__ = ["PEOPLE_DIRECTORY", "Diary", "Did", "Joined", "Line", "Released", "Slot", "read_diaries", "read_diary"]
+
+PEOPLE_DIRECTORY = "people"
+"""Where in the directory of a study the diaries lie."""
+
+Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+"""Since 1970 (UTC), of the server's clock."""
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Slot(_Line):
+    """Which trial of the study a participant plays; people play the trials of ``participant`` together, each once.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        modality: How the box is shown, as its spec.
+        repetition: From 1.
+        trial: From 1.
+    """
+
+    p: float
+    modality: str
+    repetition: int
+    trial: int
+
+
+class Joined(_Line):
+    """The first line: somebody has agreed to take part.
+
+    Attributes:
+        identity: Made up here; no part of it comes from the person.
+        token: SHA-256 of what the browser shows as proof that it is the same.
+        at: When.
+        platform: What the recruitment platform said, as far as the experimenter asked for it.
+        slots: The trials, in the order in which they are played.
+        words: Language and fingerprint of the texts that were read, for example ``en 3f9a01bc22d1``.
+    """
+
+    kind: Literal["joined"] = "joined"
+    identity: str
+    token: str
+    at: Seconds
+    platform: dict[str, str]
+    slots: tuple[Slot, ...]
+    words: str
+
+
+class Did(_Line):
+    """One act.
+
+    Attributes:
+        at: When it came.
+        turn: The number of the scene, from 1; every participant's acts count up by one.
+        scene: What kind of scene it was.
+        act: What was done.
+        box: Of a step: which box, from 1; 0 is the practice box.
+        step: Of a step: which, from 1.
+        told: Of a step: the report that was then shown; empty with pictures.
+        item: Of a check or a question: which, from 1 for checks, by name for questions.
+        right: Of a check: whether the answer was right.
+    """
+
+    kind: Literal["did"] = "did"
+    at: Seconds
+    turn: int
+    scene: str
+    act: Act
+    box: int | None = None
+    step: int | None = None
+    told: str = ""
+    item: str = ""
+    right: bool | None = None
+
+
+class Released(_Line):
+    """The last line, where a participant was away too long: the trials that were not finished are others' now."""
+
+    kind: Literal["released"] = "released"
+    at: Seconds
+
+
+Line = Annotated[Joined | Did | Released, Field(discriminator="kind")]
+
+_adapter: TypeAdapter[Joined | Did | Released] = TypeAdapter(Line)
+
+
+class Diary:
+    """The open file of one participant.
+
+    Args:
+        path: Where it lies; made if it is not there.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self._file = path.open("ab", buffering=0)
+            cut_torn_tail(self._file, path)
+        except OSError as error:
+            raise BadFile(path, f"cannot be written ({error.strerror})") from error
+
+    def write(self, line: Joined | Did | Released) -> None:
+        """Put a line on the disk itself.
+
+        Raises:
+            BadFile: If it cannot be written; then nothing of it is there.
+        """
+        append_line(self._file, self.path, _adapter.dump_json(line, exclude_defaults=False))
+        try:
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def read_diary(path: Path) -> list[Joined | Did | Released]:
+    """The lines of one participant; an unfinished last line is none.
+
+    Raises:
+        BadFile: If a line is damaged, or the first does not say who it is.
+    """
+    found: list[Joined | Did | Released] = []
+    for number, line in whole_lines(path):
+        try:
+            found.append(_adapter.validate_json(line))
+        except ValidationError as error:
+            raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from None
+    if found and not isinstance(found[0], Joined):
+        raise BadFile(path, "line 1: does not say who takes part")
+    return found
+
+
+def read_diaries(directory: Path) -> Iterator[list[Joined | Did | Released]]:
+    """The diaries of all participants of a study, in the order in which they joined; none where nobody takes part.
+
+    Args:
+        directory: Of the study.
+
+    Raises:
+        BadFile: If one is damaged.
+    """
+    diaries = [read_diary(path) for path in sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))]
+    kept = [diary for diary in diaries if diary]
+    yield from sorted(kept, key=lambda lines: (lines[0].at, getattr(lines[0], "identity", "")))

@@ -1,0 +1,147 @@
+"""How people take part in a study, as the experimenter sets it. It changes no trial that models play.
+
+::
+
+    view = "panel"                 # how reports are shown: text, or panel (drawn)
+    trials_each = 4                # boxes for each participant; each condition once if left out
+    recruitment = ["PROLIFIC_PID", "STUDY_ID", "SESSION_ID"]
+    completion_url = "https://app.prolific.com/submissions/complete?cc=ABC123"
+
+    [[checks]]
+    after = 2
+    question = "Please choose blue, to show that you read this."
+    options = ["red", "blue", "green"]
+    right = "blue"
+
+    [[questions]]
+    name = "strategy"
+    question = "How did you go about it?"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from lockprobe.errors import BadFile
+from lockprobe.lockbox.boxfile import read_toml
+
+__all__ = ["AttentionCheck", "Experiment", "Question", "experiment_from", "read_experiment"]
+
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
+Options = Annotated[tuple[Annotated[str, Field(min_length=1, max_length=200)], ...], Field(max_length=20)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class AttentionCheck(_Part):
+    """A question with one right answer, which shows whether somebody reads.
+
+    Attributes:
+        after: After which box it is asked; 0 for after the instructions.
+        question: The question.
+        options: What can be chosen.
+        right: The right one of them.
+    """
+
+    after: Annotated[int, Field(ge=0, le=1000)]
+    question: Text
+    options: Annotated[Options, Field(min_length=2)]
+    right: str
+
+    @model_validator(mode="after")
+    def _right_is_an_option(self) -> Self:
+        if self.right not in self.options or len(set(self.options)) < len(self.options):
+            raise ValueError("every option once, and right is one of them")
+        return self
+
+
+class Question(_Part):
+    """A question at the end.
+
+    Attributes:
+        name: The name of its column.
+        question: The question.
+        options: What can be chosen; empty for an answer in words.
+        required: Whether it has to be answered.
+    """
+
+    name: Name
+    question: Text
+    options: Options = ()
+    required: bool = False
+
+
+class Experiment(_Part):
+    """How people take part.
+
+    Attributes:
+        view: How reports are shown: ``text``, in words as models read them; ``panel``, drawn from what is told. A
+            modality with pictures shows pictures.
+        history: Whether earlier reports of the trial stay in view, as models have them in their conversation.
+        feedback: Whether it is said at the end of a box whether it was opened. Models are not told.
+        design: ``within``: everybody plays every condition; ``between``: everybody plays one.
+        trials_each: Boxes for each participant; None is each condition once, or one box where the design is between.
+        practice: Name of the practice box; empty for none.
+        participants: How many may take part; None is as many as the study has trials for.
+        language: ``en``, or another that ships, or the path of a file with texts.
+        recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first says who
+            somebody is: nobody takes part twice under the same. Empty for none.
+        completion_url: Where participants go on at the end.
+        completion_code: What they enter there.
+        away_hours: After how long without an act a place is given to somebody else.
+        checks: Attention checks.
+        questions: Questions at the end.
+    """
+
+    view: Literal["text", "panel"] = "panel"
+    history: bool = True
+    feedback: bool = False
+    design: Literal["within", "between"] = "within"
+    trials_each: Annotated[int, Field(ge=1, le=1000)] | None = None
+    practice: Annotated[str, Field(max_length=40)] = "chain-3"
+    participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
+    recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
+    completion_url: Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")] = ""
+    completion_code: Annotated[str, Field(max_length=100)] = ""
+    away_hours: Annotated[float, Field(gt=0, le=24 * 365)] = 24.0
+    checks: Annotated[tuple[AttentionCheck, ...], Field(max_length=20)] = ()
+    questions: Annotated[tuple[Question, ...], Field(max_length=40)] = ()
+
+    @model_validator(mode="after")
+    def _names_are_different(self) -> Self:
+        names = [question.name for question in self.questions]
+        if len(set(names)) < len(names):
+            raise ValueError("two questions of one name")
+        return self
+
+
+def experiment_from(settings: Mapping[str, object], path: Path) -> Experiment:
+    """The settings in a file.
+
+    Raises:
+        BadFile: If they are none, with the key that is wrong.
+    """
+    try:
+        return Experiment.model_validate(settings)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "settings"
+        known = f"; keys are {', '.join(Experiment.model_fields)}" if first["type"] == "extra_forbidden" else ""
+        raise BadFile(path, f"{where}: {first['msg']}{known}") from None
+
+
+def read_experiment(path: Path) -> Experiment:
+    """A user's TOML file.
+
+    Raises:
+        BadFile: If it is none, with the key that is wrong.
+    """
+    return experiment_from(read_toml(path), path)

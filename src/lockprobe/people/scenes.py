@@ -1,0 +1,266 @@
+"""What a participant's page is shown, one scene after the other, and what may be done in each.
+
+A scene is all that the page gets: nothing in it says what is true where something else was told, what locks what, how
+often reports are false, or which trial of the study this is. It is made of the ``Situation`` that every agent gets.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = [
+    "Act",
+    "Agree",
+    "Answer",
+    "Ask",
+    "Attempt",
+    "Box",
+    "Check",
+    "Closed",
+    "Consent",
+    "Debrief",
+    "Joint",
+    "Next",
+    "Page",
+    "Panel",
+    "Report",
+    "Scene",
+    "TrialOver",
+]
+
+Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+"""Of the page's monotonic clock (``performance.now``); what is measured from is said where it stands."""
+
+Label = Annotated[str, Field(min_length=1, max_length=8)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Consent(_Part):
+    """Who it is by, what is kept, what one can do: the first scene. Nothing is kept before it was agreed to."""
+
+    kind: Literal["consent"] = "consent"
+    title: str
+    paragraphs: tuple[str, ...]
+
+
+class Page(_Part):
+    """A page of instructions, or what stands before the first box."""
+
+    kind: Literal["page"] = "page"
+    title: str
+    paragraphs: tuple[str, ...]
+    number: int
+    of: int
+
+
+class Joint(_Part):
+    """One joint as a participant knows it.
+
+    Attributes:
+        label: Its label.
+        target: Whether it is the one that has to move.
+        kind: How it is drawn, ``prismatic`` (slides) or ``revolute`` (turns); only for the drawn panel.
+        place: Where it sits on the panel, from the left and from below, [0, 1]; only for the drawn panel.
+        position: The position as told; None where none is told.
+        handle: Where its handle lies in the pictures at either position, as shares of width and height from the upper
+            left corner; only for pictures.
+    """
+
+    label: str
+    target: bool
+    kind: Literal["prismatic", "revolute"] | None = None
+    place: tuple[float, float] | None = None
+    position: Literal[0, 1] | None = None
+    handle: tuple[tuple[float, float], tuple[float, float]] | None = None
+
+
+class Report(_Part):
+    """One finished step: what was attempted, and what was told of it. Empty where pictures are shown."""
+
+    step: int
+    joint: str
+    told: str
+
+
+class Panel(_Part):
+    """What the agent's channel shows now.
+
+    Attributes:
+        view: ``text``: the report in words. ``panel``: the same drawn, from what was told. ``pictures``: a camera's.
+        joints: In the order in which they are listed.
+        told: The report in words; empty with pictures.
+        last: Label of the joint attempted last; None before the first attempt.
+        outcome: What was told of it; None with pictures, and before the first attempt.
+        pictures: PNG files as data URLs, colours first; empty without pictures.
+    """
+
+    view: Literal["text", "panel", "pictures"]
+    joints: tuple[Joint, ...]
+    told: str
+    last: str | None = None
+    outcome: Literal["moved", "blocked"] | None = None
+    pictures: tuple[str, ...] = ()
+
+
+class Box(_Part):
+    """A step of a trial, or of the practice: a joint has to be chosen.
+
+    Attributes:
+        practice: Whether it is the practice box.
+        number: Which box, from 1.
+        of: How many there are; the practice does not count.
+        step: The step that is to be taken, from 1.
+        budget: Steps of the trial.
+        ask: Whether it is asked, before a joint is chosen, what the last action did.
+        panel: What is shown.
+        history: All steps of this trial so far, oldest first; empty where the experimenter shows none.
+    """
+
+    kind: Literal["box"] = "box"
+    practice: bool
+    number: int
+    of: int
+    step: int
+    budget: int
+    ask: bool
+    panel: Panel
+    history: tuple[Report, ...] = ()
+
+
+class TrialOver(_Part):
+    """A box is done with. What the last attempt did is said only where the experimenter says so (``feedback``).
+
+    Attributes:
+        practice: Whether it was the practice box.
+        number: Which box, from 1.
+        of: How many there are.
+        solved: Whether it was opened; None where that is not said.
+        title: In words.
+        paragraphs: The same at length.
+    """
+
+    kind: Literal["over"] = "over"
+    practice: bool
+    number: int
+    of: int
+    solved: bool | None
+    title: str
+    paragraphs: tuple[str, ...]
+
+
+class Check(_Part):
+    """An attention check: one of some options, of which only the server knows the right one."""
+
+    kind: Literal["check"] = "check"
+    question: str
+    options: tuple[str, ...]
+
+
+class Ask(_Part):
+    """A question of the experimenter's at the end.
+
+    Attributes:
+        name: The name of its column.
+        question: The question.
+        options: What can be chosen; empty for an answer in words.
+        required: Whether it can be left empty.
+        longest: Characters that an answer in words may have.
+    """
+
+    kind: Literal["ask"] = "ask"
+    name: str
+    question: str
+    options: tuple[str, ...] = ()
+    required: bool = False
+    longest: int = 2000
+
+
+class Debrief(_Part):
+    """The end: what it was about, and the way back to the recruitment platform, if there is one.
+
+    Attributes:
+        title: Its title.
+        paragraphs: Its text.
+        completion_url: Where to go on.
+        completion_code: What to enter there.
+    """
+
+    kind: Literal["debrief"] = "debrief"
+    title: str
+    paragraphs: tuple[str, ...]
+    completion_url: str = ""
+    completion_code: str = ""
+
+
+class Closed(_Part):
+    """Nothing can be done here (any more).
+
+    Attributes:
+        why: ``declined``, ``withdrawn``, ``full`` (nobody can join), ``taken`` (this person of the recruitment platform
+            takes part already, in another browser), ``late`` (was away too long).
+        title: In words.
+        paragraphs: The same at length.
+    """
+
+    kind: Literal["closed"] = "closed"
+    why: Literal["declined", "withdrawn", "full", "taken", "late"]
+    title: str
+    paragraphs: tuple[str, ...]
+
+
+Scene = Annotated[
+    Consent | Page | Box | TrialOver | Check | Ask | Debrief | Closed,
+    Field(discriminator="kind"),
+]
+
+
+class Agree(_Part):
+    """Of ``Consent``: yes or no."""
+
+    kind: Literal["agree"] = "agree"
+    agreed: bool
+
+
+class Next(_Part):
+    """Of ``Page`` and ``TrialOver``: go on."""
+
+    kind: Literal["next"] = "next"
+
+
+class Attempt(_Part):
+    """Of ``Box``: a joint is chosen.
+
+    Attributes:
+        joint: Its label.
+        claimed: What is said of the last action, where it was asked.
+        rt: From when the scene was painted to the choice of the joint, ms; without the time for ``claimed``.
+        claimed_rt: From when the scene was painted to what was said of the last action, ms; None where not asked.
+    """
+
+    kind: Literal["attempt"] = "attempt"
+    joint: Label
+    claimed: Literal["moved", "blocked"] | None = None
+    rt: Milliseconds
+    claimed_rt: Milliseconds | None = None
+
+
+class Answer(_Part):
+    """Of ``Check`` and ``Ask``: an option by its words, or words.
+
+    Attributes:
+        answer: The answer; empty where an ``Ask`` that is not required is passed over.
+        rt: From when the scene was painted to the answer, ms.
+    """
+
+    kind: Literal["answer"] = "answer"
+    answer: Annotated[str, Field(max_length=10_000)]
+    rt: Milliseconds
+
+
+Act = Annotated[Agree | Next | Attempt | Answer, Field(discriminator="kind")]
+"""What a participant does in a scene."""

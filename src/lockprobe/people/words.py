@@ -1,0 +1,155 @@
+"""What participants read: texts from a file that an experimenter edits. Another language is another file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.errors import BadFile, UnknownName
+from lockprobe.lockbox.boxfile import read_toml
+
+__all__ = ["LANGUAGES", "Longer", "Words", "filled", "read_words"]
+
+_TEXTS = Path(__file__).with_name("texts")
+
+LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
+"""Those that ship."""
+
+Text = Annotated[str, Field(min_length=1, max_length=4000)]
+Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Longer(_Part):
+    """A title and what stands under it."""
+
+    title: Text
+    paragraphs: Paragraphs
+
+
+class _Consent(Longer):
+    agree: Text
+    decline: Text
+
+
+class _Over(Longer):
+    solved: Text
+    unsolved: Text
+
+
+class _Debrief(Longer):
+    completion: Text
+    code: Text
+
+
+class _Closed(_Part):
+    declined: Longer
+    withdrawn: Longer
+    full: Longer
+    taken: Longer
+    late: Longer
+
+
+class _OfThePage(_Part):
+    """Buttons and labels."""
+
+    next: Text
+    begin: Text
+    send: Text
+    skip: Text
+    step: Text
+    box: Text
+    practice: Text
+    choose: Text
+    joint: Text
+    target: Text
+    position: Text
+    unknown_position: Text
+    first: Text
+    moved: Text
+    blocked: Text
+    positions: Text
+    none: Text
+    seen: Text
+    colours: Text
+    depth: Text
+    question: Text
+    said_moved: Text
+    said_blocked: Text
+    history: Text
+    waiting: Text
+    offline: Text
+    elsewhere: Text
+    here: Text
+    withdraw: Text
+    withdraw_sure: Text
+    withdraw_yes: Text
+    withdraw_no: Text
+    refused: Text
+    required: Text
+
+
+class Words(_Part):
+    """Everything that a participant reads.
+
+    Attributes:
+        language: BCP 47 tag, for screen readers.
+        direction: Which way it is read.
+        title: Of the page.
+        consent: The first scene.
+        instructions: Pages of instructions, in order.
+        practice_over: After the practice box.
+        over: After every other box.
+        debrief: The end.
+        closed: Where nothing can be done.
+        page: Buttons and labels of the page itself.
+    """
+
+    language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
+    direction: Literal["ltr", "rtl"] = "ltr"
+    title: Text
+    consent: _Consent
+    instructions: Annotated[tuple[Longer, ...], Field(max_length=20)] = ()
+    practice_over: Longer
+    over: _Over
+    debrief: _Debrief
+    closed: _Closed
+    page: _OfThePage
+
+
+def filled(text: str, **facts: object) -> str:
+    """A text with its ``{names}`` filled in; what is in braces and no fact stays as it is.
+
+    >>> filled("Step {step} of {budget} {x}", step=1, budget=20)
+    'Step 1 of 20 {x}'
+    """
+    return re.sub(r"\{(\w+)\}", lambda found: str(facts.get(found[1], found[0])), text)
+
+
+def read_words(name: str) -> Words:
+    """The texts of a language that ships, or of a file.
+
+    Args:
+        name: ``en``, or the path of a TOML file.
+
+    Raises:
+        UnknownName: If there is no such language.
+        BadFile: If the file holds something else, or a text is missing; the message says which.
+    """
+    if name.endswith(".toml") or "/" in name:
+        path = Path(name)
+    elif name in LANGUAGES:
+        path = _TEXTS / f"{name}.toml"
+    else:
+        raise UnknownName("language", name, [*LANGUAGES, "FILE.toml"])
+    try:
+        return Words.model_validate(read_toml(path))
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None

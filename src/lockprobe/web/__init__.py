@@ -1,0 +1,1 @@
+"""The participants' page and its server; the only importer of the web framework."""

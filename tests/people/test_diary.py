@@ -1,0 +1,48 @@
+"""What participants did is on disk, and an unfinished line is none."""
+
+import pytest
+
+from lockprobe.errors import BadFile
+from lockprobe.people.diary import Diary, Did, Joined, Slot, read_diaries, read_diary
+from lockprobe.people.scenes import Attempt, Next
+
+JOINED = Joined(
+    identity="3f9a01bc",
+    token="0" * 64,
+    at=10.5,
+    platform={"PROLIFIC_PID": "abc"},
+    slots=(Slot(p=0.4, modality="symbolic", repetition=1, trial=3),),
+    words="en 0",
+)
+STEP = Did(at=12.0, turn=2, scene="box", act=Attempt(joint="B", rt=412.5), box=1, step=1, told="B moved. At 1: B.")
+
+
+def test_a_diary_reads_back_as_written(tmp_path):
+    diary = Diary(tmp_path / "people" / "3f9a01bc.jsonl")
+    lines = [JOINED, Did(at=11.0, turn=1, scene="page", act=Next()), STEP]
+    for line in lines:
+        diary.write(line)
+    diary.close()
+    assert read_diary(diary.path) == lines
+    assert list(read_diaries(tmp_path)) == [lines]
+
+
+def test_an_unfinished_line_is_none_and_is_cut_off(tmp_path):
+    path = tmp_path / "people" / "3f9a01bc.jsonl"
+    diary = Diary(path)
+    diary.write(JOINED)
+    diary.close()
+    with path.open("ab") as file:
+        file.write(b'{"kind":"did","at":1')
+    assert read_diary(path) == [JOINED]
+    again = Diary(path)
+    again.write(STEP)
+    again.close()
+    assert read_diary(path) == [JOINED, STEP]
+
+
+def test_a_damaged_line_is_refused(tmp_path):
+    path = tmp_path / "x.jsonl"
+    path.write_bytes(b'{"kind":"nothing"}\n')
+    with pytest.raises(BadFile, match="line 1"):
+        read_diary(path)
