@@ -69,6 +69,8 @@ class _OfThePage(_Part):
     choose: Text
     joint: Text
     target: Text
+    slides: Text
+    turns: Text
     position: Text
     unknown_position: Text
     first: Text
@@ -92,6 +94,7 @@ class _OfThePage(_Part):
     withdraw_yes: Text
     withdraw_no: Text
     refused: Text
+    reload: Text
     required: Text
 
 

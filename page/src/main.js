@@ -1,0 +1,68 @@
+/**
+ * The participants' page. The server says what is shown and decides what happens; the page shows one scene after the
+ * other with jsPsych, one plugin for each way of answering, and tells the server what was done.
+ */
+import { initJsPsych } from "jspsych";
+
+import { guardKeys } from "./choosing.js";
+import { AnswerPlugin } from "./plugins/answer.js";
+import { BoxPlugin } from "./plugins/box.js";
+import { ConsentPlugin } from "./plugins/consent.js";
+import { ReadPlugin } from "./plugins/read.js";
+import { Session } from "./session.js";
+import { Trouble } from "./trouble.js";
+import { offerToWithdraw } from "./withdraw.js";
+
+/** Which kinds of scenes each plugin shows. */
+const PLUGINS = [
+  [ConsentPlugin, ["consent"]],
+  [ReadPlugin, ["page", "over", "debrief", "closed"]],
+  [BoxPlugin, ["box"]],
+  [AnswerPlugin, ["check", "ask"]],
+];
+
+const place = document.getElementById("scene");
+const foot = document.getElementById("foot");
+const trouble = new Trouble(document.getElementById("trouble"));
+const session = new Session(trouble);
+const jsPsych = initJsPsych({ display_element: place });
+
+/** What is the same in every scene: the language, the title, the way out, and what those see who drive the page. */
+function frame() {
+  const { scene, turn, words } = session;
+  document.documentElement.lang = words.language;
+  document.documentElement.dir = words.direction;
+  document.title = words.title;
+  place.dataset.scene = scene.kind;
+  place.dataset.turn = String(turn);
+  place.removeAttribute("tabindex"); // jsPsych sets it; nothing here needs it
+  if (scene.kind !== "box") document.getElementById("spoken").textContent = "";
+  if (!session.mayWithdraw) foot.replaceChildren();
+  else if (!foot.hasChildNodes()) offerToWithdraw(foot, words.page, withdraw);
+}
+
+/** Ends whatever is shown: the loop goes on with the scene that the server shows then. */
+async function withdraw() {
+  await session.withdraw();
+  jsPsych.finishTrial({ withdrawn: true });
+}
+
+async function act(done) {
+  place.dataset.busy = "";
+  await session.act(done);
+  delete place.dataset.busy;
+}
+
+function shownBy(plugin, kinds) {
+  return {
+    conditional_function: () => kinds.includes(session.scene.kind),
+    timeline: [{ type: plugin, scene: () => session.scene, words: () => session.words, act, on_start: frame }],
+  };
+}
+
+addEventListener("pageshow", (event) => {
+  if (event.persisted) location.reload(); // from the browser's memory: the server knows where we are
+});
+guardKeys();
+await session.open();
+await jsPsych.run([{ timeline: PLUGINS.map(([plugin, kinds]) => shownBy(plugin, kinds)), loop_function: () => true }]);

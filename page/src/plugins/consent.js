@@ -1,0 +1,56 @@
+import { ParameterType } from "jspsych";
+
+import { SceneClock } from "../clock.js";
+import { meant } from "../choosing.js";
+import { element, heading, paragraphs } from "../element.js";
+
+const info = {
+  name: "lockprobe-consent",
+  version: "1.0.0",
+  parameters: {
+    /** A scene of the kind `consent`. */
+    scene: { type: ParameterType.OBJECT },
+    /** Texts. */
+    words: { type: ParameterType.OBJECT },
+    /** Tells the server what was done; afterwards there is a new scene. */
+    act: { type: ParameterType.FUNCTION },
+  },
+  data: {
+    /** Whether somebody takes part. */
+    agreed: { type: ParameterType.BOOL },
+    /** How long it was read, in ms since it was painted. */
+    rt: { type: ParameterType.FLOAT },
+  },
+};
+
+/** Whether somebody takes part. Nothing is chosen beforehand. */
+export class ConsentPlugin {
+  static info = info;
+
+  trial(display, { scene, words, act }, onLoad) {
+    return new Promise((resolve) => {
+      const title = heading(scene.title);
+      const choice = (agreed) => async (event) => {
+        const rt = clock.now();
+        if (acts.getAttribute("aria-disabled") || !meant(event, rt)) return;
+        for (const part of [acts, ...acts.children]) part.setAttribute("aria-disabled", "true");
+        await act({ kind: "agree", agreed });
+        resolve({ agreed, rt });
+      };
+      const acts = element(
+        "div",
+        { class: "acts", role: "group" },
+        element(
+          "button",
+          { type: "button", class: "first", "data-act": "agree", onclick: choice(true) },
+          words.consent.agree,
+        ),
+        element("button", { type: "button", "data-act": "decline", onclick: choice(false) }, words.consent.decline),
+      );
+      display.append(element("article", { class: "words" }, title, ...paragraphs(scene.paragraphs), acts));
+      const clock = new SceneClock();
+      title.focus();
+      onLoad();
+    });
+  }
+}

@@ -1,0 +1,91 @@
+import { Refusal, said } from "./talk.js";
+import { FIRST_WORDS } from "./words.js";
+
+const LONGEST = 64; // characters of a parameter that goes along
+const MOST = 16; // parameters that go along
+
+/** The parameters of the URL, as recruitment platforms set them; the server keeps those that it was told to keep. */
+function platform() {
+  const found = [...new URLSearchParams(location.search)].filter(
+    ([name, value]) => name.length <= LONGEST && value.length <= LONGEST,
+  );
+  return Object.fromEntries(found.slice(0, MOST));
+}
+
+/**
+ * What the server shows to this tab, and how it is answered. One thing is said at a time.
+ *
+ * @typedef {object} Scene What the server shows; `kind` says which plugin shows it.
+ * @property {string} kind
+ */
+export class Session {
+  /** @type {Scene} */
+  scene = { kind: "none" };
+  /** Number of the scene. */
+  turn = 0;
+  words = FIRST_WORDS;
+  mayWithdraw = false;
+  #lease = "";
+  #trouble;
+  #line = Promise.resolve();
+
+  /** @param {import("./trouble.js").Trouble} trouble */
+  constructor(trouble) {
+    this.#trouble = trouble;
+  }
+
+  /** The scene in which this participant is; other tabs cannot act any more. */
+  open() {
+    return this.#inTurn(() => this.#opened());
+  }
+
+  /**
+   * Does something in the present scene. Afterwards there is a new one.
+   *
+   * @param {object} act
+   */
+  act(act) {
+    const turn = this.turn;
+    return this.#inTurn(() => this.#said("api/act", { lease: this.#lease, turn, act, platform: platform() }));
+  }
+
+  /** Ends it, and has all deleted. Afterwards there is a new scene. */
+  withdraw() {
+    return this.#inTurn(() => this.#said("api/withdraw", { lease: this.#lease }));
+  }
+
+  #inTurn(todo) {
+    const mine = this.#line.then(todo);
+    this.#line = mine.catch(() => {});
+    return mine;
+  }
+
+  #opened() {
+    return this.#said("api/open", { platform: platform() });
+  }
+
+  async #said(path, body) {
+    try {
+      this.#take(await said(path, body, (state) => this.#trouble.connection(state)));
+    } catch (refusal) {
+      await this.#refused(refusal);
+    }
+  }
+
+  /** What helps: the server is asked where we are. Where that helps nothing, this never comes back. */
+  async #refused(refusal) {
+    if (!(refusal instanceof Refusal)) throw refusal;
+    if (refusal.code === "elsewhere") await this.#trouble.elsewhere();
+    else if (refusal.code !== "stale") await this.#trouble.refused(this.words === FIRST_WORDS ? refusal.message : "");
+    await this.#opened();
+  }
+
+  #take(answer) {
+    if (answer.words) this.words = answer.words;
+    this.#trouble.words = this.words;
+    this.#lease = answer.lease;
+    this.turn = answer.turn;
+    this.scene = answer.scene;
+    this.mayWithdraw = answer.withdraw;
+  }
+}

@@ -1,0 +1,198 @@
+"use strict";
+/* The experimenter's page. The token comes behind # in the address, or by hand; this tab keeps it, and nothing else
+   does. What the server sends is shown as text. */
+
+const KEY = "lockprobe-admin-token";
+const EVERY = 10_000; // milliseconds between two looks
+
+const at = (id) => document.getElementById(id);
+const storage = window.sessionStorage;
+let timer = 0;
+
+function tokenOfAddress() {
+  const found = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (found) {
+    storage.setItem(KEY, found);
+    history.replaceState(null, "", location.pathname);
+  }
+}
+
+function say(text, wrong = false) {
+  const status = at("status");
+  if (status.textContent !== text) status.textContent = text;
+  status.classList.toggle("wrong", wrong);
+}
+
+function made(name, text = "", attributes = {}) {
+  const element = document.createElement(name);
+  element.textContent = text;
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  return element;
+}
+
+async function ask(path, body) {
+  const headers = { Authorization: `Bearer ${storage.getItem(KEY)}` };
+  if (body) headers["Content-Type"] = "application/json";
+  const answer = await fetch(path, {
+    method: body ? "POST" : "GET",
+    headers,
+    body: body && JSON.stringify(body),
+    credentials: "omit",
+    cache: "no-store",
+  });
+  if (answer.status === 401) {
+    leave("That is not the token of this study.");
+    return null;
+  }
+  const said = await answer.json();
+  if (!answer.ok) throw new Error(said.message);
+  return said;
+}
+
+async function look(path = "api/admin/progress", body = null) {
+  clearTimeout(timer);
+  if (!storage.getItem(KEY)) return false;
+  let fine = false;
+  try {
+    const progress = await ask(path, body);
+    if (progress) {
+      show(progress);
+      fine = true;
+    }
+  } catch (error) {
+    say(error instanceof TypeError ? "The server does not answer; trying again." : error.message, true);
+  }
+  clearTimeout(timer); // another look may have begun meanwhile
+  if (storage.getItem(KEY)) timer = setTimeout(look, EVERY);
+  return fine;
+}
+
+function leave(text = "") {
+  clearTimeout(timer);
+  storage.removeItem(KEY);
+  at("study").hidden = true;
+  at("door").hidden = false;
+  at("when").textContent = "";
+  at("token").value = "";
+  at("token").focus();
+  say(text, Boolean(text));
+}
+
+function show(progress) {
+  at("door").hidden = true;
+  at("study").hidden = false;
+  showTotals(progress);
+  at("conditions").tBodies[0].replaceChildren(...progress.conditions.map(conditionRow));
+  showParticipants(progress.participants);
+  at("when").textContent = `As of ${new Date().toLocaleTimeString()}`; // not spoken every time
+  say("");
+}
+
+function showTotals(progress) {
+  const checks = progress.checks_right + progress.checks_wrong;
+  const totals = [
+    ["Joined", progress.joined],
+    ["Finished", progress.finished],
+    ["Away too long", progress.late],
+    ["Withdrawn", progress.withdrawn],
+    ["Checks right", checks ? `${progress.checks_right}/${checks}` : "–"],
+  ];
+  at("totals").replaceChildren(
+    ...totals.map(([name, value]) => {
+      const group = document.createElement("div");
+      group.append(made("dt", name), made("dd", String(value)));
+      return group;
+    }),
+  );
+}
+
+function conditionRow(condition) {
+  const name = `${condition.modality}, p = ${condition.p}`;
+  const row = document.createElement("tr");
+  row.append(made("th", name, { scope: "row" }));
+  for (const key of ["slots", "finished", "under_way", "free"]) {
+    row.append(made("td", String(condition[key]), { class: "number" }));
+  }
+  const cell = made("td", "", { class: "wide", "aria-hidden": "true" });
+  cell.append(made("progress", "", { max: condition.slots, value: condition.finished }));
+  row.append(cell);
+  return row;
+}
+
+/** Rows stay where they are while somebody reads them, and the focus in them. */
+function showParticipants(participants) {
+  const body = at("participants").tBodies[0];
+  const rows = new Map([...body.rows].map((row) => [row.dataset.participant, row]));
+  for (const participant of participants) {
+    const row = rows.get(participant.identity) ?? body.appendChild(participantRow(participant.identity));
+    rows.delete(participant.identity);
+    fill(row, participant);
+  }
+  for (const row of rows.values()) row.remove();
+  at("nobody").hidden = participants.length > 0;
+  at("participants").hidden = participants.length === 0;
+}
+
+function participantRow(identity) {
+  const row = document.createElement("tr");
+  row.dataset.participant = identity;
+  const name = made("th", "", { scope: "row" });
+  name.append(made("code", identity));
+  const last = document.createElement("td");
+  const button = made("button", "Withdraw …", {
+    type: "button",
+    class: "quiet",
+    "aria-label": `Withdraw participant ${identity}`,
+  });
+  button.addEventListener("click", () => withdraw(identity));
+  last.append(button);
+  row.append(name, made("td", "", { class: "number" }), made("td"), made("td"), made("td"), last);
+  return row;
+}
+
+function fill(row, participant) {
+  const checks = participant.checks_right + participant.checks_wrong;
+  const broken = participant.broken ? `, ${participant.broken} broken` : "";
+  const texts = [
+    `${participant.boxes_done} of ${participant.boxes}${broken}`,
+    participant.stage,
+    checks ? `${participant.checks_right} of ${checks} right` : "none yet",
+    new Date(participant.last_act * 1000).toLocaleString(),
+  ];
+  texts.forEach((text, place) => {
+    row.cells[place + 1].textContent = text;
+  });
+}
+
+function withdraw(identity) {
+  const dialog = at("sure");
+  at("whom").textContent = identity;
+  dialog.returnValue = "no";
+  dialog.onclose = async () => {
+    if (dialog.returnValue !== "yes") return;
+    if (await look("api/admin/withdraw", { participant: identity })) {
+      say(`Everything that was kept of participant ${identity} has been deleted.`);
+      at("participants-title").focus();
+    }
+  };
+  dialog.showModal();
+}
+
+at("door").addEventListener("submit", (event) => {
+  event.preventDefault();
+  storage.setItem(KEY, at("token").value.trim());
+  look();
+});
+at("leave").addEventListener("click", () => leave());
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden) clearTimeout(timer);
+  else look();
+});
+window.addEventListener("hashchange", () => {
+  tokenOfAddress();
+  look();
+});
+
+tokenOfAddress();
+if (storage.getItem(KEY)) look();
+else at("token").focus();
