@@ -13,6 +13,7 @@ from typing import Literal
 
 from lockprobe.call import Usage
 from lockprobe.errors import Boundary
+from lockprobe.options import group_of
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 
@@ -265,6 +266,11 @@ class Trial:
     def solved(self) -> bool:
         """Whether the target moved."""
         return self.ending == "solved"
+
+    @property
+    def group(self) -> str:
+        """The agent as whom it counts: itself, or for a person people as one, ``participant``."""
+        return group_of(self.agent)
 
     @property
     def actions(self) -> tuple[str, ...]:

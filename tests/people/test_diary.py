@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.people.diary import Diary, Did, Joined, Slot, read_diaries, read_diary
+from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot, read_diaries, read_diary
 from lockprobe.people.scenes import Attempt, Next
 
 JOINED = Joined(
@@ -19,7 +19,8 @@ STEP = Did(at=12.0, turn=2, scene="box", act=Attempt(joint="B", rt=412.5), box=1
 
 def test_a_diary_reads_back_as_written(tmp_path):
     diary = Diary(tmp_path / "people" / "3f9a01bc.jsonl")
-    lines = [JOINED, Did(at=11.0, turn=1, scene="page", act=Next()), STEP]
+    lines = [JOINED, Did(at=11.0, turn=2, scene="page", act=Next(), item="1"), STEP]
+    lines += [Broken(at=13.0, turn=4, box=2), Released(at=14.0)]
     for line in lines:
         diary.write(line)
     diary.close()

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import pytest
 from builders import make_trial, play_study, small_study, write_study
+from taking_part import take_part
 
 from lockprobe.call import Call
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, DirectoryBusy
 from lockprobe.pictures.picture import Picture
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.gathering import gather, source_of_directory
@@ -224,3 +225,59 @@ def test_an_agent_that_was_only_begun_is_new_to_the_study(tmp_path):
     there = with_calls(tmp_path / "there", [asked(1)])
     assert gather(here, [source_of_directory(there)]).agents == ("random",)
     assert read_study(here).agents == ("human-inspired", "random")
+
+
+PEOPLE = only("participant")
+
+
+def test_people_come_to_models_as_one_agent(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    take_part(tmp_path / "there", PEOPLE, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
+    take_part(tmp_path / "there", PEOPLE, "bbbb02", [(0.0, 1, 1)])
+    before = (here / "trials.jsonl").read_bytes()
+    gathered = gather(here, [source_of_directory(tmp_path / "there")])
+    assert (gathered.taken, gathered.there, gathered.agents) == (3, 0, ("participant",))
+    assert read_study(here).agents == ("random", "participant")
+    assert (here / "trials.jsonl").read_bytes() == before + (tmp_path / "there" / "trials.jsonl").read_bytes()
+
+
+def test_people_of_two_places_are_one_group_and_each_trial_is_played_once(tmp_path):
+    here, there = tmp_path / "here", tmp_path / "there"
+    take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
+    mine = (here / "trials.jsonl").read_bytes()
+    take_part(there, PEOPLE, "bbbb02", [(0.4, 1, 1), (0.0, 1, 2)])
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.taken, gathered.there, gathered.agents) == (1, 1, ())
+    assert (here / "trials.jsonl").read_bytes().startswith(mine)
+    assert [trial.agent for trial in load(here)] == ["participant:aaaa01", "participant:bbbb02"]
+
+
+def test_models_come_to_people(tmp_path):
+    here = tmp_path / "here"
+    take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
+    gather(here, [source_of_directory(write_study(tmp_path / "there", only("random")))])
+    assert read_study(here).agents == ("participant", "random")
+    assert len(load(here)) == 9
+
+
+def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
+    there = tmp_path / "there"
+    take_part(there, PEOPLE, "aaaa01", [(0.4, 1, 1)])
+    path = there / "trials.jsonl"
+    path.write_bytes(path.read_bytes().replace(b"participant:aaaa01", b"participant:../../x"))
+    with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
+        gather(tmp_path / "here", [source_of_directory(there)])
+    assert not (tmp_path / "here").exists()
+
+
+def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(tmp_path):
+    there = write_study(tmp_path / "there", only("random"))
+    seen = []
+
+    def beside(trials):
+        seen.append(set(trials))
+        with pytest.raises(DirectoryBusy), Journal.open(tmp_path / "here", only("random")):
+            pass
+
+    gather(tmp_path / "here", [source_of_directory(there)], beside)
+    assert seen == [{trial.key for trial in load(there)}]

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import make_trial, modality_study, play_study
+from builders import make_trial, modality_study, play_study, small_study
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.box import bits
@@ -287,3 +287,11 @@ def test_a_list_of_one_may_be_written_without_brackets(tmp_path):
 def test_a_study_shows_the_box_in_some_way():
     with pytest.raises(BadValue, match=r"^modality: got \[\], expected at least one"):
         study(Request(study="modalities", modality=[], agent=["viewer"]))
+
+
+def test_trials_of_people_are_invited_and_planned_like_any():
+    people, alone = (small_study(agents, (0.0, 0.4), 2, 3) for agents in (("random", "participant"), ("random",)))
+    assert (people.size, people.invited) == (24, 12)
+    assert (alone.size, alone.invited) == (12, 0)
+    assert modality_study(("viewer", "participant", "random"), trials=2).invited == 6
+    assert next(people.plans("participant")).key == "flips/participant/p=0/rep=1/trial=1"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,9 +17,22 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile
 from lockprobe.people.scenes import Act
-from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
+from lockprobe.record import Ending
+from lockprobe.studies.lines import append_line, cut_torn_tail, sync_directory, whole_lines
 
-__all__ = ["PEOPLE_DIRECTORY", "Diary", "Did", "Joined", "Line", "Released", "Slot", "read_diaries", "read_diary"]
+__all__ = [
+    "PEOPLE_DIRECTORY",
+    "Broken",
+    "Diary",
+    "Did",
+    "Entry",
+    "Joined",
+    "Line",
+    "Released",
+    "Slot",
+    "read_diaries",
+    "read_diary",
+]
 
 PEOPLE_DIRECTORY = "people"
 """Where in the directory of a study the diaries lie."""
@@ -73,14 +87,15 @@ class Did(_Line):
 
     Attributes:
         at: When it came.
-        turn: The number of the scene, from 1; every participant's acts count up by one.
+        turn: The number of the scene, from 2; every participant's acts count up by one, and joining is the first.
         scene: What kind of scene it was.
         act: What was done.
-        box: Of a step: which box, from 1; 0 is the practice box.
+        box: Of a step and of the scene after a box: which box, from 1; 0 is the practice box.
         step: Of a step: which, from 1.
         told: Of a step: the report that was then shown; empty with pictures.
-        item: Of a check or a question: which, from 1 for checks, by name for questions.
+        item: Of a page or a check: which, from 1; of a question its name.
         right: Of a check: whether the answer was right.
+        ended: Of a step: how the trial ended with it; None where it goes on.
     """
 
     kind: Literal["did"] = "did"
@@ -93,6 +108,16 @@ class Did(_Line):
     told: str = ""
     item: str = ""
     right: bool | None = None
+    ended: Ending | None = None
+
+
+class Broken(_Line):
+    """A box broke before a joint could be chosen; the participant goes on with what comes after it."""
+
+    kind: Literal["broken"] = "broken"
+    at: Seconds
+    turn: int
+    box: int
 
 
 class Released(_Line):
@@ -102,9 +127,11 @@ class Released(_Line):
     at: Seconds
 
 
-Line = Annotated[Joined | Did | Released, Field(discriminator="kind")]
+Entry = Joined | Did | Broken | Released
 
-_adapter: TypeAdapter[Joined | Did | Released] = TypeAdapter(Line)
+Line = Annotated[Entry, Field(discriminator="kind")]
+
+_adapter: TypeAdapter[Entry] = TypeAdapter(Line)
 
 
 class Diary:
@@ -121,21 +148,27 @@ class Diary:
         self.path = path
         try:
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            new = not path.exists()
             self._file = path.open("ab", buffering=0)
             cut_torn_tail(self._file, path)
+            if new:
+                sync_directory(path.parent)
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror})") from error
 
-    def write(self, line: Joined | Did | Released) -> None:
+    def write(self, line: Entry) -> None:
         """Put a line on the disk itself.
 
         Raises:
             BadFile: If it cannot be written; then nothing of it is there.
         """
+        end = os.fstat(self._file.fileno()).st_size
         append_line(self._file, self.path, _adapter.dump_json(line, exclude_defaults=False))
         try:
             os.fsync(self._file.fileno())
         except OSError as error:
+            with suppress(OSError):
+                self._file.truncate(end)
             raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
 
     def close(self) -> None:
@@ -143,13 +176,13 @@ class Diary:
         self._file.close()
 
 
-def read_diary(path: Path) -> list[Joined | Did | Released]:
+def read_diary(path: Path) -> list[Entry]:
     """The lines of one participant; an unfinished last line is none.
 
     Raises:
         BadFile: If a line is damaged, or the first does not say who it is.
     """
-    found: list[Joined | Did | Released] = []
+    found: list[Entry] = []
     for number, line in whole_lines(path):
         try:
             found.append(_adapter.validate_json(line))
@@ -160,7 +193,7 @@ def read_diary(path: Path) -> list[Joined | Did | Released]:
     return found
 
 
-def read_diaries(directory: Path) -> Iterator[list[Joined | Did | Released]]:
+def read_diaries(directory: Path) -> Iterator[list[Entry]]:
     """The diaries of all participants of a study, in the order in which they joined; none where nobody takes part.
 
     Args:

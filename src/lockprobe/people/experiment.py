@@ -29,7 +29,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from lockprobe.errors import BadFile
 from lockprobe.lockbox.boxfile import read_toml
 
-__all__ = ["AttentionCheck", "Experiment", "Question", "experiment_from", "read_experiment"]
+__all__ = ["EXPERIMENT", "AttentionCheck", "Experiment", "Question", "experiment_from", "read_experiment"]
+
+EXPERIMENT = "experiment.json"
+"""Where beside the diaries of a study these settings stand."""
 
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 Options = Annotated[tuple[Annotated[str, Field(min_length=1, max_length=200)], ...], Field(max_length=20)]

@@ -80,11 +80,21 @@ class Joint(_Part):
 
 
 class Report(_Part):
-    """One finished step: what was attempted, and what was told of it. Empty where pictures are shown."""
+    """One finished step: what was attempted, and what was told of it. Nothing of that where pictures are shown.
+
+    Attributes:
+        step: Which, from 1.
+        joint: Label of the joint that was attempted.
+        told: The report in words, as models read them.
+        outcome: What was told of the joint.
+        ones: Labels of the joints that were told to be at position 1; None where no positions are told.
+    """
 
     step: int
     joint: str
     told: str
+    outcome: Literal["moved", "blocked"] | None = None
+    ones: tuple[str, ...] | None = None
 
 
 class Panel(_Part):
@@ -112,7 +122,7 @@ class Box(_Part):
 
     Attributes:
         practice: Whether it is the practice box.
-        number: Which box, from 1.
+        number: Which box, from 1; 0 is the practice box.
         of: How many there are; the practice does not count.
         step: The step that is to be taken, from 1.
         budget: Steps of the trial.
@@ -137,8 +147,8 @@ class TrialOver(_Part):
 
     Attributes:
         practice: Whether it was the practice box.
-        number: Which box, from 1.
-        of: How many there are.
+        number: Which box, from 1; 0 is the practice box.
+        of: How many there are; the practice does not count.
         solved: Whether it was opened; None where that is not said.
         title: In words.
         paragraphs: The same at length.

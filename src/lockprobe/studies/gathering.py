@@ -13,8 +13,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from lockprobe.agents.participant import check_participant
 from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.options import PEOPLE, group_of
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
 from lockprobe.studies.album import ALBUM, Album
@@ -95,12 +97,16 @@ def source_of_directory(directory: Path) -> Source:
     )
 
 
-def gather(directory: Path, sources: Sequence[Source]) -> Gathered:
+def gather(
+    directory: Path, sources: Sequence[Source], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
+) -> Gathered:
     """Take into a directory the trials that it does not have. It is made if it does not exist.
 
     Args:
         directory: Of the study.
         sources: Where trials are; the first sources go before later ones.
+        beside: What else is to be taken: called with the trials that the directory then has, while nobody else may
+            write there.
 
     Raises:
         BadValue: If there is no source.
@@ -128,6 +134,7 @@ def gather(directory: Path, sources: Sequence[Source]) -> Gathered:
         counts = [_take(source, journal, book) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
+        beside(journal.trials)
     taken, there, missing = (sum(column) for column in zip(*counts, strict=True))
     return Gathered(
         taken=taken,
@@ -161,7 +168,7 @@ def _agents(sources: Iterable[Source]) -> tuple[str, ...]:
     """Who played or was asked, each once, in the order of its study."""
     found: list[str] = []
     for source in sources:
-        playing = {trial.agent for trial in source.trials}
+        playing = {group_of(trial.agent) for trial in source.trials}
         playing |= {agent for agent, keys in _begun(source, source.unfinished).items() if keys}
         found += [agent for agent in source.study.agents if agent in playing]
     return tuple(dict.fromkeys(found))
@@ -175,6 +182,8 @@ def _refuse_another_study(source: Source, joined: Study, directory: Path) -> Non
             raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
     for trial in source.trials:
         try:
+            if group_of(trial.agent) == PEOPLE:
+                check_participant(trial.agent)
             asked = joined.asks_for(trial)
         except UserMistake as mistake:
             raise BadFile(source.path, f"{trial.key}: {mistake}") from None
@@ -189,7 +198,10 @@ def _short(value: object) -> str:
 
 
 class _Same:
-    """Refuses two models, prompts, runtimes or renderers under one name, as a run does that is resumed."""
+    """Refuses two models, prompts, runtimes or renderers under one name, as a run does that is resumed.
+
+    What people played on may differ from person to person, and from trial to trial.
+    """
 
     def __init__(self, directory: Path, trials: Iterable[Trial]) -> None:
         self._directory = directory
@@ -198,7 +210,8 @@ class _Same:
             self._known |= self._facts(trial)
 
     def _facts(self, trial: Trial) -> dict[tuple[str, str], Fact]:
-        facts = {(trial.agent, name): value for name, value in trial.facts.items()}
+        said = {} if group_of(trial.agent) == PEOPLE else trial.facts
+        facts = {(trial.agent, name): value for name, value in said.items()}
         return facts | {("the plant", name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
 
     def check(self, source: Source) -> None:

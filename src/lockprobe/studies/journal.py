@@ -1,4 +1,4 @@
-"""Finished trials on disk, one line each, appended and never rewritten.
+"""Finished trials on disk, one line each, appended and never rewritten, but where a person has them deleted.
 
 A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records), ``timings.jsonl`` (clock
 readings, which are no part of a record) and, where a provider was asked, ``asked.jsonl`` and ``calls.jsonl`` (every
@@ -23,10 +23,21 @@ from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
 from lockprobe.studies.calls import ASKED, CALLS, Calls
-from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
+from lockprobe.studies.lines import append_line, cut_torn_tail, sync_directory, whole_lines
+from lockprobe.studies.striking import rewritten, without
 from lockprobe.studies.study import LATER, Study
 
-__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_journal", "read_settings", "read_timings"]
+__all__ = [
+    "Journal",
+    "LeftOut",
+    "Timing",
+    "left_out",
+    "load",
+    "read_journal",
+    "read_settings",
+    "read_timings",
+    "write_settings",
+]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
@@ -171,10 +182,7 @@ class Journal:
         except OSError as error:
             raise BadFile(directory, f"cannot be written ({error.strerror})") from error
         with handle as records, (directory / "timings.jsonl").open("ab", buffering=0) as timings:
-            try:
-                fcntl.flock(records, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise DirectoryBusy(directory) from None
+            _lock(records, directory)
             _claim(directory, study)
             cut_torn_tail(records, directory / "trials.jsonl")
             cut_torn_tail(timings, directory / "timings.jsonl")
@@ -183,7 +191,7 @@ class Journal:
                 try:
                     yield journal
                 finally:
-                    journal._sync()
+                    journal._close()
 
     def owes(self, key: str) -> bool:
         """Whether a trial has still to be played: not finished, or broken by something outside the agent."""
@@ -205,6 +213,30 @@ class Journal:
         if time.monotonic() - self._synced > _SYNC_SECONDS:
             self._sync()
 
+    def strike(self, agent: str) -> None:
+        """Delete every record of one agent, and its clock readings, as a person asks who withdraws.
+
+        Killed in between, it has to be called again.
+
+        Raises:
+            BadFile: If it cannot be written.
+        """
+        keys, timings, records = without(self.directory, agent)
+        self._timings = rewritten(self._timings, self.directory / "timings.jsonl", timings)
+        self._records = rewritten(self._records, self.directory / "trials.jsonl", records)
+        with suppress(OSError):  # they are in their place already
+            sync_directory(self.directory)
+        for key in keys:
+            if key in self.trials and self.trials[key].agent == agent:
+                del self.trials[key]
+
+    def _close(self) -> None:
+        try:
+            self._sync()
+        finally:
+            self._records.close()
+            self._timings.close()
+
     def _sync(self) -> None:
         try:
             self.calls.sync()  # first: a trial on disk whose calls are lost would have cost nothing
@@ -212,6 +244,31 @@ class Journal:
         except OSError as error:
             raise BadFile(self.directory, f"cannot be written ({error.strerror})") from error
         self._synced = time.monotonic()
+
+
+def _lock(records: IO[bytes], directory: Path) -> None:
+    """Keep every other process from writing, for as long as the file is open."""
+    try:
+        fcntl.flock(records, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise DirectoryBusy(directory) from None
+    if os.fstat(records.fileno()).st_ino != (directory / "trials.jsonl").stat().st_ino:  # it was just rewritten
+        raise DirectoryBusy(directory)
+
+
+def write_settings(directory: Path, study: Study) -> None:
+    """Put the settings of a study in place, whole or not at all.
+
+    Raises:
+        BadFile: If they cannot be written.
+    """
+    path = directory / "study.json"
+    draft = path.with_suffix(".draft")
+    try:
+        draft.write_text(json.dumps(study.settings(), indent=2) + "\n", "utf-8")
+        draft.replace(path)
+    except OSError as error:
+        raise BadFile(path, f"cannot be written ({error.strerror})") from error
 
 
 def _claim(directory: Path, study: Study) -> None:
@@ -222,12 +279,7 @@ def _claim(directory: Path, study: Study) -> None:
     if not path.exists() and played:
         raise BadFile(directory, f"holds {played[0]} but no study.json: put it back, or give another --out")
     if not played:
-        draft = path.with_suffix(".draft")
-        try:
-            draft.write_text(json.dumps(asked, indent=2) + "\n", "utf-8")
-            draft.replace(path)
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        write_settings(directory, study)
         return
     there, asked = {**LATER, **read_settings(directory)}, {**LATER, **asked}
     different = {

@@ -14,7 +14,7 @@ from typing import IO
 
 from lockprobe.errors import BadFile
 
-__all__ = ["append_line", "cut_torn_tail", "whole_lines"]
+__all__ = ["append_line", "cut_torn_tail", "sync_directory", "whole_lines"]
 
 _BLOCK = 1 << 16
 """Bytes read at once on the way back to the end of the last whole line."""
@@ -66,3 +66,16 @@ def cut_torn_tail(handle: IO[bytes], path: Path) -> None:
             whole = begin
     if whole != end:
         handle.truncate(whole)
+
+
+def sync_directory(directory: Path) -> None:
+    """Wait until the disk knows which files a directory holds.
+
+    Raises:
+        OSError: If it cannot be read.
+    """
+    handle = os.open(directory, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -13,7 +13,7 @@ from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
-from lockprobe.options import group_of
+from lockprobe.options import PEOPLE, group_of
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
@@ -223,5 +223,12 @@ class Study:
     @property
     def size(self) -> int:
         """Number of trials, over all agents and conditions."""
-        shown = sum(len(self.modalities_of(agent)) for agent in self.agents)
-        return shown * len(self.p) * self.repetitions * self.trials
+        return sum(map(self._size_of, self.agents))
+
+    @property
+    def invited(self) -> int:
+        """Of these, the trials of people, who are invited to play and not run."""
+        return self._size_of(PEOPLE) if PEOPLE in self.agents else 0
+
+    def _size_of(self, agent: str) -> int:
+        return len(self.modalities_of(agent)) * len(self.p) * self.repetitions * self.trials

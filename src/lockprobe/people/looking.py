@@ -1,0 +1,125 @@
+"""What a person sees of a box: made of the situation that every agent gets, and of how the panel looks.
+
+Nothing here knows the truth: positions and outcomes are those that were told, and joints go by their labels.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Literal
+
+from lockprobe.people.scenes import Box, Joint, Panel, Report
+from lockprobe.pictures.picture import Picture
+from lockprobe.plan import Names, Plan
+from lockprobe.record import Percept, Situation, Task
+from lockprobe.studies.modality import is_pictured
+
+__all__ = ["View", "box_to_show", "panel_to_show", "view_of_modality"]
+
+View = Literal["text", "panel", "pictures"]
+
+
+def view_of_modality(modality: str, view: Literal["text", "panel"]) -> View:
+    """How a modality is shown; one with pictures shows pictures, whatever the view of reports is."""
+    return "pictures" if is_pictured(modality) else view
+
+
+def box_to_show(
+    plan: Plan,
+    situation: Situation,
+    *,
+    view: Literal["text", "panel"],
+    history: bool,
+    number: int,
+    of: int,
+) -> Box:
+    """A step of a box that has to be taken.
+
+    Args:
+        plan: Of the trial.
+        situation: What the agent may use.
+        view: How reports are shown.
+        history: Whether earlier reports stay in view.
+        number: Which box, from 1; 0 is the practice box.
+        of: How many there are without the practice.
+    """
+    return Box(
+        practice=number == 0,
+        number=number,
+        of=of,
+        step=len(situation.past) + 1,
+        budget=situation.task.budget,
+        ask=situation.task.assessment and bool(situation.past),
+        panel=panel_to_show(plan, situation, view),
+        history=_history(situation) if history else (),
+    )
+
+
+def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> Panel:
+    """What the agent's channel shows now."""
+    task, percept = situation.task, situation.percept
+    shown = view_of_modality(plan.modality, view)
+    kinds = [plan.box.joints[i].kind for i in Names(plan).order]
+    handles = _handles(percept) if shown == "pictures" else {}
+    joints = tuple(
+        Joint(
+            label=label,
+            target=label == task.target,
+            kind=kinds[i] if shown == "panel" else None,
+            place=task.places[i] if shown == "panel" else None,
+            position=None if percept.positions is None else (1 if percept.positions[i] else 0),
+            handle=handles.get(i),
+        )
+        for i, label in enumerate(task.joints)
+    )
+    return Panel(
+        view=shown,
+        joints=joints,
+        told=_told(percept),
+        last=percept.joint,
+        outcome=percept.outcome,
+        pictures=tuple(_url(picture) for picture in percept.pictures if picture.shown),
+    )
+
+
+def _history(situation: Situation) -> tuple[Report, ...]:
+    after = [*(turn.percept for turn in situation.past[1:]), situation.percept]
+    return tuple(
+        Report(
+            step=number,
+            joint=turn.decision.joint,
+            told=_told(percept),
+            outcome=percept.outcome,
+            ones=_ones(situation.task, percept),
+        )
+        for number, (turn, percept) in enumerate(zip(situation.past, after, strict=False), 1)
+    )
+
+
+def _ones(task: Task, percept: Percept) -> tuple[str, ...] | None:
+    if percept.positions is None:
+        return None
+    return tuple(label for label, position in zip(task.joints, percept.positions, strict=True) if position)
+
+
+def _told(percept: Percept) -> str:
+    return "" if percept.pictures else percept.text
+
+
+def _url(picture: Picture) -> str:
+    return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
+
+
+def _handles(percept: Percept) -> dict[int, tuple[tuple[float, float], tuple[float, float]]]:
+    """Where handles lie, as shares of the pictures; a place in pixels counts from the middle of the first pixel."""
+    width, height = _size(percept.pictures[0])
+
+    def share(place: tuple[float, float]) -> tuple[float, float]:
+        return round((place[0] + 0.5) / width, 5), round((place[1] + 0.5) / height, 5)
+
+    return {i: (share(zero), share(one)) for i, (zero, one) in enumerate(percept.handles)}
+
+
+def _size(picture: Picture) -> tuple[int, int]:
+    """Width and height, as a PNG file's first chunk has them."""
+    return int.from_bytes(picture.png[16:20], "big"), int.from_bytes(picture.png[20:24], "big")

@@ -1,0 +1,269 @@
+"""Where participants come in, go on where they were, and leave: who may do what, and where each of them sits.
+
+All in one event loop; there is no HTTP here. A token says who it is, a lease which page of theirs may act, a turn which
+scene an act is for: so no act counts twice, none is lost once its outcome was shown, and two pages cannot play one box.
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.people.assignment import boxes_each
+from lockprobe.people.diary import PEOPLE_DIRECTORY
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.opening import opened, seats_on_disk
+from lockprobe.people.progress import Progress, progress_of
+from lockprobe.people.refusals import Refused
+from lockprobe.people.register import Register
+from lockprobe.people.scenes import Act, Agree, Scene
+from lockprobe.people.seat import Seat, Table
+from lockprobe.people.tokens import Tokens
+from lockprobe.people.withdrawal import withdraw, withdrawn
+from lockprobe.people.words import Words
+from lockprobe.studies.study import Study
+
+__all__ = ["Reception", "Shown"]
+
+_PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+_LEASE = re.compile(r"[A-Za-z0-9_-]{1,64}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """What a page is answered.
+
+    Attributes:
+        token: Who it is; kept by the browser where scripts cannot read it.
+        lease: With which the page acts from now on.
+        turn: The number of the scene, from 1.
+        scene: What is shown.
+        identity: Who takes part; None before somebody has agreed to.
+        may_withdraw: Whether there is something to delete.
+    """
+
+    token: str
+    lease: str
+    turn: int
+    scene: Scene
+    identity: str | None
+    may_withdraw: bool
+
+
+class Reception:
+    """Everybody who takes part in a study. Use :meth:`open`."""
+
+    def __init__(self, table: Table, tokens: Tokens, register: Register) -> None:
+        self._table = table
+        self._tokens = tokens
+        self._register = register
+
+    @classmethod
+    @asynccontextmanager
+    async def open(
+        cls,
+        directory: Path,
+        study: Study,
+        experiment: Experiment,
+        words: Words,
+        *,
+        clock: Callable[[], float] = time.time,
+        page: str = "",
+    ) -> AsyncIterator[Reception]:
+        """Open a study for people, new or to go on.
+
+        Args:
+            directory: Of the study; made if it is not there. Where models have played in it, people join them.
+            study: The study; who plays in it does not matter.
+            experiment: How people take part.
+            words: What they read.
+            clock: Seconds since 1970.
+            page: Version of the page on which they play, for the record.
+
+        Raises:
+            SettingsChanged: If the directory holds another study, or people have joined under other settings.
+            DirectoryBusy: If another process is writing there.
+            BadFile: If something in it is damaged, or a trial is not told again as it was shown.
+            UserMistake: If the plant cannot be had.
+        """
+        with opened(directory, study, experiment, words, clock=clock, page=page) as table:
+            tokens = Tokens(directory / PEOPLE_DIRECTORY / "secret")
+            reception = cls(table, tokens, Register(table, await seats_on_disk(table)))
+            try:
+                yield reception
+            finally:
+                for seat in reception._register:
+                    await seat.let_go()
+
+    @property
+    def study(self) -> Study:
+        """The study, people among its agents."""
+        return self._table.study
+
+    async def enter(self, token: str | None, platform: Mapping[str, str]) -> Shown:
+        """Somebody loads the page: they go on where they were, and pages of theirs that are open can act no longer.
+
+        Args:
+            token: What the browser shows; None if it has none.
+            platform: What the URL says, by parameter.
+
+        Raises:
+            Refused: As ``forged``, or as ``malformed`` if a parameter that is kept has a value that it cannot have.
+            BadFile: If something cannot be written or read.
+        """
+        platform, lease = self._kept(platform), secrets.token_hex(16)
+        mark = None if token is None else self._tokens.mark(token)
+        await self._register.let_go_of_idle()
+        seat = None if mark is None else self._register.marked(mark)
+        if token is None or (seat is not None and self._register.is_another(seat, platform)):
+            token, seat = self._tokens.new(), None
+        if seat is not None:
+            async with seat.lock:
+                if not seat.gone:
+                    seat.lease = lease
+                    await self._release_if_late(seat)
+                    return await self._shown(token, seat)
+        texts = self._table.texts
+        why = self._register.why_not(platform)
+        scene = texts.closed(why) if why else texts.consent(boxes_each(self.study, self._table.experiment))
+        return _outside(token, lease, scene)
+
+    async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Shown:
+        """Somebody does something; what comes of it is on disk before this returns.
+
+        Args:
+            token: What the browser shows.
+            lease: That the page got when it was loaded.
+            turn: The number of the scene that the act is for.
+            act: What is done.
+            platform: What the URL says, by parameter.
+
+        Raises:
+            Refused: As ``forged``; ``elsewhere`` if a newer page was loaded; ``stale`` if another scene is shown;
+                ``impossible`` if it cannot be done in this one; ``malformed``. Then nothing is written.
+            BadFile: If something cannot be written or read; then it has not been done.
+        """
+        token, mark = self._proof(token, lease)
+        await self._register.let_go_of_idle()
+        if (seat := self._register.marked(mark)) is None:
+            return await self._join(token, lease, turn, act, self._kept(platform))
+        async with seat.lock:
+            self._check_lease(seat, lease)
+            if seat.gone:
+                raise Refused("stale", "not the scene that is shown")
+            if turn == seat.journey.turn - 1 and act == seat.journey.last:  # its reply was lost
+                return await self._shown(token, seat)
+            if turn != seat.journey.turn:
+                raise Refused("stale", "not the scene that is shown")
+            if not await self._release_if_late(seat):
+                await seat.do(act)
+            return await self._shown(token, seat)
+
+    async def withdraw(self, token: str | None, lease: str) -> Shown:
+        """Somebody withdraws: all that is kept of them is deleted.
+
+        Raises:
+            Refused: As ``forged``, ``elsewhere`` or ``malformed``.
+            BadFile: If it cannot be written; then it is finished when the study is next opened.
+        """
+        token, mark = self._proof(token, lease)
+        if (seat := self._register.marked(mark)) is not None:
+            async with seat.lock:
+                self._check_lease(seat, lease)
+                await self._delete(seat)
+        return _outside(token, lease, self._table.texts.closed("withdrawn"))
+
+    async def withdraw_participant(self, identity: str) -> None:
+        """Delete all that is kept of somebody, as the experimenter asks.
+
+        Raises:
+            Refused: As ``unknown``, if nobody here is called so.
+            BadFile: If it cannot be written; then it is finished when the study is next opened.
+        """
+        if (seat := self._register.called(identity)) is None:
+            raise Refused("unknown", "no such participant")
+        async with seat.lock:
+            await self._delete(seat)
+
+    def progress(self) -> Progress:
+        """How far people have come, by condition."""
+        journeys = [seat.journey for seat in self._register]
+        gone = withdrawn(self._table.journal.directory)
+        return progress_of(self.study, journeys, self._register.finished(), gone)
+
+    async def _join(self, token: str, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Shown:
+        """Somebody agrees to take part, or not; nothing is kept before."""
+        if turn != 1:
+            raise Refused("stale", "not the scene that is shown")
+        if not isinstance(act, Agree):
+            raise Refused("impossible", "nothing that can be done before somebody agrees to take part")
+        texts, register, mark = self._table.texts, self._register, self._tokens.mark(token)
+        if not act.agreed:
+            return _outside(token, lease, texts.closed("declined"))
+        await register.make_room()
+        if register.marked(mark) is not None:  # in the meantime, by the same act sent twice
+            return await self.act(token, lease, turn, act, platform)
+        if (why := register.why_not(platform)) is not None:
+            return _outside(token, lease, texts.closed(why))
+        if not (slots := register.assigned()):
+            return _outside(token, lease, texts.closed("full"))
+        seat = register.add(mark, platform, slots)
+        async with seat.lock:
+            seat.lease = lease
+            return await self._shown(token, seat)
+
+    async def _shown(self, token: str, seat: Seat) -> Shown:
+        scene, journey = await seat.show(), seat.journey
+        assert seat.lease is not None
+        return Shown(
+            token=token,
+            lease=seat.lease,
+            turn=journey.turn,
+            scene=scene,
+            identity=journey.identity,
+            may_withdraw=True,
+        )
+
+    def _proof(self, token: str | None, lease: str) -> tuple[str, str]:
+        """A token and by what it is known."""
+        if token is None:
+            raise Refused("forged", "no token")
+        if not _LEASE.fullmatch(lease):
+            raise Refused("malformed", "no such lease")
+        return token, self._tokens.mark(token)
+
+    def _check_lease(self, seat: Seat, lease: str) -> None:
+        """Only the page that was loaded last may act; after a restart the one that comes first goes on."""
+        seat.lease = seat.lease or lease
+        if not secrets.compare_digest(seat.lease, lease):
+            raise Refused("elsewhere", "open in another page")
+
+    def _kept(self, platform: Mapping[str, str]) -> dict[str, str]:
+        """What the experimenter asked for of what the recruitment platform says."""
+        kept = {name: platform[name] for name in self._table.experiment.recruitment if name in platform}
+        if not all(map(_PLATFORM_VALUE.fullmatch, kept.values())):
+            raise Refused("malformed", "a parameter of the URL is nothing that a recruitment platform sends")
+        return kept
+
+    async def _release_if_late(self, seat: Seat) -> bool:
+        if late := self._register.is_late(seat):
+            await seat.release()
+        return late
+
+    async def _delete(self, seat: Seat) -> None:
+        identity = seat.journey.identity
+        if self._register.called(identity) is seat:
+            seat.gone = True
+            await seat.let_go()
+            withdraw(self._table.journal, identity)
+            self._register.remove(seat)
+
+
+def _outside(token: str, lease: str, scene: Scene) -> Shown:
+    """What somebody is shown who does not take part."""
+    return Shown(token=token, lease=lease, turn=1, scene=scene, identity=None, may_withdraw=False)

@@ -1,0 +1,151 @@
+"""Who takes part in a study, and what is left for others."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Literal
+
+from lockprobe.options import PEOPLE, group_of
+from lockprobe.people.assignment import assigned, boxes_each
+from lockprobe.people.diary import Diary, Joined, Slot
+from lockprobe.people.journey import Journey, fingerprint, stations
+from lockprobe.people.seat import Seat, Table
+
+__all__ = ["Register"]
+
+_HOUR = 3600.0
+
+_IDLE_SECONDS = 600.0
+"""After so long without an act a trial is let go of; it is played again when somebody comes back."""
+
+_LOOK_SECONDS = 60.0
+
+
+class Register:
+    """All seats of a study.
+
+    Args:
+        table: What all share.
+        seats: Those who take part already.
+    """
+
+    def __init__(self, table: Table, seats: Iterable[Seat]) -> None:
+        self._table = table
+        self._seats = {seat.journey.identity: seat for seat in seats}
+        marked = ((seat.journey.joined.token, seat) for seat in self._seats.values())
+        self._by_mark = {mark: seat for mark, seat in marked if mark}  # whoever came from elsewhere has none
+        self._looked = table.clock()
+
+    def __iter__(self) -> Iterator[Seat]:
+        return iter(tuple(self._seats.values()))
+
+    def called(self, identity: str) -> Seat | None:
+        """The seat of a participant."""
+        return self._seats.get(identity)
+
+    def marked(self, mark: str) -> Seat | None:
+        """The seat of whoever has a token."""
+        return self._by_mark.get(mark)
+
+    def add(self, mark: str, platform: Mapping[str, str], slots: tuple[Slot, ...]) -> Seat:
+        """A seat for somebody new, on disk.
+
+        Args:
+            mark: By what their token is known.
+            platform: What the recruitment platform says of them.
+            slots: What they play.
+
+        Raises:
+            BadFile: If it cannot be written; then there is none.
+        """
+        table = self._table
+        while (identity := secrets.token_hex(4)) in self._seats:
+            pass
+        words = fingerprint(table.words)
+        joined = Joined(
+            identity=identity, token=mark, at=table.clock(), platform=dict(platform), slots=slots, words=words
+        )
+        seat = Seat(table, Journey(joined, stations(table.experiment, table.words, len(slots))))
+        diary = Diary(seat.path)
+        try:
+            diary.write(joined)
+        finally:
+            diary.close()
+        self._seats[identity] = self._by_mark[mark] = seat
+        return seat
+
+    def remove(self, seat: Seat) -> None:
+        """Forget a seat."""
+        self._seats.pop(seat.journey.identity, None)
+        self._by_mark.pop(seat.journey.joined.token, None)
+
+    def finished(self) -> set[Slot]:
+        """Trials of people that are on record, whoever played them."""
+        return {
+            Slot(p=trial.p, modality=trial.modality, repetition=trial.repetition, trial=trial.trial)
+            for trial in self._table.journal.trials.values()
+            if group_of(trial.agent) == PEOPLE and not trial.owed_again
+        }
+
+    def assigned(self) -> tuple[Slot, ...]:
+        """What somebody would play who joined now; empty if nothing is left."""
+        kept = [seat.journey.slots_kept for seat in self]
+        taken = self.finished().union(*kept)
+        return assigned(self._table.study, self._table.experiment, kept, taken)
+
+    def why_not(self, platform: Mapping[str, str]) -> Literal["taken", "full"] | None:
+        """Why somebody cannot join; None if they can, perhaps with trials of somebody who was away too long."""
+        if (person := self._person(platform)) and any(self._person(s.journey.joined.platform) == person for s in self):
+            return "taken"
+        late = [seat for seat in self if self.is_late(seat)]
+        limit = self._table.experiment.participants
+        if limit is not None and self._taking_part() - len(late) >= limit:
+            return "full"
+        return None if late or self.assigned() else "full"
+
+    async def make_room(self) -> None:
+        """Release trials of those who were away too long, longest first, as far as somebody new needs them.
+
+        Raises:
+            BadFile: If it cannot be written.
+        """
+        enough = boxes_each(self._table.study, self._table.experiment)
+        limit = self._table.experiment.participants
+        for seat in sorted(self, key=lambda seat: seat.journey.at):
+            there_is_room = limit is None or self._taking_part() < limit
+            if there_is_room and len(self.assigned()) >= enough:
+                return
+            if self.is_late(seat) and not seat.lock.locked():
+                async with seat.lock:
+                    await seat.release()
+
+    def is_late(self, seat: Seat) -> bool:
+        """Whether somebody was away for so long that trials that they have not finished can be given to others."""
+        journey = seat.journey
+        away = self._table.clock() - journey.at
+        return not journey.released and not journey.boxes_done and away > self._table.experiment.away_hours * _HOUR
+
+    def is_another(self, seat: Seat, platform: Mapping[str, str]) -> bool:
+        """Whether the recruitment platform says that it is another person who sits at the same browser now."""
+        person = self._person(platform)
+        return person is not None and self._person(seat.journey.joined.platform) not in (None, person)
+
+    async def let_go_of_idle(self) -> None:
+        """Let go of trials that wait for nobody."""
+        now = self._table.clock()
+        if now - self._looked < _LOOK_SECONDS:
+            return
+        self._looked = now
+        for seat in self:
+            if now - seat.used > _IDLE_SECONDS and not seat.lock.locked():
+                async with seat.lock:
+                    await seat.let_go()
+
+    def _person(self, platform: Mapping[str, str]) -> str | None:
+        """Who somebody is on the recruitment platform."""
+        names = self._table.experiment.recruitment
+        return platform.get(names[0]) if names else None
+
+    def _taking_part(self) -> int:
+        return sum(not seat.journey.released for seat in self)

@@ -1,0 +1,92 @@
+"""Records of one agent are struck from a journal: the only time that its files are written anew.
+
+A file is written anew beside the old one and then takes its place, so that it is whole at every moment. Clock readings
+go first: as long as the records are there, it can be done again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import IO
+
+from lockprobe.errors import BadFile
+from lockprobe.studies.lines import append_line, whole_lines
+
+__all__ = ["rewritten", "without"]
+
+
+def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Iterator[bytes]]:
+    """What a journal is without an agent.
+
+    Args:
+        directory: Of the study.
+        agent: Its spec.
+
+    Returns:
+        The keys of its trials; the lines of clock readings that stay; the lines of records that stay. Of a trial that
+        somebody else played later, the last reading stays.
+    """
+    records, timings = directory / "trials.jsonl", directory / "timings.jsonl"
+    owners = [_owner(line) for line in _lines(records)]
+    theirs = {key for key, owner in owners if owner == agent}
+    others = {key for key, owner in owners if owner != agent}
+    last = {_key(line): number for number, line in enumerate(_lines(timings))}
+
+    def stays(number: int, key: str) -> bool:
+        return key not in theirs or (key in others and last[key] == number)
+
+    return (
+        theirs,
+        (line for number, line in enumerate(_lines(timings)) if stays(number, _key(line))),
+        (line for line in _lines(records) if _owner(line)[1] != agent),
+    )
+
+
+def rewritten(old: IO[bytes], path: Path, lines: Iterable[bytes]) -> IO[bytes]:
+    """A file with other lines, in its place and open for appending; it is locked before it is there.
+
+    Args:
+        old: The file as it is open; it is closed.
+        path: Where it lies.
+        lines: Whole lines.
+
+    Raises:
+        BadFile: If it cannot be written; then the old one stays.
+    """
+    draft = path.with_suffix(".draft")
+    try:
+        draft.unlink(missing_ok=True)
+        with ExitStack() as undo:
+            new = undo.enter_context(draft.open("ab", buffering=0))
+            fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            for line in lines:
+                append_line(new, draft, line.rstrip(b"\n"))
+            os.fsync(new.fileno())
+            draft.replace(path)
+            undo.pop_all()
+    except OSError as error:
+        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+    old.close()
+    return new
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    return (line for _, line in whole_lines(path))
+
+
+def _owner(line: bytes) -> tuple[str, str]:
+    """Key and agent of a record."""
+    record = json.loads(line)
+    return str(record["key"]), str(record["agent"])
+
+
+def _key(reading: bytes) -> str:
+    """Of a clock reading; empty where it is damaged."""
+    with suppress(ValueError, TypeError, KeyError):
+        return str(json.loads(reading)["key"])
+    return ""

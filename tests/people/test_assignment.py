@@ -1,0 +1,123 @@
+"""Boxes are given out in balance, orders too, and nobody meets the same luck twice."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from seated import people_study, short
+
+from lockprobe.people.assignment import assigned, boxes_each, conditions_of, slots_of, williams
+
+
+def joining(study, experiment, people=None):
+    """The trials of so many who join one after the other, or of all there is room for."""
+    before = []
+    while people is None or len(before) < people:
+        slots = assigned(study, experiment, before, {slot for slots in before for slot in slots})
+        if not slots:
+            break
+        before.append(slots)
+    return before
+
+
+def condition(slot):
+    return slot.p, slot.modality
+
+
+def study_of(conditions, repetitions=1, trials=4, seed=7):
+    return people_study(p=tuple(i / 16 for i in range(conditions)), repetitions=repetitions, trials=trials, seed=seed)
+
+
+sizes = {"conditions": st.integers(1, 7), "repetitions": st.integers(1, 3), "trials": st.integers(1, 6)}
+
+
+@settings(max_examples=60, deadline=None)
+@given(**sizes, each=st.none() | st.integers(1, 12), design=st.sampled_from(["within", "between"]))
+def test_every_trial_is_given_out_once_and_nobody_meets_a_luck_twice(conditions, repetitions, trials, each, design):
+    study, experiment = study_of(conditions, repetitions, trials), short(trials_each=each, design=design)
+    people = joining(study, experiment)
+    given_out = [slot for slots in people for slot in slots]
+    assert sorted(given_out, key=str) == sorted(slots_of(study), key=str)
+    for slots in people:
+        assert len({(slot.repetition, slot.trial) for slot in slots}) == len(slots) <= boxes_each(study, experiment)
+        assert design == "within" or len({condition(slot) for slot in slots}) == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(**sizes, each=st.none() | st.integers(1, 12))
+def test_no_condition_is_played_by_more_than_one_more(conditions, repetitions, trials, each):
+    study, experiment = study_of(conditions, repetitions, trials), short(trials_each=each)
+    people, length = joining(study, experiment), boxes_each(study, experiment)
+    played = Counter(dict.fromkeys(conditions_of(study), 0))
+    for slots in people:
+        if len(slots) == length:  # after that not enough is left
+            played.update(map(condition, slots))
+            assert max(played.values()) - min(played.values()) <= 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(**sizes)
+def test_between_people_no_condition_has_more_than_one_more(conditions, repetitions, trials):
+    study, experiment = study_of(conditions, repetitions, trials), short(design="between")
+    has = Counter(dict.fromkeys(conditions_of(study), 0))
+    for slots in joining(study, experiment):
+        has[condition(slots[0])] += 1
+        assert max(has.values()) - min(has.values()) <= 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(conditions=st.integers(2, 7), seed=st.integers(0, 50), rounds=st.integers(1, 2))
+def test_each_condition_stands_equally_often_in_each_place(conditions, seed, rounds):
+    study = study_of(conditions, trials=2 * conditions, seed=seed)
+    people = joining(study, short(), rounds * conditions)
+    stood = Counter((place, condition(slot)) for slots in people for place, slot in enumerate(slots))
+    assert set(stood.values()) == {rounds}
+    assert len(stood) == conditions**2
+
+
+@settings(max_examples=60, deadline=None)
+@given(conditions=st.integers(3, 7), each=st.integers(1, 6))
+def test_where_not_all_are_played_places_are_balanced_too(conditions, each):
+    study, experiment = study_of(conditions, trials=10), short(trials_each=each)
+    people = joining(study, experiment, conditions)
+    stood = Counter((place, condition(slot)) for slots in people for place, slot in enumerate(slots))
+    assert max(stood.values()) <= 2
+
+
+@pytest.mark.parametrize("size", range(1, 9))
+def test_each_comes_equally_often_after_each_other(size):
+    rows = williams(size)
+    after = Counter(pair for row in rows for pair in pairwise(row))
+    assert all(sorted(row) == list(range(size)) for row in rows)
+    assert len(rows) == (2 * size if size % 2 and size > 1 else size)
+    assert len(after) == size * (size - 1)
+    assert len(set(after.values())) <= 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(taken=st.sets(st.integers(0, 23)), people=st.integers(0, 3))
+def test_what_is_taken_is_left_alone_and_the_same_is_given_for_the_same(taken, people):
+    study = study_of(4, trials=6)
+    every = list(slots_of(study))
+    closed = {every[i] for i in taken}
+    before = joining(study, short(), people)
+    given_out = assigned(study, short(), before, closed)
+    assert not closed & set(given_out)
+    assert len({(slot.repetition, slot.trial) for slot in given_out}) == len(given_out)
+    assert bool(given_out) == (len(closed) < len(every))
+    assert assigned(study, short(), before, closed) == given_out
+
+
+def test_who_withdraws_leaves_a_hole_that_is_filled_first():
+    study = study_of(4, trials=6)
+    people = joining(study, short(), 3)
+    stays = [people[0], people[2]]
+    again = assigned(study, short(), stays, {slot for slots in stays for slot in slots})
+    assert [condition(slot) for slot in again] == [condition(slot) for slot in people[1]]
+
+
+def test_another_seed_gives_other_orders():
+    orders = {tuple(map(condition, joining(study_of(5, trials=9, seed=seed), short(), 1)[0])) for seed in range(12)}
+    assert len(orders) > 6

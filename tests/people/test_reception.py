@@ -1,0 +1,284 @@
+"""People play the trials that strategies play, whatever happens to pages, networks and servers in between."""
+
+import asyncio
+
+import pytest
+from seated import (
+    Clock,
+    Player,
+    as_played,
+    diary_of,
+    go_on,
+    opened,
+    people_study,
+    short,
+    take_part,
+    to_first,
+    without_page,
+)
+
+from lockprobe.people.diary import Did
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.refusals import Refused
+from lockprobe.people.scenes import Agree, Answer, Attempt, Box, Next
+from lockprobe.studies.journal import load, read_timings
+from lockprobe.studies.settings import read_study
+
+CHOICE = Attempt(joint="A", rt=1.0)
+
+
+@pytest.mark.parametrize("spec", ["human-inspired", "human-inspired:proximity", "ideal-observer", "round-robin"])
+@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+def test_a_strategy_at_the_page_plays_as_without_it(tmp_path, spec, flip):
+    study = people_study(flip=flip, layout="shuffled", assessment=flip != "sticky")
+    take_part(tmp_path, study, Experiment(history=False), spec, people=2)
+    trials = load(tmp_path)
+    assert len(trials) == 4
+    for trial in trials:
+        alone = without_page(study, trial, spec)
+        claims = spec != "round-robin"  # it says nothing of what it is told, and here it is asked
+        assert as_played(trial, claims=claims) == as_played(alone, claims=claims)
+        assert (trial.ending, trial.opening, trial.channels, trial.labels, trial.listing, trial.key) == (
+            alone.ending, alone.opening, alone.channels, alone.labels, alone.listing, alone.key,
+        )  # fmt: skip
+
+
+def test_somebody_who_looks_at_pictures_plays_as_without_a_page(tmp_path):
+    study = people_study(p=(0.0,), modalities=("rgbd",), plant="fast-twin", trials=1, max_steps=6)
+    take_part(tmp_path, study, Experiment(practice="chain-2"), "viewer")
+    (trial,) = load(tmp_path)
+    assert as_played(trial) == as_played(without_page(study, trial, "viewer"))
+    assert trial.facts["view"] == "pictures"
+    assert {path.name for path in (tmp_path / "pictures").iterdir()} == trial.picture_names
+
+
+def test_a_record_says_on_what_it_was_played_and_nothing_of_who(tmp_path):
+    study = people_study()
+    (shown,) = take_part(tmp_path, study, short(view="text"), platform={"PROLIFIC_PID": "abc", "STUDY_ID": "x"})
+    trials = load(tmp_path)
+    assert {trial.agent for trial in trials} == {f"participant:{shown.identity}"}
+    assert [trial.facts["position"] for trial in trials] == [1, 2]
+    words = diary_of(tmp_path, shown.identity)[0].words
+    assert dict(trials[0].facts) == {
+        "view": "text", "words": words, "page": "1", "position": 1, "design": "within", "history": True,
+        "feedback": False,
+    }  # fmt: skip
+    assert "abc" not in (tmp_path / "trials.jsonl").read_text()
+    assert read_study(tmp_path).agents == ("participant",)
+    assert all(map(read_study(tmp_path).asks_for, trials))
+
+
+def test_times_are_those_of_the_person_and_not_of_playing_it_again(tmp_path):
+    clock = Clock()
+    (shown,) = take_part(tmp_path, people_study(), short(), clock=clock)
+    steps = [line for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did) and line.box == 2]
+    before = next(line for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did) and line.scene == "over")
+    second = read_timings(tmp_path)[1]
+    assert second.seconds == pytest.approx(steps[-2].at - before.at)  # the last line is the scene after the box
+    assert second.steps == len(steps) - 1
+
+
+@pytest.mark.parametrize("restart", ["reload", "restart"])
+def test_it_goes_on_where_it_stood_after_every_single_act(tmp_path, restart):
+    study, experiment = (
+        people_study(max_steps=6),
+        Experiment(
+            checks=[{"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
+            questions=[{"name": "how", "question": "How?"}],
+        ),
+    )
+    take_part(tmp_path / "once", study, experiment, "ideal-observer")
+
+    async def broken_off() -> None:
+        player, token = Player(tmp_path / "often", study, "ideal-observer"), None
+        clock = Clock()
+        for _ in range(100):
+            async with opened(tmp_path / "often", study, experiment, clock=clock) as reception:
+                shown = await reception.enter(token, {})
+                if restart == "reload":
+                    before = shown
+                    shown = await reception.enter(shown.token, {})
+                    assert (shown.scene, shown.turn) == (before.scene, before.turn)
+                if shown.scene.kind == "debrief":
+                    return
+                token = shown.token
+                shown = await reception.act(token, shown.lease, shown.turn, await player.act(shown), {})
+        raise AssertionError(shown)
+
+    asyncio.run(broken_off())
+    once, often = (load(tmp_path / name) for name in ("once", "often"))
+    assert [as_played(trial) for trial in often] == [as_played(trial) for trial in once]
+    assert (tmp_path / "often" / "trials.jsonl").read_text().count("\n") == len(once)
+
+
+def test_an_act_whose_reply_was_lost_is_answered_again_and_counts_once(tmp_path):
+    study = people_study()
+
+    async def doubled() -> None:
+        player = Player(tmp_path, study, "human-inspired")
+        async with opened(tmp_path, study, short()) as reception:
+            shown = await reception.enter(None, {})
+            while shown.scene.kind != "debrief":
+                act, turn = await player.act(shown), shown.turn
+                replies = [await reception.act(shown.token, shown.lease, turn, act, {}) for _ in range(3)]
+                assert replies[0] == replies[1] == replies[2]
+                shown = replies[0]
+
+    asyncio.run(doubled())
+    for trial in load(tmp_path):
+        assert as_played(trial) == as_played(without_page(study, trial, "human-inspired"))
+
+
+def test_the_same_act_sent_many_times_at_once_counts_once(tmp_path):
+    async def at_once() -> None:
+        async with opened(tmp_path, people_study(), short()) as reception:
+            shown = await reception.enter(None, {})
+            acts = [reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {}) for _ in range(5)]
+            replies = await asyncio.gather(*acts)
+            assert len({reply.identity for reply in replies}) == 1
+            box = await to_first(Box, reception, replies[0])
+            acts = [reception.act(box.token, box.lease, box.turn, CHOICE, {}) for _ in range(5)]
+            assert {reply.turn for reply in await asyncio.gather(*acts)} == {box.turn + 1}
+            assert len([line for line in diary_of(tmp_path, box.identity) if isinstance(line, Did) and line.box]) == 1
+
+    asyncio.run(at_once())
+    assert len(list((tmp_path / "people").glob("*.jsonl"))) == 1
+
+
+@pytest.mark.parametrize("left", [0, 0.5, 0.99])
+def test_an_act_of_which_only_a_part_reached_the_disk_is_sent_again_and_counts_once(tmp_path, left):
+    study = people_study()
+
+    async def killed() -> None:
+        async with opened(tmp_path, study, short()) as reception:
+            player = Player(tmp_path, study, "human-inspired")
+            box = await to_first(Box, reception, await reception.enter(None, {}))
+            for _ in range(3):
+                act, before = await player.act(box), box
+                box = await reception.act(box.token, box.lease, box.turn, act, {})
+        path = tmp_path / "people" / f"{box.identity}.jsonl"
+        whole = path.read_bytes()
+        last = whole.splitlines(keepends=True)[-1]
+        path.write_bytes(whole[: len(whole) - len(last) + int(left * len(last))])
+        async with opened(tmp_path, study, short()) as reception:
+            again = await reception.act(before.token, before.lease, before.turn, act, {})
+            assert (again.scene, again.turn) == (box.scene, box.turn)
+            assert path.read_bytes().count(b"\n") == whole.count(b"\n")
+            await go_on(reception, player, again)
+
+    asyncio.run(killed())
+    for trial in load(tmp_path):
+        assert as_played(trial) == as_played(without_page(study, trial, "human-inspired"))
+
+
+def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_written(tmp_path):
+    async def refused() -> None:
+        async with opened(tmp_path, people_study(), short()) as reception:
+            shown = await to_first(Box, reception, await reception.enter(None, {}))
+            before = (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes()
+            other = CHOICE.model_copy(update={"rt": 2.0})
+            last = await reception.act(shown.token, shown.lease, shown.turn, CHOICE, {})
+            after = (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes()
+            assert after.startswith(before)
+            for turn, act, code in [
+                (last.turn - 1, other, "stale"),
+                (last.turn + 1, CHOICE, "stale"),
+                (1, Agree(agreed=True), "stale"),
+                (last.turn, Next(), "impossible"),
+                (last.turn, Answer(answer="x", rt=1.0), "impossible"),
+                (last.turn, CHOICE, "impossible"),  # it is asked what the last action did
+                (last.turn, CHOICE.model_copy(update={"joint": "Z", "claimed": "moved"}), "impossible"),
+            ]:
+                with pytest.raises(Refused) as refusal:
+                    await reception.act(last.token, last.lease, turn, act, {})
+                assert refusal.value.code == code
+            assert (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes() == after
+            assert (await reception.enter(last.token, {})).scene == last.scene
+
+    asyncio.run(refused())
+
+
+def test_two_pages_cannot_play_one_box(tmp_path):
+    async def two() -> None:
+        async with opened(tmp_path, people_study(), short()) as reception:
+            first = await to_first(Box, reception, await reception.enter(None, {}))
+            second = await reception.enter(first.token, {})
+            assert (second.scene, second.turn) == (first.scene, first.turn)
+            for act in (
+                reception.act(first.token, first.lease, first.turn, CHOICE, {}),
+                reception.withdraw(first.token, first.lease),
+            ):
+                with pytest.raises(Refused) as refusal:
+                    await act
+                assert refusal.value.code == "elsewhere"
+            there = await reception.act(second.token, second.lease, second.turn, CHOICE, {})
+            again = await reception.enter(first.token, {})  # go on here
+            assert (again.scene, again.turn) == (there.scene, there.turn)
+
+    asyncio.run(two())
+
+
+def test_who_has_no_token_of_this_study_is_refused(tmp_path):
+    async def forged() -> None:
+        async with opened(tmp_path, people_study(), short()) as reception:
+            shown = await reception.enter(None, {})
+            other = shown.token[:-6] + ("A" if shown.token[-6] != "A" else "B") + shown.token[-5:]
+            for token in ("", "x", other, shown.token + "A", "é" * 88, "A" * 88):
+                with pytest.raises(Refused) as refusal:
+                    await reception.enter(token, {})
+                assert refusal.value.code == "forged"
+            with pytest.raises(Refused) as refusal:
+                await reception.act(None, shown.lease, 1, Agree(agreed=True), {})
+            assert refusal.value.code == "forged"
+            for lease in ("", "x" * 65, "../x"):
+                with pytest.raises(Refused) as refusal:
+                    await reception.act(shown.token, lease, 1, Agree(agreed=True), {})
+                assert refusal.value.code == "malformed"
+
+    asyncio.run(forged())
+    assert not list((tmp_path / "people").glob("*.jsonl"))
+
+
+def test_nothing_is_kept_before_somebody_agrees_or_of_who_does_not(tmp_path):
+    async def declines() -> None:
+        async with opened(tmp_path, people_study(), short()) as reception:
+            before = sorted(tmp_path.rglob("*"))
+            shown = await reception.enter(None, {"PROLIFIC_PID": "abc"})
+            assert (shown.turn, shown.identity, shown.may_withdraw) == (1, None, False)
+            for act, code in ((Next(), "impossible"), (CHOICE, "impossible")):
+                with pytest.raises(Refused, match="agrees") as refusal:
+                    await reception.act(shown.token, shown.lease, 1, act, {})
+                assert refusal.value.code == code
+            closed = await reception.act(shown.token, shown.lease, 1, Agree(agreed=False), {"PROLIFIC_PID": "abc"})
+            assert (closed.scene.why, closed.identity) == ("declined", None)
+            assert (await reception.enter(shown.token, {})).scene.kind == "consent"
+            assert sorted(tmp_path.rglob("*")) == before
+
+    asyncio.run(declines())
+
+
+def test_of_the_platform_only_what_was_asked_for_is_kept_and_only_what_it_sends(tmp_path):
+    platform = {"PROLIFIC_PID": "5f-a.b_c", "email": "ann@example.org"}
+    (shown,) = take_part(tmp_path, people_study(), short(), platform=platform)
+    assert diary_of(tmp_path, shown.identity)[0].platform == {"PROLIFIC_PID": "5f-a.b_c"}
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and "ann@" in path.read_text("latin-1")]
+    for value in ("", "a b", "<script>", "../x", "a" * 65, "%00", "é", "a\n"):
+        with pytest.raises(Refused) as refusal:
+            take_part(tmp_path, people_study(), short(), platform={"PROLIFIC_PID": value})
+        assert refusal.value.code == "malformed"
+
+
+def test_another_person_at_the_same_browser_is_another_participant(tmp_path):
+    async def one_computer() -> None:
+        study = people_study()
+        async with opened(tmp_path, study, short()) as reception:
+            first = await reception.enter(None, {"PROLIFIC_PID": "ann"})
+            first = await reception.act(first.token, first.lease, 1, Agree(agreed=True), {"PROLIFIC_PID": "ann"})
+            first = await go_on(reception, Player(tmp_path, study, "random"), first)
+            again = await reception.enter(first.token, {"PROLIFIC_PID": "ann"})
+            assert (again.token, again.scene.kind) == (first.token, "debrief")
+            second = await reception.enter(first.token, {"PROLIFIC_PID": "bob"})
+            assert second.token != first.token
+            assert second.scene.kind == "consent"
+
+    asyncio.run(one_computer())

@@ -1,0 +1,77 @@
+"""What is read is filled in, and says what the experimenter wants said and no more."""
+
+import pytest
+from seated import WORDS, people_study
+
+from lockprobe.people.diary import Did, Joined, Slot
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.journey import Journey
+from lockprobe.people.scenes import Attempt, Next
+from lockprobe.people.telling import Texts
+
+SLOTS = tuple(Slot(p=0.0, modality="symbolic", repetition=1, trial=n) for n in (1, 2))
+JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
+QUESTIONS = {
+    "checks": [{"after": 2, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
+    "questions": [{"name": "how", "question": "<b>How?</b>", "required": True}],
+    "completion_url": "https://example.org/x",
+    "completion_code": "C1",
+}
+
+
+def at(ended, box, *more, **settings):
+    """The scene after a box that ended so."""
+    experiment = Experiment(**{"practice": "chain-3", **settings})
+    step = Did(at=11.0, turn=2, scene="box", act=Attempt(joint="A", rt=1.0), box=box, step=1, told="", ended=ended)
+    return Texts(WORDS, people_study(), experiment).at(Journey.of([JOINED, step, *more], experiment, WORDS))
+
+
+def done(scene, number, **more):
+    return Did(at=12.0, turn=number, scene=scene, act=Next(), **more)
+
+
+def test_facts_are_filled_in():
+    texts = Texts(WORDS, people_study(), Experiment())
+    consent = texts.consent(6)
+    assert "6" in " ".join(consent.paragraphs)
+    page = texts.at(Journey.of([JOINED, done("page", 2, item="1")], Experiment(), WORDS))
+    assert (page.number, page.of, page.title) == (2, 2, WORDS.instructions[1].title)
+    assert "12" in " ".join(page.paragraphs)
+    assert not [text for scene in (consent, page) for text in scene.paragraphs if "{" in text]
+    words = WORDS.model_copy(update={"debrief": WORDS.debrief.model_copy(update={"title": "{boxes} {joints} {other}"})})
+    way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
+    end = Texts(words, people_study(), Experiment()).at(Journey.of([JOINED, *way], Experiment(), words))
+    assert end.title == "2 4 {other}"
+
+
+@pytest.mark.parametrize(("ended", "solved"), [("solved", True), ("budget", False), ("error", None)])
+def test_whether_a_box_was_opened_is_said_where_the_experimenter_says_so(ended, solved):
+    silent, said = at(ended, 1), at(ended, 1, feedback=True)
+    assert (silent.solved, silent.number, silent.of, silent.practice) == (None, 1, 2, False)
+    assert silent == at("budget", 1)
+    assert said.solved is solved
+    assert len(said.paragraphs) == len(silent.paragraphs) + (solved is not None)
+
+
+@pytest.mark.parametrize(("ended", "solved"), [("solved", True), ("budget", False)])
+def test_of_the_practice_it_is_always_said(ended, solved):
+    over = at(ended, 0)
+    assert (over.practice, over.solved, over.number, over.title) == (True, solved, 0, WORDS.practice_over.title)
+
+
+def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():
+    over = done("over", 3, box=2)
+    check = at("solved", 2, over, **QUESTIONS)
+    assert check.model_dump() == {"kind": "check", "question": "Blue?", "options": ("blue", "red")}
+    answered = Did(at=13.0, turn=4, scene="check", act=Next(), item="1", right=True)
+    ask = at("solved", 2, over, answered, **QUESTIONS)
+    assert (ask.name, ask.question, ask.required, ask.options) == ("how", "<b>How?</b>", True, ())
+    asked = Did(at=14.0, turn=5, scene="ask", act=Next(), item="how")
+    end = at("solved", 2, over, answered, asked, **QUESTIONS)
+    assert (end.kind, end.completion_url, end.completion_code) == ("debrief", "https://example.org/x", "C1")
+
+
+def test_every_way_of_being_closed_has_its_text():
+    texts = Texts(WORDS, people_study(), Experiment())
+    whys = ("declined", "withdrawn", "full", "taken", "late")
+    assert len({(texts.closed(why).why, texts.closed(why).title) for why in whys}) == len(whys)

@@ -1,0 +1,54 @@
+"""Only tokens that were given out here are taken for ones."""
+
+import stat
+
+import pytest
+
+from lockprobe.errors import BadFile
+from lockprobe.people.refusals import Refused
+from lockprobe.people.tokens import Tokens, mark_of
+
+
+def test_its_own_are_known_again_also_later(tmp_path):
+    token = Tokens(tmp_path / "people" / "secret").new()
+    assert Tokens(tmp_path / "people" / "secret").mark(token) == mark_of(token)
+    assert len({Tokens(tmp_path / "people" / "secret").new() for _ in range(5)}) == 5
+
+
+def test_nobody_else_can_read_the_secret_and_no_token_is_in_it(tmp_path):
+    path = tmp_path / "people" / "secret"
+    token = Tokens(path).new()
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert stat.S_IMODE(path.parent.stat().st_mode) == 0o700
+    assert len(path.read_bytes()) == 32
+    assert token.encode() not in path.read_bytes()
+
+
+def test_any_other_is_forged(tmp_path):
+    tokens = Tokens(tmp_path / "a")
+    token = tokens.new()
+    wrong = [
+        Tokens(tmp_path / "b").new(),
+        "",
+        "A" * 88,
+        token[:-1],
+        token + "=",
+        token.swapcase(),
+        "ä" * 88,
+        "\n" + token,
+    ]
+    wrong += [token[:i] + ("A" if token[i] != "A" else "B") + token[i + 1 :] for i in range(0, 85, 7)]
+    for other in wrong:
+        with pytest.raises(Refused) as refusal:
+            tokens.mark(other)
+        assert (refusal.value.code, refusal.value.status) == ("forged", 401)
+        assert not other or other not in str(refusal.value)
+
+
+def test_a_secret_that_is_none_is_refused(tmp_path):
+    (tmp_path / "secret").write_bytes(b"short")
+    with pytest.raises(BadFile, match="no secret"):
+        Tokens(tmp_path / "secret")
+    (tmp_path / "directory").mkdir()
+    with pytest.raises(BadFile, match="cannot be used"):
+        Tokens(tmp_path / "directory")

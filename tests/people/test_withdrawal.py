@@ -1,0 +1,170 @@
+"""Who withdraws leaves no trace but the count, whenever the server is killed."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from builders import make_trial
+from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part
+
+from lockprobe.errors import BadFile
+from lockprobe.people.refusals import Refused
+from lockprobe.people.scenes import Agree, Box, Next
+from lockprobe.people.withdrawal import finish_withdrawal, put, withdraw, withdrawn
+from lockprobe.studies.journal import Journal, Timing, load, read_timings
+
+STUDY = people_study()
+
+
+def traces(directory: Path, *words: str) -> list[Path]:
+    """Files in whose names or contents one of these words stands."""
+    files = [path for path in directory.rglob("*") if path.is_file()]
+    return [path for path in files if any(word in path.name or word.encode() in path.read_bytes() for word in words)]
+
+
+def test_who_withdraws_leaves_no_trace_but_the_count(tmp_path):
+    last = take_part(tmp_path, STUDY, short(), people=2, platform=None)
+    (third,) = take_part(tmp_path, STUDY, short(), platform={"PROLIFIC_PID": "platformname"}, until=in_the_second_box)
+    token = diary_of(tmp_path, third.identity)[0].token
+    assert traces(tmp_path, third.identity)
+    kept = [trial for trial in load(tmp_path) if third.identity not in trial.agent]
+
+    async def withdraws():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            shown = await reception.enter(third.token, {})
+            shown = await reception.withdraw(shown.token, shown.lease)
+            assert (shown.scene.why, shown.identity, shown.may_withdraw) == ("withdrawn", None, False)
+            again = await reception.withdraw(shown.token, shown.lease)  # its reply was lost
+            assert again.scene == shown.scene
+            with pytest.raises(Refused) as refusal:
+                await reception.act(shown.token, shown.lease, 7, Next(), {})
+            assert refusal.value.code == "stale"
+            return reception.progress()
+
+    progress = asyncio.run(withdraws())
+    assert traces(tmp_path, third.identity, token, "platformname") == []
+    assert load(tmp_path) == kept
+    assert {timing.key for timing in read_timings(tmp_path)} == {trial.key for trial in kept}
+    assert (progress.withdrawn, progress.joined, withdrawn(tmp_path)) == (1, 2, 1)
+    assert [one.free for one in progress.conditions] == [2, 2]
+    assert {person.identity for person in progress.participants} == {shown.identity for shown in last}
+
+
+def in_the_second_box(shown):
+    return isinstance(shown.scene, Box) and shown.scene.number == 2 and shown.scene.step == 2
+
+
+def test_the_journal_goes_on_after_somebody_was_struck(tmp_path):
+    (left,) = take_part(tmp_path, STUDY, short())
+
+    async def withdraws():
+        async with opened(tmp_path, STUDY, short(), clock=Clock()) as reception:
+            await reception.withdraw_participant(left.identity)
+            shown = await reception.enter(left.token, {})  # is a stranger now
+            assert shown.scene.kind == "consent"
+            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
+            assert shown.identity != left.identity
+            await go_on(reception, Player(tmp_path, STUDY, "random"), shown)
+            for unknown in (left.identity, "nobody", ""):
+                with pytest.raises(Refused) as refusal:
+                    await reception.withdraw_participant(unknown)
+                assert refusal.value.code == "unknown"
+
+    asyncio.run(withdraws())
+    assert [trial.key for trial in load(tmp_path)] == [timing.key for timing in read_timings(tmp_path)]
+    assert len(load(tmp_path)) == 2
+    assert traces(tmp_path, left.identity) == []
+
+
+class Killed(BaseException):
+    """The process is gone."""
+
+
+@pytest.mark.parametrize("at", range(1, 40))
+def test_a_deletion_that_is_killed_is_finished_at_the_next_opening(tmp_path, monkeypatch, at):
+    left, stays = take_part(tmp_path, STUDY, short(), people=2)
+    count = 0
+
+    def dying(real):
+        def called(*arguments, **named):
+            nonlocal count
+            count += 1
+            if count == at:
+                raise Killed
+            return real(*arguments, **named)
+
+        return called
+
+    async def withdraws():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            with monkeypatch.context() as patched:
+                for name in ("replace", "unlink", "open"):
+                    patched.setattr(Path, name, dying(getattr(Path, name)))
+                patched.setattr("os.fsync", dying(__import__("os").fsync))
+                await reception.withdraw_participant(left.identity)
+
+    try:
+        asyncio.run(withdraws())
+    except Killed:
+        noted = (tmp_path / "people" / "withdrawing.json").exists()
+    else:
+        noted = True
+        assert count < at
+
+    async def opens():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            return reception.progress()
+
+    progress = asyncio.run(opens())
+    assert progress.withdrawn == withdrawn(tmp_path)
+    if noted or progress.withdrawn:
+        assert traces(tmp_path, left.identity) == []
+        assert (progress.withdrawn, progress.joined, len(load(tmp_path))) == (1, 1, 2)
+    else:
+        assert (progress.withdrawn, progress.joined, len(load(tmp_path))) == (0, 2, 4)
+    assert {trial.agent for trial in load(tmp_path)} >= {f"participant:{stays.identity}"}
+
+
+def test_where_it_could_not_be_written_nobody_is_told_that_it_was(tmp_path, monkeypatch):
+    (left,) = take_part(tmp_path, STUDY, short())
+
+    def fails(*arguments):
+        raise BadFile(tmp_path, "cannot be written")
+
+    async def withdraws():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            shown = await reception.enter(left.token, {})
+            with monkeypatch.context() as patched:
+                patched.setattr("lockprobe.studies.journal.rewritten", fails)
+                with pytest.raises(BadFile):
+                    await reception.withdraw(shown.token, shown.lease)
+                with pytest.raises(Refused):
+                    await reception.act(shown.token, shown.lease, shown.turn, Next(), {})
+            assert (await reception.withdraw(shown.token, shown.lease)).scene.why == "withdrawn"
+
+    asyncio.run(withdraws())
+    assert (traces(tmp_path, left.identity), withdrawn(tmp_path)) == ([], 1)
+
+
+@pytest.mark.parametrize("note", ['{"participant": "../../x", "withdrawn": 1}', "{", "[]", '{"participant": "abcd"}'])
+def test_a_note_that_is_none_deletes_nothing(tmp_path, note):
+    with Journal.open(tmp_path, STUDY) as journal:
+        put(tmp_path / "people" / "withdrawing.json", {})
+        (tmp_path / "people" / "withdrawing.json").write_text(note)
+        with pytest.raises(BadFile):
+            finish_withdrawal(journal)
+    assert (tmp_path / "people" / "withdrawing.json").exists()
+
+
+def test_only_theirs_is_struck(tmp_path):
+    study = people_study(agents=("participant", "random"))
+    mine = [make_trial([0, 1], agent="participant:aaaa", trial=number, budget=2) for number in (1, 2)]
+    others = [make_trial([0, 1], agent=agent, budget=2) for agent in ("participant:aaaab", "random")]
+    with Journal.open(tmp_path, study) as journal:
+        for trial in (mine[0], *others, mine[1]):
+            journal.append(trial, Timing(key=trial.key, seconds=1.0, steps=1))
+        (tmp_path / "people").mkdir()
+        withdraw(journal, "aaaa")
+        withdraw(journal, "bbbb")  # of whom there is nothing
+    assert [trial.agent for trial in load(tmp_path)] == ["participant:aaaab", "random"]
+    assert withdrawn(tmp_path) == 2

@@ -1,0 +1,208 @@
+"""People for tests who see scenes and nothing else: strategies that decide from what a page would show."""
+
+import asyncio
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.lockbox.families import box
+from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diary
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.reception import Reception, Shown
+from lockprobe.people.refusals import Refused
+from lockprobe.people.scenes import Act, Agree, Answer, Ask, Attempt, Box, Check, Consent, Next, Panel
+from lockprobe.people.words import read_words
+from lockprobe.pictures.picture import Picture
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.studies.stage import play_timed
+from lockprobe.studies.study import Study
+
+WORDS = read_words("en")
+
+
+def people_study(**settings) -> Study:
+    """A small study that people play."""
+    defaults = {
+        "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1,
+        "trials": 4, "max_steps": 12, "seed": 7,
+    }  # fmt: skip
+    return Study(**{**defaults, **settings})
+
+
+def short(**settings) -> Experiment:
+    """An experiment without practice."""
+    return Experiment(**{"practice": "", **settings})
+
+
+class Clock:
+    """Seconds since 1970 that pass when they are told to."""
+
+    def __init__(self) -> None:
+        self.now = 1_790_000_000.0
+
+    def __call__(self) -> float:
+        self.now += 0.5
+        return self.now
+
+
+class Player:
+    """A strategy at a page. It knows the scenes that it was shown, and which luck its box has, for its own draws."""
+
+    def __init__(self, directory: Path, study: Study, spec: str) -> None:
+        self._directory, self._study, self._agent = directory, study, resolve(spec).make()
+        self._past: tuple[Turn, ...] = ()
+        self._rng = None
+
+    async def act(self, shown: Shown) -> Act:
+        """What it does."""
+        scene = shown.scene
+        match scene:
+            case Consent():
+                return Agree(agreed=True)
+            case Box():
+                return await self._attempt(scene, shown.identity)
+            case Check() | Ask():
+                return Answer(answer=(*scene.options, "")[0], rt=812.5)
+        return Next()
+
+    async def _attempt(self, scene: Box, identity: str | None) -> Attempt:
+        if scene.step == 1:
+            self._past, self._rng = (), self._stream(scene, identity)
+        situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
+        decision = await self._agent.decide(situation, self._rng)
+        self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
+        claimed = (decision.claimed or "moved") if scene.ask else None
+        return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)
+
+    def _stream(self, scene: Box, identity: str | None):
+        joined = diary_of(self._directory, identity)[0]
+        assert isinstance(joined, Joined)
+        slot = joined.slots[max(0, scene.number - 1)]
+        plan = self._study.plan("participant", slot.p, slot.repetition, slot.trial, slot.modality)
+        return plan.stream("agent" if scene.number else "practice")
+
+
+def _task(scene: Box, study: Study) -> Task:
+    joints = scene.panel.joints
+    return Task(
+        joints=tuple(joint.label for joint in joints),
+        target=next(joint.label for joint in joints if joint.target),
+        budget=scene.budget,
+        places=tuple(joint.place for joint in joints if joint.place),
+        assessment=study.assessment,
+    )
+
+
+def percept_of(panel: Panel) -> Percept:
+    """What is told on a panel, as agents have it."""
+    pictures = tuple(
+        Picture(kind=kind, png=base64.b64decode(url.partition(",")[2]))
+        for kind, url in zip(("rgb", "depth"), panel.pictures, strict=False)
+    )
+    positions = tuple(joint.position == 1 for joint in panel.joints if joint.position is not None)
+    handles = []
+    for joint in panel.joints if pictures else ():
+        width, height = (int.from_bytes(pictures[0].png[at : at + 4], "big") for at in (16, 20))
+        handles.append(tuple((x * width - 0.5, y * height - 0.5) for x, y in joint.handle))
+    return Percept(
+        joint=panel.last, outcome=panel.outcome, positions=positions or None, text=panel.told, pictures=pictures,
+        handles=tuple(handles),
+    )  # fmt: skip
+
+
+async def go_on(reception: Reception, player: Player, shown: Shown, until=lambda shown: False) -> Shown:
+    """Act until the end, or until something is shown."""
+    while shown.scene.kind not in ("debrief", "closed") and not until(shown):
+        act = await player.act(shown)
+        shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+    return shown
+
+
+def take_part(
+    directory: Path,
+    study: Study,
+    experiment: Experiment,
+    spec: str = "human-inspired",
+    people: int = 1,
+    *,
+    platform: Mapping[str, str] | None = None,
+    until=lambda shown: False,
+    clock=None,
+) -> list[Shown]:
+    """So many people take part side by side, until the end or until something is shown; what they are shown last."""
+
+    async def one(reception: Reception) -> Shown:
+        shown = await reception.enter(None, platform or {})
+        act = Agree(agreed=True)
+        if until(shown) or shown.scene.kind != "consent":
+            return shown
+        shown = await reception.act(shown.token, shown.lease, shown.turn, act, platform or {})
+        return await go_on(reception, Player(directory, study, spec), shown, until)
+
+    async def all_of_them() -> list[Shown]:
+        async with opened(directory, study, experiment, clock=clock) as reception:
+            return await asyncio.gather(*(one(reception) for _ in range(people)))
+
+    return asyncio.run(all_of_them())
+
+
+def opened(directory: Path, study: Study, experiment: Experiment, *, clock=None):
+    """The reception of a study."""
+    return Reception.open(directory, study, experiment, WORDS, clock=clock or Clock(), page="1")
+
+
+def diary_of(directory: Path, identity: str):
+    """What is written of somebody."""
+    return read_diary(directory / PEOPLE_DIRECTORY / f"{identity}.jsonl")
+
+
+def without_page(study: Study, trial, spec: str):
+    """The same trial as a strategy plays it without a page."""
+    plan = study.plan(trial.agent, trial.p, trial.repetition, trial.trial, trial.modality)
+    return asyncio.run(play_timed(plan, resolve(spec).make(), lambda key, step: None))[0]
+
+
+def as_played(trial, *, claims: bool = True):
+    """The steps of a trial, decisions as far as a page sends them."""
+    return [
+        (step.step, step.state, step.joint, step.moved, step.told_moved, step.told_state, step.told, step.pictures,
+         Decision(joint=step.decision.joint, claimed=step.decision.claimed if claims else None))
+        for step in trial.steps
+    ]  # fmt: skip
+
+
+def sitting(directory: Path, study: Study, body, *, experiment: Experiment | None = None, clock=None):
+    """Somebody has agreed to take part; ``body`` is played with the reception and what they are shown."""
+
+    async def played():
+        async with opened(directory, study, experiment or short(), clock=clock) as reception:
+            shown = await reception.enter(None, {})
+            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
+            return await body(reception, shown)
+
+    return asyncio.run(played())
+
+
+async def to_first(kind, reception: Reception, shown: Shown) -> Shown:
+    """Go on, with any joint, to the first scene of a kind."""
+    while not isinstance(shown.scene, kind):
+        scene, act = shown.scene, Next()
+        if isinstance(scene, Consent):
+            act = Agree(agreed=True)
+        elif isinstance(scene, Box):
+            claimed = "moved" if scene.ask else None
+            act = Attempt(joint=scene.panel.joints[scene.step % 2].label, claimed=claimed, rt=1.0)
+        elif isinstance(scene, Check | Ask):
+            act = Answer(answer=(*scene.options, "")[0], rt=1.0)
+        shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+    return shown
+
+
+async def refused(reception: Reception, shown: Shown, act: Act) -> str:
+    """The code with which an act is refused in the scene that is shown."""
+    with pytest.raises(Refused) as refusal:
+        await reception.act(shown.token, shown.lease, shown.turn, act, {})
+    return refusal.value.code

@@ -1,0 +1,90 @@
+"""The records of one agent are struck, and what stays is what stood there."""
+
+from dataclasses import replace
+
+import pytest
+from builders import make_trial, small_study
+
+from lockprobe.errors import BadFile, DirectoryBusy
+from lockprobe.options import group_of
+from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.striking import rewritten, without
+
+STUDY = small_study(["participant"], trials=3)
+ANN, BOB = "participant:aaaa", "participant:bbbb"
+
+
+def journal_of(directory, *trials):
+    with Journal.open(directory, STUDY) as journal:
+        for seconds, trial in enumerate(trials, 1):
+            journal.append(trial, Timing(key=trial.key, seconds=float(seconds), steps=len(trial.steps)))
+    return directory
+
+
+def trial(agent, number, **more):
+    """One of people's trials: its key is the same whoever plays it."""
+    made = make_trial([0, 1, 2], agent=agent, trial=number, budget=3, **more)
+    return replace(made, key=made.key.replace(agent, group_of(agent)))
+
+
+def test_what_stays_stands_there_as_it_did(tmp_path):
+    kept = [trial(BOB, 2), trial("random", 1)]
+    journal_of(tmp_path, trial(ANN, 1), *kept, trial(ANN, 3))
+    before = (tmp_path / "trials.jsonl").read_bytes().splitlines(keepends=True)
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.strike(ANN)
+        assert [one.agent for one in journal.trials.values()] == [BOB, "random"]
+        assert journal.owes(trial(ANN, 1).key)
+        journal.append(trial(BOB, 3), Timing(key=trial(BOB, 3).key, seconds=9.0, steps=3))
+    assert (tmp_path / "trials.jsonl").read_bytes().splitlines(keepends=True)[:2] == before[1:3]
+    assert load(tmp_path) == [*kept, trial(BOB, 3)]
+    assert [timing.seconds for timing in read_timings(tmp_path)] == [2.0, 3.0, 9.0]
+
+
+def test_a_trial_that_broke_and_was_played_by_somebody_else_stays_theirs(tmp_path):
+    journal_of(tmp_path, trial(ANN, 1, broken="plant"), trial(ANN, 2), trial(BOB, 1))
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.strike(ANN)
+        assert not journal.owes(trial(BOB, 1).key)
+    assert load(tmp_path) == [trial(BOB, 1)]
+    assert [(timing.key, timing.seconds) for timing in read_timings(tmp_path)] == [(trial(BOB, 1).key, 3.0)]
+    assert (tmp_path / "timings.jsonl").read_text().count("\n") == 1
+
+
+def test_clock_readings_that_are_damaged_are_nobodys(tmp_path):
+    journal_of(tmp_path, trial(ANN, 1))
+    with (tmp_path / "timings.jsonl").open("a") as file:
+        file.write("{]\n[1]\n")
+    keys, timings, records = without(tmp_path, ANN)
+    assert (keys, list(timings), list(records)) == ({trial(ANN, 1).key}, [b"{]\n", b"[1]\n"], [])
+
+
+def test_the_directory_stays_locked(tmp_path):
+    journal_of(tmp_path, trial(ANN, 1))
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.strike(ANN)
+        with pytest.raises(DirectoryBusy), Journal.open(tmp_path, STUDY):
+            pass
+    with Journal.open(tmp_path, STUDY):
+        pass
+
+
+def test_what_cannot_be_written_leaves_all_as_it_was(tmp_path):
+    path = tmp_path / "lines.jsonl"
+    path.write_bytes(b"a\nb\n")
+    with path.open("ab", buffering=0) as old:
+        (tmp_path / "lines.draft").mkdir()
+        with pytest.raises(BadFile):
+            rewritten(old, path, [b"a\n"])
+        assert not old.closed
+    assert path.read_bytes() == b"a\nb\n"
+
+
+def test_what_a_killed_draft_left_is_not_taken_along(tmp_path):
+    path = tmp_path / "lines.jsonl"
+    path.write_bytes(b"a\nb\n")
+    (tmp_path / "lines.draft").write_bytes(b"torn")
+    with rewritten(path.open("ab", buffering=0), path, [b"b\n"]) as new:
+        new.write(b"c\n")
+    assert path.read_bytes() == b"b\nc\n"
+    assert not (tmp_path / "lines.draft").exists()
