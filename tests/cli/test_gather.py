@@ -5,6 +5,7 @@ import sys
 
 import pytest
 from builders import small_study, write_study
+from taking_part import take_part
 
 from lockprobe.cli import main
 from lockprobe.studies.journal import load
@@ -66,7 +67,7 @@ def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, mo
     assert (status, said) == (2, "lockprobe: Parquet needs the package pyarrow: pip install 'lockprobe[parquet]'\n")
 
 
-@pytest.mark.parametrize("format_", ["parquet", "eval"])
+@pytest.mark.parametrize("format_", ["parquet", "eval", "psych-ds"])
 def test_what_is_no_text_needs_a_file(lockprobe, played, format_):
     status, _, said = lockprobe("export", played, "--format", format_)
     assert status == 2
@@ -78,6 +79,72 @@ def test_no_file_of_the_study_is_written_over(lockprobe, played, name):
     before = (played / "trials.jsonl").read_bytes()
     assert lockprobe("export", played, "--out", played / name)[0] == 2
     assert (played / "trials.jsonl").read_bytes() == before
+
+
+@pytest.fixture
+def people(tmp_path):
+    study = small_study(["participant"], trials=1, repetitions=1)
+    take_part(tmp_path / "people", study, "aaaa01", [(0.0, 1, 1)], platform={"PROLIFIC_PID": "5f00ab"})
+    take_part(tmp_path / "people", study, "bbbb02", [(0.3, 1, 1), (0.6, 1, 1)], left_after=1)
+    return tmp_path / "people"
+
+
+@pytest.mark.parametrize("by", ["directory", "dataset"])
+def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, tmp_path, played, people, by):
+    source = people
+    if by == "dataset":
+        source = tmp_path / "dataset"
+        status, said, _ = lockprobe("export", people, "--format", "psych-ds", "--out", source)
+        assert (status, len(said.splitlines())) == (0, 5)
+    status, said, _ = lockprobe("import", played, source)
+    assert status == 0
+    assert "2 trials taken, 0 were there, 0 were not finished. New agents: participant. 2 participants." in said
+    again = json.loads(lockprobe("import", played, source, "--json")[1])
+    assert (again["taken"], again["there"], again["participants"]) == (0, 2, 0)
+    rows = [json.loads(line) for line in lockprobe("export", played, "--format", "jsonl")[1].splitlines()]
+    times = {(row["agent"], row["step"]): row["rt_ms"] for row in rows}
+    assert (times["participant:aaaa01", 1], times["random", 1]) == (1001.5, "")
+    assert list(rows[0])[-1] == "rt_ms"
+
+
+def test_a_dataset_names_the_platform_only_if_it_is_told_to(lockprobe, tmp_path, people):
+    for name, *options in (("without",), ("with", "--with-platform-ids")):
+        lockprobe("export", people, "--format", "psych-ds", "--out", tmp_path / name, *options)
+        files = [path.read_text("utf-8") for path in (tmp_path / name).rglob("*") if path.is_file()]
+        assert any("5f00ab" in text for text in files) == bool(options)
+
+
+def test_what_is_only_for_datasets_is_refused_elsewhere(lockprobe, people):
+    for option in ("--all", "--with-platform-ids"):
+        status, _, said = lockprobe("export", people, option)
+        assert (status, said.count("\n")) == (2, 1)
+        assert "psych-ds" in said
+
+
+def test_a_dataset_that_disagrees_with_itself_is_one_line(lockprobe, tmp_path, played, people):
+    lockprobe("export", people, "--format", "psych-ds", "--out", tmp_path / "dataset")
+    (steps,) = (tmp_path / "dataset" / "data").glob("*steps*")
+    steps.write_text(steps.read_text("utf-8").replace("1001.5", "1.5", 1), "utf-8")
+    before = (played / "trials.jsonl").read_bytes()
+    status, _, said = lockprobe("import", played, tmp_path / "dataset")
+    assert (status, said.count("\n")) == (2, 1)
+    assert "rt_ms is '1.5', and '1001.5' in the records" in said
+    assert (played / "trials.jsonl").read_bytes() == before
+
+
+def test_parquet_has_times_as_numbers(lockprobe, tmp_path, people):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert lockprobe("export", people, "--format", "parquet", "--out", tmp_path / "x.parquet")[0] == 0
+    table = parquet.read_table(tmp_path / "x.parquet")
+    assert str(table.schema.field("rt_ms").type) == "double"
+    assert table.column("rt_ms").to_pylist()[0] == 1001.5
+
+
+def test_people_go_into_a_log_and_back(lockprobe, tmp_path, people):
+    pytest.importorskip("inspect_ai")
+    assert lockprobe("export", people, "--format", "eval", "--out", tmp_path / "log.eval")[0] == 0
+    assert lockprobe("import", tmp_path / "new", tmp_path / "log.eval")[0] == 0
+    assert {trial.key: trial for trial in load(tmp_path / "new")} == {trial.key: trial for trial in load(people)}
 
 
 def test_mistakes_are_one_line(lockprobe, tmp_path, played):

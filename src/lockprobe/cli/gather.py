@@ -10,11 +10,13 @@ from typing import Annotated
 import typer
 
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.export.reading import is_dataset, source_of_dataset
+from lockprobe.people.taking import Arriving
 from lockprobe.studies.gathering import Source, gather, source_of_directory
 
 __all__ = ["take"]
 
-_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, or the directory of another study."
+_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, the directory of another study, or a dataset."
 
 
 def take(
@@ -22,21 +24,24 @@ def take(
     sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
-    """Take in the trials of Inspect logs and of other study directories that DIR does not have.
+    """Take in the trials of Inspect logs, other study directories and people's datasets that DIR does not have.
 
     They have to be of the same study: every setting is the same but for the agents.
     """
     found = [source for path in sources for source in _sources(path, directory)]
-    gathered = gather(directory, found)
+    diaries = Arriving(directory, {source.path: source.trials for source in found if source.path.is_dir()})
+    people: list[int] = []
+    gathered = gather(directory, found, beside=lambda trials: people.append(diaries.take(trials)))
     if json:
-        print(json_.dumps(asdict(gathered)))
+        print(json_.dumps({**asdict(gathered), "participants": sum(people)}))
         return
     kept = f" They go on from {gathered.replies} replies that were taken along." if gathered.replies else ""
     agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
+    joined = f" {sum(people)} participants." if sum(people) else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
     print(
         f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
-        f"{kept}{agents}{missing} Report: lockprobe report {directory}"
+        f"{kept}{agents}{joined}{missing} Report: lockprobe report {directory}"
     )
 
 
@@ -47,8 +52,10 @@ def _sources(path: Path, directory: Path) -> list[Source]:
         raise BadFile(path, "no such file or directory")
     if (path / "study.json").is_file():
         return [source_of_directory(path)]
+    if is_dataset(path):
+        return [source_of_dataset(path)]
     from lockprobe.evals.reading import log_files, read_log
 
     if not (files := log_files(path)):
-        raise BadFile(path, "neither the directory of a study nor one of Inspect logs: no study.json, no .eval file")
+        raise BadFile(path, "neither the directory of a study nor one of Inspect logs nor a dataset of people's trials")
     return [read_log(file) for file in files]

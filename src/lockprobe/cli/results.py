@@ -11,6 +11,8 @@ import typer
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.export import write_csv, write_jsonl, write_parquet
+from lockprobe.export.acts import response_times
+from lockprobe.export.writing import write_dataset
 from lockprobe.report import write_report
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.calls import ASKED, CALLS
@@ -21,9 +23,12 @@ __all__ = ["export", "report"]
 
 STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", CALLS, ASKED, "results.json")
 
-Format = Literal["csv", "jsonl", "parquet", "eval"]
+Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds"]
 
-_OUT = "File to write; standard output otherwise. Of logs a file for all agents, or a directory for one log of each."
+_OUT = (
+    "File to write; standard output otherwise. Of logs a file for all agents, or a directory for one log of each; of a "
+    "dataset a new directory."
+)
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
@@ -40,31 +45,55 @@ def report(directory: Directory, json: AsJson = False) -> None:
 def export(
     directory: Directory,
     format: Annotated[  # noqa: A002
-        Format, typer.Option(help="csv, jsonl, parquet: tidy steps; eval: a log for Inspect AI.")
+        Format,
+        typer.Option(
+            help="csv, jsonl, parquet: tidy steps; eval: a log for Inspect AI; psych-ds: a dataset of people."
+        ),
     ] = "csv",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
+    everybody: Annotated[bool, typer.Option("--all", help="psych-ds: strategies' and models' trials too.")] = False,
+    platform_ids: Annotated[
+        bool,
+        typer.Option("--with-platform-ids", help="psych-ds: IDs of the recruitment platform too; they are personal."),
+    ] = False,
 ) -> None:
-    """Tidy steps, one row a step, truth beside told; or logs that Inspect AI's viewer and dataframes read."""
-    trials = load(directory)
-    if out is None and format in ("csv", "jsonl"):
-        (write_csv if format == "csv" else write_jsonl)(trials, sys.stdout)
-        return
+    """Tidy steps, one row a step, truth beside told; logs that Inspect AI's viewer reads; or a Psych-DS dataset."""
+    if format != "psych-ds" and (everybody or platform_ids):
+        raise BadValue("--format", format, "psych-ds, where --all and --with-platform-ids say something")
     if out is None:
-        raise BadValue("--out", None, f"a file to write, since {format} is no text")
+        if format not in ("csv", "jsonl"):
+            raise BadValue("--out", None, f"a file or a directory to write, since {format} is no text")
+        trials = load(directory)
+        (write_csv if format == "csv" else write_jsonl)(trials, sys.stdout, response_times(directory, trials))
+        return
     if out.resolve().parent == directory.resolve() and out.name in STUDY_FILES:
         raise BadFile(out, "a file of the study itself; choose another")
-    if format == "eval":
-        from lockprobe.evals.writing import write_logs
+    if format == "psych-ds":
+        written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
+    elif format == "eval":
+        written = _write_logs(directory, out)
+    else:
+        written = []
+        _write_steps(directory, format, out)
+    for path in written:
+        print(path)
 
-        seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
-        for path in write_logs(trials, read_study(directory), out, pictures=directory / ALBUM, seconds=seconds):
-            print(path)
-        return
+
+def _write_logs(directory: Path, out: Path) -> list[Path]:
+    from lockprobe.evals.writing import write_logs
+
+    seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
+    return write_logs(load(directory), read_study(directory), out, pictures=directory / ALBUM, seconds=seconds)
+
+
+def _write_steps(directory: Path, format: Literal["csv", "jsonl", "parquet"], out: Path) -> None:  # noqa: A002
+    trials = load(directory)
+    times = response_times(directory, trials)
     try:
         if format == "parquet":
-            write_parquet(trials, out)
+            write_parquet(trials, out, times)
         else:
             with out.open("w", encoding="utf-8", newline="") as file:
-                (write_csv if format == "csv" else write_jsonl)(trials, file)
+                (write_csv if format == "csv" else write_jsonl)(trials, file, times)
     except OSError as error:
         raise BadFile(out, f"cannot be written ({error.strerror})") from None

@@ -20,6 +20,7 @@ from lockprobe.evals.playing import agent_spec
 from lockprobe.evals.samples import OPTIONS, SETTINGS
 from lockprobe.evals.scoring import TRIAL
 from lockprobe.jsonline import trial_from_json
+from lockprobe.options import group_of
 from lockprobe.record import Trial
 from lockprobe.studies.gathering import Source
 from lockprobe.studies.settings import study_from
@@ -96,7 +97,7 @@ def read_log(path: Path | str) -> Source:
         raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
     for key, sample in samples.items():
-        if key not in _keys(sample, trials[key].agent, study, header):
+        if key not in _keys(sample, group_of(trials[key].agent), study, header):
             raise BadFile(path, f"its sample {sample.id}, epoch {sample.epoch}, holds the record of {key}")
     return Source(
         path=path,
@@ -174,7 +175,7 @@ def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
     if not isinstance(settings, dict):
         raise BadFile(path, "an Inspect log, but not of trials of Lockprobe")
     if not settings.get("agents"):  # a task does not know its model
-        agents = list(dict.fromkeys(trial.agent for trial in trials))
+        agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
         settings = {**settings, "agents": agents or [_agent(log)]}
     study = study_from(settings, path)
     return replace(study, repetitions=study.repetitions * (log.eval.config.epochs or 1))

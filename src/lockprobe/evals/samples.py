@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lockprobe.errors import Missing
 from lockprobe.evals.scoring import SCORER, VALUES
+from lockprobe.options import group_of
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
 
@@ -45,7 +46,7 @@ VIEW = ViewerConfig(
 
 def sample_id(trial: Trial | Plan) -> str:
     """The name of a trial in a log: its place in the study, for example ``p=0.4/rep=2/trial=7``."""
-    return trial.key.removeprefix(f"{trial.study}/{trial.agent}/")
+    return trial.key.removeprefix(f"{trial.study}/{group_of(trial.agent)}/")
 
 
 def metadata_of(trial: Trial | Plan) -> dict[str, object]:

@@ -17,6 +17,7 @@ from lockprobe.evals.album import beside
 from lockprobe.evals.retelling import Exchange, instruction, retold, told_last
 from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import SCORER, marked, metrics_header, scored, told_of
+from lockprobe.options import group_of
 from lockprobe.record import Trial
 from lockprobe.studies.study import Study
 
@@ -74,9 +75,9 @@ def write_logs(
         raise BadValue("trials", 0, "at least one that is finished")
     groups = {out: trials}
     if out.suffix not in SUFFIXES:
-        agents = list(dict.fromkeys(trial.agent for trial in trials))
+        agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
         groups = {
-            out / f"{study.name}_{name}.eval": [trial for trial in trials if trial.agent == agent]
+            out / f"{study.name}_{name}.eval": [trial for trial in trials if group_of(trial.agent) == agent]
             for agent, name in zip(agents, _file_names(agents), strict=True)
         }
     for path, group in groups.items():
@@ -114,12 +115,13 @@ def log_of(
         pictures: Directory of the pictures that the records name.
         seconds: How long each trial took, by key.
     """
-    agents = list(dict.fromkeys(trial.agent for trial in trials))
+    agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
     samples = [_sample(trial, pictures, (seconds or {}).get(trial.key)) for trial in trials]
     if len(agents) > 1:
         for sample, trial in zip(samples, trials, strict=True):
-            sample.id = f"{trial.agent}/{sample.id}"
-            sample.metadata["condition"] = f"{trial.agent}/{sample.metadata['condition']}"
+            agent = group_of(trial.agent)
+            sample.id = f"{agent}/{sample.id}"
+            sample.metadata["condition"] = f"{agent}/{sample.metadata['condition']}"
     now = datetime.now(UTC).isoformat(timespec="seconds")
     identity = hashlib.sha256("\0".join([study.identity, *agents]).encode()).hexdigest()
     log = EvalLog(

@@ -1,0 +1,119 @@
+"""What stands in each column of people's data, in which unit, by which clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+__all__ = ["COLUMN", "PLATFORM", "Column", "column"]
+
+PAGE = "the monotonic clock of the participant's browser (performance.now)"
+SERVER = "the clock of the server"
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column.
+
+    Attributes:
+        meaning: What stands in it.
+        unit: Its unit; empty where it is a name, a text or a mark.
+        least: The least that can stand in it; None where it holds no number.
+        most: The most; None where there is no bound.
+    """
+
+    meaning: str
+    unit: str = ""
+    least: float | None = None
+    most: float | None = None
+
+
+def _mark(meaning: str) -> Column:
+    return Column(f"1 or 0: {meaning}", least=0, most=1)
+
+
+def _count(meaning: str, least: int = 1) -> Column:
+    return Column(meaning, least=least)
+
+
+COLUMN: Mapping[str, Column] = {
+    "participant": Column("Who: an ID that was made up by the server; no part of it comes from the person."),
+    "key": Column("The trial: its readable name in the study. A trial is one box that is played from its start."),
+    "agent": Column("Who played, as Lockprobe names agents: participant:ID for people, strategies and models by spec."),
+    "box": Column("Name of the lockbox."),
+    "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
+    "p": Column("Flip probability: how often, independently in every step, the report said the opposite.", "", 0, 1),
+    "repetition": _count("Repetition of the study, from 1."),
+    "trial": _count(
+        "Trial within repetition and condition, from 1. Trials of one repetition and number share their luck."
+    ),
+    "step": _count("Step within the trial, from 1: one attempt to move one joint."),
+    "joint": Column("The joint that was attempted, by its name in the box."),
+    "moved": _mark("whether the joint really moved."),
+    "told_moved": _mark("whether the report afterwards said that it moved. With pictures: what the picture shows."),
+    "claimed": Column(
+        "What was said, before this step's joint was chosen, of what the step before had done: moved or blocked. Empty "
+        "in the first step and where it was not asked."
+    ),
+    "state": Column(
+        "True configuration before the step: a bit string in panel order. Read it as text, leading zeros count."
+    ),
+    "target": _mark("whether this step moved the target joint, which opens the box."),
+    "ending": Column("How the trial ended: solved, budget (steps ran out), error (broken, no failure to solve)."),
+    "panel": Column("The joints in the panel order of the trial, where panels differ between trials."),
+    "verdict": Column("What a robot took to have happened: moved, blocked or failed. Empty without a robot."),
+    "position": _count(
+        "Which of the participant's boxes it was, in the order in which they were played, from 1; 0 is for practice.",
+        0,
+    ),
+    "view": Column("How the page showed it: text, panel (drawn) or pictures."),
+    "told": Column("The report after the step, in the words in which it was told. Empty with pictures."),
+    "rt_ms": Column(
+        f"From when the scene was painted to the choice of the joint or of the answer, by {PAGE}; for a joint without "
+        "the time for what was said of the step before.",
+        "ms",
+        0,
+    ),
+    "claimed_rt_ms": Column(
+        f"From when the scene was painted to what was said of the step before, by {PAGE}. Empty where it was not "
+        "asked.",
+        "ms",
+        0,
+    ),
+    "at": Column(f"When it reached the server, since the participant agreed to take part, by {SERVER}.", "s", 0),
+    "turn": _count("Number of the scene that was answered, one act each; agreeing to take part is the first."),
+    "scene": Column(
+        "What kind of scene was answered: page, box, over, check or ask; broken where a box broke by itself."
+    ),
+    "label": Column("The label by which the participant knew the joint."),
+    "recorded": _mark("whether the step belongs to a finished trial, which stands in the file of steps."),
+    "ended": Column(
+        "How the trial ended with this step, practice too: solved, budget or error. Empty where it goes on."
+    ),
+    "language": Column("Language of the texts that were read (BCP 47)."),
+    "texts": Column("Fingerprint of these texts; equal fingerprints are equal texts."),
+    "boxes_assigned": _count("Boxes that the participant was to play.", 0),
+    "boxes_finished": _count("Of these, how many were finished: opened, or all steps taken.", 0),
+    "boxes_broken": _count("Of these, how many broke, through no doing of the participant.", 0),
+    "left_in_box": _count("Where somebody left: the first box that is not over. Empty where all are."),
+    "left_after_step": _count("Steps taken in that box. Empty where all are over.", 0),
+    "released": _mark("whether the participant was away so long that the boxes left over were given to others."),
+    "checks_right": _count("Attention checks that were answered rightly.", 0),
+    "checks_wrong": _count("Attention checks that were answered wrongly.", 0),
+    "check": _count("Number of the attention check, from 1."),
+    "question": Column("The question that was asked. Empty where the settings of the experiment are not kept."),
+    "answer": Column("The answer as it was given."),
+    "right": _mark("whether it is the right answer."),
+    "name": Column("Name of the question, as the experimenter gave it."),
+}
+"""Every column but those of the recruitment platform."""
+
+PLATFORM = "platform_"
+"""With what the names of columns begin that hold what the recruitment platform said."""
+
+
+def column(name: str) -> Column:
+    """What stands in the column of this name."""
+    if name.startswith(PLATFORM):
+        return Column(f"{name.removeprefix(PLATFORM)}, as the recruitment platform gave it in the URL.")
+    return COLUMN[name]

@@ -1,0 +1,73 @@
+"""A Psych-DS dataset of people's trials back, if its tables still say what its records say.
+
+It comes from elsewhere: no name of a file is taken from what stands in it, no link is followed, and a file that is
+larger than any study of people is not read.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from lockprobe.errors import BadFile
+from lockprobe.export.tables import PeopleRecords, Table, tables_of
+from lockprobe.export.writing import DATA, DESCRIPTION, RECORDS, data_file
+from lockprobe.studies.gathering import Source, source_of_directory
+
+__all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
+
+LARGEST_FILE = 1 << 28
+"""Bytes of a file of a dataset."""
+
+
+def is_dataset(directory: Path) -> bool:
+    """Whether a directory is a dataset as :func:`lockprobe.export.writing.write_dataset` writes it."""
+    return (directory / DESCRIPTION).is_file() and (directory / RECORDS).is_dir()
+
+
+def source_of_dataset(directory: Path) -> Source:
+    """The trials in a dataset.
+
+    Raises:
+        BadFile: If something in it is damaged, is a link or is too large, or if a table is missing or says anything
+            else than the records; columns that somebody added are not read.
+    """
+    for path in _files(directory):
+        if path.is_symlink():
+            raise BadFile(path, "a link; a dataset holds its files itself")
+        if path.stat().st_size > LARGEST_FILE:
+            raise BadFile(path, f"larger than {LARGEST_FILE >> 20} MiB")
+    records = PeopleRecords.read(directory / RECORDS)
+    for table in tables_of(records):
+        _hold_together(directory / DATA / data_file(records.study, table.name), table)
+    return source_of_directory(directory / RECORDS)
+
+
+def _files(directory: Path) -> Iterator[Path]:
+    """All that lies in a directory but its own directories; links to directories are not followed."""
+    for where, directories, files in os.walk(directory):
+        links = (name for name in directories if (Path(where) / name).is_symlink())
+        yield from (Path(where) / name for name in (*files, *links))
+
+
+def _hold_together(path: Path, table: Table) -> None:
+    """Refuses a file that says anything else than a table."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.DictReader(file, strict=True)
+            there = list(reader)
+            columns = list(reader.fieldnames or ())
+    except (OSError, csv.Error, UnicodeDecodeError) as error:
+        raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if repeated := [name for name in table.columns if columns.count(name) > 1]:
+        raise BadFile(path, f"has two columns {repeated[0]}")
+    if missing := [name for name in table.columns if name not in columns]:
+        raise BadFile(path, f"has no column {missing[0]}")
+    if len(there) != len(table.rows):
+        raise BadFile(path, f"has {len(there)} rows, and the records have {len(table.rows)}")
+    for number, (found, row) in enumerate(zip(there, table.rows, strict=True), 1):
+        for name in table.columns:
+            if found[name] != (recorded := str(row.get(name, ""))):
+                raise BadFile(path, f"row {number}: {name} is {found[name]!r}, and {recorded!r} in the records")

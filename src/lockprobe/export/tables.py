@@ -1,0 +1,262 @@
+"""What people did, as five tables: steps, participants, acts, attention checks, answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.export.acts import acts_of_steps, key_of
+from lockprobe.export.columns import PLATFORM
+from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
+from lockprobe.options import PEOPLE, group_of
+from lockprobe.people.diary import Broken, Did, Released
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.scenes import Answer, Attempt
+from lockprobe.people.taking import Kept, kept_diaries, kept_experiment
+from lockprobe.record import Trial
+from lockprobe.studies.journal import load
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.study import Study
+
+__all__ = ["PeopleRecords", "Table", "tables_of"]
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""With what a cell begins that a spreadsheet takes for a formula."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows under named columns.
+
+    Attributes:
+        name: What it holds, in small letters.
+        columns: Names of the columns, each once.
+        rows: Cells by column; what is not there is empty.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, Cell], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PeopleRecords:
+    """The records of a study in which people took part.
+
+    Attributes:
+        directory: Where they lie.
+        study: The study.
+        trials: Its trials, in the order in which they were finished.
+        diaries: What its participants did, in the order in which they joined.
+        experiment: How they took part; None where that is not kept.
+    """
+
+    directory: Path
+    study: Study
+    trials: tuple[Trial, ...]
+    diaries: tuple[Kept, ...]
+    experiment: Experiment | None = None
+
+    @classmethod
+    def read(cls, directory: Path) -> PeopleRecords:
+        """The records in the directory of a study.
+
+        Raises:
+            BadFile: If it is none, or something in it is damaged.
+        """
+        return cls(
+            directory,
+            read_study(directory),
+            tuple(load(directory)),
+            tuple(kept_diaries(directory)),
+            kept_experiment(directory),
+        )
+
+
+def tables_of(records: PeopleRecords) -> tuple[Table, ...]:
+    """All that people did, as tables. A trial that is not finished is in the acts and in no step.
+
+    Raises:
+        BadFile: If a diary and a record say different things.
+    """
+    trials = {trial.key: trial for trial in records.trials}
+    acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
+    platform = sorted({name for kept in records.diaries for name in kept.joined.platform})
+    participants = (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform))
+    return (
+        _table("steps", _step_columns(records), _steps(records, acts)),
+        _table("participants", participants, map(_participant, records.diaries)),
+        _table("acts", _ACT, _acts(records, acts)),
+        _table("checks", _CHECK, _checks(records)),
+        _table("answers", _ANSWER, _answers(records)),
+    )
+
+
+def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, Cell]]) -> Table:
+    """A table in which no text is a formula."""
+    return Table(
+        name,
+        columns,
+        tuple(
+            {column: _plain(cell) if isinstance(cell, str) else cell for column, cell in row.items()} for row in rows
+        ),
+    )
+
+
+_PARTICIPANT = (
+    "participant",
+    "language",
+    "texts",
+    "boxes_assigned",
+    "boxes_finished",
+    "boxes_broken",
+    "left_in_box",
+    "left_after_step",
+    "released",
+    "checks_right",
+    "checks_wrong",
+)
+_ACT = (
+    "participant",
+    "turn",
+    "scene",
+    "position",
+    "key",
+    "step",
+    "label",
+    "claimed",
+    "told",
+    "rt_ms",
+    "claimed_rt_ms",
+    "at",
+    "ended",
+    "recorded",
+)
+_CHECK = ("participant", "check", "question", "answer", "right", "rt_ms", "at")
+_ANSWER = ("participant", "name", "question", "answer", "rt_ms", "at")
+
+
+def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
+    more = tidy_columns(records.trials)[len(COLUMNS) :]
+    return ("participant", *COLUMNS, *more, "position", "view", "told", "rt_ms", "claimed_rt_ms", "at")
+
+
+def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:
+    rows = tidy_rows(records.trials)
+    for trial in records.trials:
+        for step in trial.steps:
+            did = acts.get((trial.key, step.step))
+            yield {
+                "participant": _identity(trial),
+                **next(rows),
+                "position": _fact(trial, "position"),
+                "view": _fact(trial, "view"),
+                "told": step.told,
+                **({} if did is None else _times(did)),
+            }
+
+
+def _identity(trial: Trial) -> str:
+    return trial.agent.removeprefix(f"{PEOPLE}:") if group_of(trial.agent) == PEOPLE else ""
+
+
+def _fact(trial: Trial, name: str) -> Cell:
+    value = trial.facts.get(name)
+    return "" if value is None else value
+
+
+def _times(did: Did) -> dict[str, Cell]:
+    act = did.act
+    times: dict[str, Cell] = {"at": did.at}
+    if isinstance(act, Attempt | Answer):
+        times["rt_ms"] = act.rt
+    if isinstance(act, Attempt) and act.claimed_rt is not None:
+        times["claimed_rt_ms"] = act.claimed_rt
+    return times
+
+
+def _participant(kept: Kept) -> dict[str, Cell]:
+    joined, boxes = kept.joined, range(1, len(kept.joined.slots) + 1)
+    endings = {line.box: "error" for line in kept.lines if isinstance(line, Broken)}
+    endings |= {act.box: act.ended for act in kept.acts if act.box is not None and act.ended is not None}
+    language, _, texts = joined.words.partition(" ")
+    checks = [act.right for act in kept.acts if act.right is not None]
+    row: dict[str, Cell] = {
+        "participant": joined.identity,
+        "language": language,
+        "texts": texts,
+        "boxes_assigned": len(boxes),
+        "boxes_finished": sum(endings.get(box) in ("solved", "budget") for box in boxes),
+        "boxes_broken": sum(endings.get(box) == "error" for box in boxes),
+        "released": int(any(isinstance(line, Released) for line in kept.lines)),
+        "checks_right": sum(checks),
+        "checks_wrong": len(checks) - sum(checks),
+        **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
+    }
+    if left := next((box for box in boxes if box not in endings), None):
+        row |= {"left_in_box": left, "left_after_step": sum(act.box == left for act in kept.acts)}
+    return row
+
+
+def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:
+    recorded = set(map(id, acts.values()))
+    for kept in records.diaries:
+        keys = {box: key_of(records.study, kept, box) for box in range(len(kept.joined.slots) + 1)}
+        for line in kept.lines:
+            if isinstance(line, Released):
+                continue
+            row: dict[str, Cell] = {"participant": kept.joined.identity, "turn": line.turn, "at": line.at}
+            if line.box is not None:
+                row |= {"position": line.box, "key": keys.get(line.box, "")}
+            if isinstance(line, Broken):
+                yield row | {"scene": "broken"}
+                continue
+            row |= {"scene": line.scene, **_times(line)}
+            if isinstance(line.act, Attempt):
+                row |= {"label": line.act.joint, "claimed": line.act.claimed or "", "step": line.step or ""}
+                row |= {"told": line.told, "ended": line.ended or "", "recorded": int(id(line) in recorded)}
+            yield row
+
+
+def _checks(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+    asked = [check.question for check in records.experiment.checks] if records.experiment else []
+    for kept in records.diaries:
+        for did in kept.acts:
+            if did.scene == "check" and isinstance(did.act, Answer):
+                number = int(did.item) if did.item.isascii() and did.item.isdigit() else 0
+                yield {
+                    "participant": kept.joined.identity,
+                    "check": did.item,
+                    "question": asked[number - 1] if 0 < number <= len(asked) else "",
+                    "answer": did.act.answer,
+                    "right": "" if did.right is None else int(did.right),
+                    **_times(did),
+                }
+
+
+def _answers(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+    asked = (
+        {question.name: question.question for question in records.experiment.questions} if records.experiment else {}
+    )
+    for kept in records.diaries:
+        for did in kept.acts:
+            if did.scene == "ask" and isinstance(did.act, Answer):
+                yield {
+                    "participant": kept.joined.identity,
+                    "name": did.item,
+                    "question": asked.get(did.item, ""),
+                    "answer": did.act.answer,
+                    **_times(did),
+                }
+
+
+def _plain(text: str) -> str:
+    """A text that no spreadsheet takes for a formula: an apostrophe in front, unless it is a number."""
+    if not text.startswith(_FORMULA):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text

@@ -1,0 +1,96 @@
+"""People for tests: strategies decide in their place, and a diary is written as the server writes it."""
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.participant import participant_spec
+from lockprobe.people.diary import Diary, Did, Joined, Slot
+from lockprobe.people.scenes import Answer, Attempt, Next
+from lockprobe.record import Trial
+from lockprobe.studies.journal import Journal, Timing
+from lockprobe.studies.stage import play_timed
+from lockprobe.studies.study import Study
+
+START = 1_790_000_000.25
+"""When the first participant joins, seconds since 1970."""
+
+
+def play_as(study: Study, identity: str, slot: Slot, position: int, strategy: str = "human-inspired") -> Trial:
+    """A trial of a person who plays as a strategy does."""
+    plan = study.plan(participant_spec(identity), slot.p, slot.repetition, slot.trial, slot.modality)
+    trial, _ = asyncio.run(play_timed(plan, resolve(strategy).make(), lambda key, step: None))
+    facts = {"view": "panel", "words": "en 3f9a01bc22d1", "page": "1", "position": position, "design": "within"}
+    return replace(trial, facts=facts)
+
+
+def take_part(
+    directory: Path,
+    study: Study,
+    identity: str,
+    slots: Sequence[tuple[float, int, int]],
+    *,
+    left_after: int | None = None,
+    check: bool | None = True,
+    answers: Mapping[str, str] | None = None,
+    platform: Mapping[str, str] | None = None,
+    joined: float = START,
+    shown: str = "symbolic",
+) -> list[Trial]:
+    """Somebody takes part in a study that is on disk; the trials.
+
+    Args:
+        slots: Flip probability, repetition and trial of each box.
+        left_after: After how many steps of the last box the person leaves for good; None for not at all.
+        check: Whether the attention check after the boxes is answered rightly; None where none was asked.
+        answers: Answers to questions, by name.
+        platform: What the recruitment platform said.
+        joined: When, seconds since 1970.
+        shown: The modality.
+    """
+    places = tuple(Slot(p=p, modality=shown, repetition=r, trial=t) for p, r, t in slots)
+    diary = Diary(directory / "people" / f"{identity}.jsonl")
+    diary.write(
+        Joined(
+            identity=identity,
+            token="f" * 64,
+            at=joined,
+            platform=dict(platform or {}),
+            slots=places,
+            words="en 3f9a01bc22d1",
+        )
+    )
+    turns = count(2)  # to agree is the first
+    finished = []
+
+    def did(scene, act, **more):
+        turn = next(turns)
+        diary.write(Did(at=joined + 1.5 * turn, turn=turn, scene=scene, act=act, **more))
+
+    did("page", Next(), item="1")
+    did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")
+    did("over", Next(), box=0)
+    with Journal.open(directory, study) as journal:
+        for box, slot in enumerate(places, 1):
+            trial = play_as(study, identity, slot, box)
+            leaves = left_after if box == len(places) else None
+            for step in trial.steps[:leaves]:
+                said = step.decision
+                claimed_rt = None if said.claimed is None else 300.25
+                act = Attempt(joint=said.joint, claimed=said.claimed, rt=1000.5 + step.step, claimed_rt=claimed_rt)
+                ended = trial.ending if step is trial.steps[-1] else None
+                did("box", act, box=box, step=step.step, told=step.told, ended=ended)
+            if leaves is None:
+                journal.append(trial, Timing(key=trial.key, seconds=1.5, steps=len(trial.steps)))
+                finished.append(trial)
+                did("over", Next(), box=box)
+    if left_after is None:
+        if check is not None:
+            did("check", Answer(answer="blue" if check else "red", rt=2000.0), item="1", right=check)
+        for name, answer in (answers or {}).items():
+            did("ask", Answer(answer=answer, rt=5000.0), item=name)
+    diary.close()
+    return finished
