@@ -1,0 +1,203 @@
+"""``lockprobe serve``: people take part in a study, on a page in their browser."""
+
+from __future__ import annotations
+
+import asyncio
+import json as jsonlib
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from lockprobe.cli import asking
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.options import PEOPLE
+from lockprobe.people.experiment import Experiment, read_experiment
+from lockprobe.people.taking import kept_experiment
+from lockprobe.people.words import read_words
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.study import Study
+from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
+
+if TYPE_CHECKING:
+    from lockprobe.web.serving import Where
+
+__all__ = ["EXAMPLE", "serve"]
+
+EXAMPLE = Path(__file__).with_name("people.toml")
+"""How people take part, as a file to edit."""
+
+TEXTS = Path(__file__).parents[1] / "people" / "texts"
+
+_STUDY = "What is played: a study by name or file, or the directory of one in which people are to take part too."
+_PEOPLE = "How people take part; --write-people writes an example."
+_TEXTS = "What participants read: a language that ships, or a file; --write-texts writes an example."
+_EACH = "Boxes for each participant (each condition once)."
+_HOST = "What is listened on. Other than loopback needs LOCKPROBE_ADMIN_TOKEN."
+_PUBLIC = "Under which origin participants come through a proxy, for example https://study.example.org."
+_ALLOWED = "A name by which this machine is asked for on a local network; may be repeated."
+
+Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
+People = Annotated[Path | None, typer.Option(metavar="FILE.toml", help=_PEOPLE)]
+Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
+View = Annotated[Literal["text", "panel"] | None, typer.Option(help="How reports are shown.")]
+TrialsEach = Annotated[int | None, typer.Option(min=1, max=1000, help=_EACH)]
+Host = Annotated[str, typer.Option(help=_HOST)]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any that is free.")]
+Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
+Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
+WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write the texts to edit, and exit.")]
+WritePeople = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write an example to edit, and exit.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object: url, admin_url, directory.")]
+
+
+def serve(
+    name: Name = None,
+    box: asking.BoxName = None,
+    p: asking.P = None,
+    trials: asking.Trials = None,
+    repetitions: asking.Repetitions = None,
+    seed: asking.Seed = None,
+    max_steps: asking.MaxSteps = None,
+    flip: asking.Flip = None,
+    plant: asking.PlantSpec = None,
+    modality: asking.Modalities = None,
+    layout: asking.Layout = None,
+    shuffle: asking.Shuffle = None,
+    assessment: asking.Assessment = None,
+    full: asking.Full = False,
+    people: People = None,
+    texts: Texts = None,
+    view: View = None,
+    trials_each: TrialsEach = None,
+    out: asking.Out = None,
+    host: Host = "127.0.0.1",
+    port: Port = 8765,
+    public_url: Public = "",
+    allow_host: Allowed = None,
+    write_texts: WriteTexts = None,
+    write_people: WritePeople = None,
+    json: AsJson = False,
+) -> None:
+    """Let people take part in a study, on a page in their browser. The same command again goes on.
+
+    They play the trials of the agent participant, together, each trial once; lockprobe run, report and export treat
+    them like any other agent's. Ctrl-C ends it; nobody loses what was done.
+    """
+    if write_texts or write_people:
+        _write(write_texts, write_people, texts)
+        return
+    if name is None:
+        raise BadValue("study", "nothing", f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
+    asked = {
+        "box": box,
+        "p": None if p is None else parse_p(p),
+        "trials": trials,
+        "repetitions": repetitions,
+        "seed": seed,
+        "max_steps": max_steps,
+        "flip": flip,
+        "plant": plant,
+        "modality": modality or None,
+        "layout": layout,
+        "shuffle": shuffle,
+        "assessment": assessment,
+        "full": full or None,
+    }
+    planned, directory = _planned(name, {key: value for key, value in asked.items() if value is not None}, out)
+    own = {"view": view, "trials_each": trials_each, "language": texts}
+    experiment = _experiment(people, {key: value for key, value in own.items() if value is not None}, directory)
+    door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
+    _serve(planned, directory, experiment, door, json=json)
+
+
+def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mapping[str, object], *, json: bool) -> None:
+    for package in ("starlette", "uvicorn"):
+        if find_spec(package) is None:
+            raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
+    from lockprobe.web.address import ADMIN_TOKEN
+    from lockprobe.web.serving import Door
+    from lockprobe.web.serving import serve as until_stopped
+
+    words = read_words(experiment.language)
+    token = os.environ.get(ADMIN_TOKEN) or None
+    opening = until_stopped(
+        directory,
+        planned,
+        experiment,
+        words,
+        Door(token=token, **door),  # type: ignore[arg-type] # named as its fields are
+        announce=lambda where: _announce(where, planned, experiment, json=json),
+    )
+    asyncio.run(opening)
+    if not json:
+        print("Stopped. The same command goes on where everybody stood.")
+
+
+def _announce(where: Where, planned: Study, experiment: Experiment, *, json: bool) -> None:
+    if json:
+        said = {"url": where.url, "admin_url": where.admin_url, "directory": str(where.directory)}
+        print(jsonlib.dumps(said), flush=True)
+        return
+    size = planned.size // len(planned.agents)
+    asked = "&".join(f"{parameter}=…" for parameter in experiment.recruitment)
+    print(f"{planned.name} on {planned.box.name} for people: {size} trials, each played by one of them")
+    print(f"Participants  {where.url}" + (f"  (with ?{asked} from a recruitment platform)" if asked else ""))
+    print(f"Admin         {where.admin_url}")
+    print(f"Kept in       {where.directory}")
+    print("Ctrl-C ends; the same command goes on.", flush=True)
+
+
+def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
+    """The study, people among its agents, and its directory."""
+    directory = Path(name)
+    if directory.is_dir() and name not in STUDIES:
+        if asked or out is not None:
+            given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
+            raise BadValue("study", name, f"no {given} beside the directory of a study: its settings are as they are")
+        there = read_study(directory)
+        return replace(there, agents=_with_people(there.agents)), directory
+    if (flip := asked.get("flip")) not in (None, "transient", "sticky", "outcome-only"):
+        raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
+    request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)
+    agents = list(_with_people(tuple(request.agent or ())))
+    planned = study(request.model_copy(update={**asked, "agent": agents}))
+    return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+
+
+def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
+    return agents if PEOPLE in agents else (*agents, PEOPLE)
+
+
+def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
+    """How people take part: as asked for, or as they do already in this directory."""
+    if path is None and not asked and (kept := kept_experiment(directory)) is not None:
+        return kept
+    given = Experiment() if path is None else read_experiment(path)
+    return given.model_copy(update=asked)
+
+
+def _write(texts: Path | None, people: Path | None, language: str | None) -> None:
+    """Copy the examples to where an experimenter edits them."""
+    if texts is not None:
+        asked = language or Experiment().language
+        read_words(asked)
+        of_own = asked.endswith(".toml") or "/" in asked
+        _copy(Path(asked) if of_own else TEXTS / f"{asked}.toml", texts, "--texts")
+    if people is not None:
+        _copy(EXAMPLE, people, "--people")
+
+
+def _copy(source: Path, target: Path, option: str) -> None:
+    try:
+        with target.open("xb") as file:
+            file.write(source.read_bytes())
+    except FileExistsError:
+        raise BadFile(target, "is there already, and is not overwritten") from None
+    except OSError as error:
+        raise BadFile(target, f"cannot be written ({error.strerror})") from None
+    print(f"Written: {target}. Edit it, and use it with: lockprobe serve STUDY {option} {target}")

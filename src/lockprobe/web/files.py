@@ -1,0 +1,92 @@
+"""The files of the pages, read once. What is asked for is looked up among their names; no path is made of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from lockprobe.errors import BadFile
+from lockprobe.people.refusals import Refused
+
+__all__ = ["File", "Files", "page_version"]
+
+STATIC = Path(__file__).with_name("static")
+
+KINDS = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".json": "application/json",
+    ".txt": "text/plain; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+"""What is served, by how its name ends."""
+
+_AGAIN = "no-cache"  # kept, and asked for again: a new release is seen at once
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """One file: what is in it, its type, and a tag that changes with what is in it."""
+
+    content: bytes
+    kind: str
+    tag: str
+
+
+class Files:
+    """The files in a directory, none below it.
+
+    Args:
+        directory: Where they lie.
+
+    Raises:
+        BadFile: If one cannot be read.
+    """
+
+    def __init__(self, directory: Path = STATIC) -> None:
+        try:
+            self._files: Mapping[str, File] = {
+                path.name: _read(path) for path in sorted(directory.iterdir()) if path.suffix in KINDS
+            }
+        except OSError as error:
+            raise BadFile(error.filename or directory, f"cannot be read ({error.strerror})") from error
+
+    def answer(self, name: str, request: Request) -> Response:
+        """The file of a name, or that it has not changed.
+
+        Raises:
+            Refused: If there is none.
+        """
+        file = self._files.get(name)
+        if file is None:
+            raise Refused("unknown", "there is nothing here")
+        headers = {"etag": file.tag, "cache-control": _AGAIN, "content-type": file.kind}
+        known = {tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")}
+        if file.tag in known:
+            return Response(status_code=304, headers=headers)
+        return Response(file.content, headers=headers)
+
+
+def page_version(directory: Path = STATIC) -> str:
+    """The version of the participants' page, for the record.
+
+    Raises:
+        BadFile: If the page was not built.
+    """
+    path = directory / "page.json"
+    try:
+        return str(json.loads(path.read_bytes())["version"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise BadFile(path, "does not say of which version the page is; was it built?") from None
+
+
+def _read(path: Path) -> File:
+    content = path.read_bytes()
+    return File(content, KINDS[path.suffix], f'"{hashlib.sha256(content).hexdigest()[:24]}"')

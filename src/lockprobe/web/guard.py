@@ -1,0 +1,173 @@
+"""What every request passes before anything looks at it, and what every answer carries.
+
+A request has to ask for a name of this server; one that posts has to come from a page of it, to be JSON, and to be
+small. Headers that proxies set (``X-Forwarded-For`` and the like) are not read: whoever asks could have set them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from lockprobe.people.refusals import Refused
+from lockprobe.web.address import Address
+from lockprobe.web.log import Log
+
+__all__ = ["AT_ONCE", "LARGEST_BODY", "LARGEST_HEAD", "SECURITY_HEADERS", "Guard", "said"]
+
+LARGEST_BODY = 16 * 1024
+"""Bytes of the largest body that is read."""
+
+LARGEST_HEAD = 16 * 1024
+"""Bytes of the largest head of a request, its path and headers."""
+
+AT_ONCE = 1024
+"""Bodies that are read at once."""
+
+SECONDS_FOR_A_BODY = 20.0
+"""In which a body has to have come."""
+
+SECURITY_HEADERS: Mapping[str, str] = {
+    "content-security-policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), geolocation=(), microphone=()",
+    "x-robots-tag": "noindex",
+}
+"""On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
+
+
+def said(code: str, message: str, status: int) -> JSONResponse:
+    """A refusal as the page gets it."""
+    return JSONResponse({"error": code, "message": message}, status)
+
+
+class Guard:
+    """Stands before the application.
+
+    Args:
+        app: The application.
+        address: By which names the server may be asked for.
+        log: Where refusals are written down.
+    """
+
+    def __init__(self, app: ASGIApp, address: Address, log: Log) -> None:
+        self._app, self._log = app, log
+        self._hosts, self._origins = address.hosts, address.origins
+        self._reading = 0
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One request."""
+        if scope["type"] != "http":
+            return
+        answer = _with_headers(send)
+        try:
+            _check_head(scope)
+            self._check(scope["method"], scope["path"], Headers(scope=scope))
+            body = await self._body(Headers(scope=scope), receive)
+        except Refused as refused:
+            self._log.refused(scope, refused.status, refused.code)
+            await said(refused.code, str(refused), refused.status)(scope, receive, answer)
+            return
+        except ConnectionError:
+            return  # nobody is there to be answered
+        await self._app(scope, _once(body, receive), answer)
+
+    def _check(self, method: str, path: str, headers: Headers) -> None:
+        if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
+            raise Refused("cross-site", "this server does not go by that name; see --public-url and --allow-host")
+        if method not in ("GET", "HEAD", "OPTIONS") or path.startswith("/api/"):
+            self._check_page(headers)
+        if method == "POST":
+            _check_body(headers)
+
+    def _check_page(self, headers: Headers) -> None:
+        """Browsers say from which page a request comes, and no page can make them say another. Others need not."""
+        origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
+        if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
+            raise Refused("cross-site", "only the study's own page can do that")
+
+    async def _body(self, headers: Headers, receive: Receive) -> bytes:
+        """The body of a request, read as far as it is small.
+
+        Raises:
+            Refused: If it is large or slow, or there are too many.
+            ConnectionError: If whoever sent it has gone.
+        """
+        stated = headers.get("content-length", "0")
+        if stated.isdecimal() and int(stated[:9]) > LARGEST_BODY:
+            raise Refused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+        if self._reading >= AT_ONCE:
+            raise Refused("busy", "too many requests at once; try again")
+        self._reading += 1
+        try:
+            async with asyncio.timeout(SECONDS_FOR_A_BODY):
+                return await _read(receive)
+        except TimeoutError:
+            raise Refused("malformed", "the body did not come") from None
+        finally:
+            self._reading -= 1
+
+
+def _check_head(scope: Scope) -> None:
+    lengths = (len(name) + len(value) for name, value in scope["headers"])
+    if len(scope["raw_path"]) + len(scope.get("query_string", b"")) + sum(lengths) > LARGEST_HEAD:
+        raise Refused("too-large", f"the head of a request has at most {LARGEST_HEAD} bytes")
+
+
+def _check_body(headers: Headers) -> None:
+    kind, _, parameters = headers.get("content-type", "").lower().partition(";")
+    if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
+        raise Refused("not-json", "a body is application/json")
+    if "transfer-encoding" in headers and "content-length" in headers:
+        raise Refused("malformed", "a body of two lengths")  # where a proxy could read another than this server
+    if headers.get("content-encoding", "identity").lower() != "identity":
+        raise Refused("not-json", "a body is not compressed")
+
+
+async def _read(receive: Receive) -> bytes:
+    body, more = b"", True
+    while more:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            raise ConnectionError
+        body += message.get("body", b"")
+        more = message.get("more_body", False)
+        if len(body) > LARGEST_BODY:
+            raise Refused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+    return body
+
+
+def _once(body: bytes, receive: Receive) -> Receive:
+    """The body in one message, and after it whatever else comes."""
+    given = False
+
+    async def next_message() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return next_message
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            headers.update(SECURITY_HEADERS)
+            headers.setdefault("cache-control", "no-store")
+        await send(message)
+
+    return sent

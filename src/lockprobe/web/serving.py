@@ -1,0 +1,184 @@
+"""The server as a whole: the doors open, participants come, and at Ctrl-C what is under way is finished."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import signal
+import socket
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+
+from lockprobe.people.diary import PEOPLE_DIRECTORY
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.reception import Reception
+from lockprobe.people.words import Words
+from lockprobe.studies.study import Study
+from lockprobe.web.address import Address, check_exposure, check_token, listen
+from lockprobe.web.admin import Admin
+from lockprobe.web.app import application
+from lockprobe.web.files import page_version
+from lockprobe.web.log import Log
+
+__all__ = ["Door", "Where", "opened", "serve"]
+
+SECONDS_TO_FINISH = 10
+"""For requests that are under way when the server is to end."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Door:
+    """How the server is reached.
+
+    Attributes:
+        host: What is listened on.
+        port: The port; 0 for any that is free.
+        public: Origin under which participants come through a proxy; empty where there is none.
+        allowed: More names of this machine.
+        token: Of the admin page; None has one made up.
+
+    Raises:
+        Missing: If other machines are let in, and it is not said how, or there is no token.
+        BadValue: If the token could be guessed.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 8765
+    public: str = ""
+    allowed: tuple[str, ...] = ()
+    token: str | None = None
+
+    def __post_init__(self) -> None:
+        check_exposure(self.host, self.token, self.public, self.allowed)
+        if self.token is not None:
+            check_token(self.token)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Where:
+    """Where it is.
+
+    Attributes:
+        url: Where participants go.
+        admin_url: Where the experimenter goes; with a token that was made up.
+        directory: Of the study.
+    """
+
+    url: str
+    admin_url: str
+    directory: Path
+
+
+@asynccontextmanager
+async def opened(
+    directory: Path, study: Study, experiment: Experiment, words: Words, door: Door
+) -> AsyncIterator[Where]:
+    """The server while participants can come; afterwards what is under way has been finished.
+
+    Args:
+        directory: Of the study.
+        study: What is played.
+        experiment: How people take part.
+        words: What they read.
+        door: How it is reached.
+
+    Raises:
+        UserMistake: If the port cannot be had, or the directory not be used.
+    """
+    listening = listen(door.host, door.port)
+    with contextlib.closing(listening):
+        port = listening.getsockname()[1]
+        address = Address(host=door.host, port=port, public=door.public, allowed=door.allowed)
+        token = door.token or secrets.token_urlsafe(24)
+        async with Reception.open(directory, study, experiment, words, page=page_version()) as reception:
+            with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"):
+                app = application(reception, words, address, log, admin=Admin(reception, token))
+                server = _Server(_config(app))
+                async with _running(server, server.serve(sockets=[listening])):
+                    fragment = "" if door.token else f"#token={token}"
+                    yield Where(url=address.url, admin_url=f"{address.url}admin{fragment}", directory=directory)
+
+
+async def serve(
+    directory: Path,
+    study: Study,
+    experiment: Experiment,
+    words: Words,
+    door: Door,
+    *,
+    announce: Callable[[Where], None],
+) -> None:
+    """The same until Ctrl-C or SIGTERM.
+
+    Args:
+        directory: Of the study.
+        study: What is played.
+        experiment: How people take part.
+        words: What they read.
+        door: How it is reached.
+        announce: Called as soon as participants can come.
+
+    Raises:
+        UserMistake: As :func:`opened`.
+    """
+    ended = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    async with opened(directory, study, experiment, words, door) as where:
+        for name in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(name, ended.set)
+        try:
+            announce(where)
+            await ended.wait()
+        finally:
+            for name in (signal.SIGINT, signal.SIGTERM):
+                loop.remove_signal_handler(name)
+
+
+class _Server(uvicorn.Server):
+    """Says when it is ready. Signals are heard by whoever runs it."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.ready = asyncio.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """From now on requests are answered."""
+        await super().startup(sockets)
+        self.ready.set()
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Nothing is captured."""
+        yield
+
+
+@asynccontextmanager
+async def _running(server: _Server, work: Coroutine[None, None, None]) -> AsyncIterator[None]:
+    task = asyncio.create_task(work)
+    await server.ready.wait()
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        await task
+
+
+def _config(app: object) -> uvicorn.Config:
+    return uvicorn.Config(
+        app,  # type: ignore[arg-type] # an ASGI application
+        http="h11",
+        ws="none",
+        lifespan="off",
+        log_config=None,
+        access_log=False,
+        proxy_headers=False,
+        server_header=False,
+        date_header=False,
+        timeout_keep_alive=30,
+        timeout_graceful_shutdown=SECONDS_TO_FINISH,
+    )

@@ -1,0 +1,201 @@
+"""``lockprobe serve``, as typed."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tomllib
+
+import httpx
+import pytest
+from visitor import server
+
+from lockprobe.cli import build
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _with_people
+from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.people.experiment import Experiment, read_experiment
+from lockprobe.people.words import read_words
+from lockprobe.studies.settings import read_study
+
+
+def lockprobe(*arguments, **environment):
+    return subprocess.run(
+        [sys.executable, "-m", "lockprobe", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        env={**os.environ, **environment},
+    )
+
+
+def refused(*arguments, **environment):
+    """The one line that is said."""
+    done = lockprobe("serve", *arguments, **environment)
+    assert done.returncode == 2, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert not done.stdout
+    return line
+
+
+def test_it_says_where_it_is_and_what_is_kept(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lockprobe", "serve", "flips", "--port", "0", "--out", str(tmp_path / "study")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        said = [process.stdout.readline().rstrip() for _ in range(5)]
+        admin = said[2].split()[1]
+        assert said[0] == "flips on chain-4 for people: 72 trials, each played by one of them"
+        assert "?PROLIFIC_PID=…&STUDY_ID=…&SESSION_ID=…" in said[1]
+        assert "/admin#token=" in admin
+        assert said[3].endswith(str(tmp_path / "study"))
+        url, _, token = admin.partition("admin#token=")
+        with httpx.Client(trust_env=False, verify=False) as http:
+            asked = http.get(f"{url}api/admin/progress", headers={"authorization": f"Bearer {token}"})
+        assert asked.json()["joined"] == 0
+    finally:
+        process.send_signal(signal.SIGINT)
+        rest, errors = process.communicate(timeout=20)
+    assert (process.returncode, errors) == (0, "")
+    assert rest == "Stopped. The same command goes on where everybody stood.\n"
+    assert read_study(tmp_path / "study").agents == ("participant",)
+
+
+def test_people_join_a_study_that_others_have_played(tmp_path):
+    done = lockprobe("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 2, "--repetitions", 1,
+                     "--out", tmp_path)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    token = "t" * 20
+    with server(tmp_path, "--port", 0, environment={**os.environ, "LOCKPROBE_ADMIN_TOKEN": token}) as where:
+        assert where["directory"] == str(tmp_path)
+        assert where["admin_url"].endswith("/admin")  # whoever set it knows it
+        with httpx.Client(trust_env=False, verify=False) as http:
+            asked = http.get(f"{where['url']}api/admin/progress", headers={"authorization": f"Bearer {token}"})
+        assert [condition["slots"] for condition in asked.json()["conditions"]] == [2, 2]
+    assert read_study(tmp_path).agents == ("random", "participant")
+    assert "--trials" in refused(tmp_path, "--trials", 5)
+
+
+def test_a_file_s_agents_play_beside_people(tmp_path):
+    study = tmp_path / "mine.toml"
+    study.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.5]\ntrials = 4\n')
+    planned, directory = _planned(str(study), {"seed": 9}, None)
+    assert (planned.agents, planned.p, planned.trials, planned.seed) == (("random", "participant"), (0.0, 0.5), 4, 9)
+    assert directory.name == f"flips-{planned.identity}"
+    assert _with_people(("participant", "random")) == ("participant", "random")
+    assert _planned("flips", {}, tmp_path)[1] == tmp_path
+
+
+def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
+    people = tmp_path / "people.toml"
+    people.write_text('view = "text"\ntrials_each = 3\n')
+    assert _experiment(None, {}, tmp_path) == Experiment()
+    asked = _experiment(people, {"trials_each": 5, "language": "en"}, tmp_path)
+    assert (asked.view, asked.trials_each, asked.language) == ("text", 5, "en")
+    (tmp_path / "people").mkdir()
+    (tmp_path / "people" / "experiment.json").write_text(asked.model_dump_json())
+    assert _experiment(None, {}, tmp_path) == asked
+    assert _experiment(None, {"view": "panel"}, tmp_path) == Experiment(view="panel")
+
+
+def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
+    texts, people = tmp_path / "texts.toml", tmp_path / "people.toml"
+    done = lockprobe("serve", "--write-texts", texts, "--write-people", people)
+    assert done.returncode == 0, done.stderr
+    assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["Written", "Written"]
+    assert read_words(str(texts)) == read_words("en")
+    assert people.read_bytes() == EXAMPLE.read_bytes()
+    assert "is not overwritten" in refused("--write-texts", texts)
+    for arguments, said in (
+        (("--write-people", people), "is not overwritten"),
+        (("--write-people", tmp_path / "no" / "people.toml"), "cannot be written"),
+        (("--write-texts", tmp_path / "x.toml", "--texts", "xx"), "no language is called"),
+    ):
+        with pytest.raises(UserMistake, match=said):
+            build(["serve"])(["serve", *map(str, arguments)], standalone_mode=False)
+
+
+def test_the_example_has_every_setting_as_it_is_by_default():
+    given = tomllib.loads(EXAMPLE.read_text("utf-8"))
+    example, default = read_experiment(EXAMPLE), Experiment()
+    named = set(given) | {"trials_each", "participants"}  # which stand there as remarks
+    assert named == set(Experiment.model_fields)
+    assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
+        name: getattr(default, name) for name in named - {"checks", "questions"}
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "study: got 'nothing'"),
+        (("flops",), "no study is called 'flops' (did you mean 'flips'?)"),
+        (("flips", "--flip", "often"), "flip: got 'often'"),
+        (("flips", "--p", "2"), "p"),
+        (("flips", "--texts", "xx"), "no language is called 'xx'"),
+        (("flips", "--texts", "none.toml"), "cannot be read"),
+        (("flips", "--people", "none.toml"), "cannot be read"),
+        (("flips", "--host", "0.0.0.0"), "export LOCKPROBE_ADMIN_TOKEN"),
+        (("flips", "--host", "192.0.2.1"), "export LOCKPROBE_ADMIN_TOKEN"),
+        (("flips", "--host", "no such"), "export LOCKPROBE_ADMIN_TOKEN"),
+        (("flips", "--public-url", "ftp://a"), "public-url"),
+        (("flips", "--allow-host", "a:1"), "allow-host"),
+        (("flips", "--plant", "none"), "plant"),
+        (("nowhere.toml",), "cannot be read"),
+        ((".",), "no study.json here"),
+    ],
+)
+def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("LOCKPROBE_ADMIN_TOKEN", raising=False)
+    with pytest.raises(UserMistake) as mistake:
+        build(["serve"])(["serve", *arguments, "--port", "0"], standalone_mode=False)
+    assert said in str(mistake.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_public_address_needs_a_name_and_a_token_that_is_none_to_guess(tmp_path):
+    assert "16 or more" in refused("flips", "--out", tmp_path / "x", LOCKPROBE_ADMIN_TOKEN="short")
+    assert "--public-url" in refused("flips", "--host", "0.0.0.0", LOCKPROBE_ADMIN_TOKEN="t" * 16)
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_port_in_use_and_another_study_are_said(tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        line = refused("flips", "--port", taken.getsockname()[1], "--out", tmp_path / "x")
+        assert "in use" in line
+    with server("flips", "--port", 0, "--out", tmp_path / "y"):
+        assert "being written by another lockprobe" in refused("flips", "--port", 0, "--out", tmp_path / "y")
+
+
+def test_without_the_extra_it_is_said_how_to_get_it(tmp_path):
+    code = (
+        "import sys; sys.modules['uvicorn'] = None; sys.argv = ['lockprobe', 'serve', 'flips', '--out', sys.argv[1]]; "
+        "from lockprobe.cli import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "x")], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "lockprobe: lockprobe serve needs the package uvicorn: pip install 'lockprobe[web]'\n"
+    assert json.dumps(str(tmp_path)) not in done.stderr
+
+
+def test_help_of_the_rest_imports_no_web_framework():
+    code = "import lockprobe.cli.serve, sys; print([m for m in sys.modules if m in ('starlette', 'uvicorn')])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "[]\n"
+
+
+def test_a_damaged_experiment_is_said(tmp_path):
+    (tmp_path / "people").mkdir()
+    (tmp_path / "people" / "experiment.json").write_text("{")
+    with pytest.raises(BadFile):
+        _experiment(None, {}, tmp_path)
+    with pytest.raises(BadValue, match="study"):
+        _planned(str(tmp_path), {"trials": 1}, None)

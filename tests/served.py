@@ -1,0 +1,62 @@
+"""A study that is served, in this process, and visitors who come to it."""
+
+import hashlib
+from contextlib import asynccontextmanager
+from types import SimpleNamespace
+
+import httpx
+from visitor import Visitor
+
+from lockprobe.lockbox.families import box
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.words import read_words
+from lockprobe.studies.study import Study
+from lockprobe.web.serving import Door, opened
+
+STUDY = Study(
+    name="flips", agents=("participant",), box=box("chain-4"), p=(0.0, 0.4), repetitions=1, trials=3, max_steps=12
+)
+QUESTIONS = {
+    "questions": [{"name": "how", "question": "How?"}, {"name": "sure", "question": "?", "options": ["a", "b"]}]
+}
+EXPERIMENT = Experiment.model_validate({"practice": "", **QUESTIONS})
+
+
+def experiment(**changes):
+    return Experiment.model_validate(EXPERIMENT.model_dump() | changes)
+
+
+@asynccontextmanager
+async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
+    door = door or Door(port=0, token="a-token-for-tests")
+    async with (
+        opened(directory, study, people, read_words("en"), door) as where,
+        httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=20) as http,
+    ):
+        yield SimpleNamespace(url=where.url, http=http, directory=directory, study=study)
+
+
+@asynccontextmanager
+async def visiting(place, **settings):
+    visitor = Visitor(place.url, place.study, place.directory, **settings)
+    try:
+        yield visitor
+    finally:
+        await visitor.close()
+
+
+async def at_the_box(visitor, step=1):
+    """A visitor who has come as far as a step of the first box."""
+    await visitor.open()
+    while visitor.scene["kind"] != "box" or visitor.scene["step"] < step:
+        await visitor.do()
+
+
+def written(directory):
+    """Every byte of a directory but the log."""
+    files = sorted(path for path in directory.rglob("*") if path.is_file() and path.name != "server.log")
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def logged(directory):
+    return (directory / "people" / "server.log").read_text("utf-8").splitlines()

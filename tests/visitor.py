@@ -1,0 +1,231 @@
+"""People who are programs: over HTTP they do what the page does, and decide as a strategy does.
+
+A visitor knows what its page shows and nothing else, but for the random stream of its strategy, which it gets for each
+box from whoever tests. It sends an act again until that has counted, as the page does when the network fails.
+"""
+
+import asyncio
+import contextlib
+import json
+import random
+import subprocess
+import sys
+from dataclasses import dataclass, field
+
+from wire import Gone, Wire
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.people.diary import Joined, read_diary
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.studies.stage import play_timed
+
+PATIENCE = 60.0
+"""Seconds for which a visitor tries to reach a server that is gone."""
+
+
+@dataclass
+class Seen:
+    """One scene as it came."""
+
+    turn: int
+    scene: dict
+
+
+@dataclass
+class Visitor:
+    """One person with one browser.
+
+    Attributes:
+        url: Of the server.
+        study: Of which the visitor plays trials; for the random streams alone.
+        directory: Of the study; the slots are looked up in the diary there.
+        strategy: How it decides.
+        platform: The parameters of its URL.
+        luck: Of everything but the decisions.
+    """
+
+    url: str
+    study: object
+    directory: object
+    strategy: str = "human-inspired"
+    platform: dict = field(default_factory=dict)
+    luck: random.Random = field(default_factory=lambda: random.Random(1))
+    answers: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.http = Wire(self.url)
+        self.seen = []
+        self.resent = 0
+        self.lease = self.identity = self.words = None
+        self._past, self._percept, self._rng, self._box = (), None, None, None
+        self._agent = resolve(self.strategy).make()
+
+    @property
+    def scene(self):
+        return self.seen[-1].scene
+
+    @property
+    def turn(self):
+        return self.seen[-1].turn
+
+    async def post(self, path, body):
+        """One request, made again while the server is gone or in trouble."""
+        until = asyncio.get_running_loop().time() + PATIENCE
+        while True:
+            try:
+                answer = await self.http.post(path, body)
+            except Gone:
+                assert asyncio.get_running_loop().time() < until, "nobody answers"
+                self.resent += 1
+                await asyncio.sleep(0.02 + 0.1 * self.luck.random())
+                continue
+            assert answer.status_code < 500, answer.text
+            return answer
+
+    async def open(self):
+        """Load the page."""
+        answer = await self.post("/api/open", {"platform": self.platform})
+        assert answer.status_code == 200, answer.text
+        self.words = answer.json()["words"]
+        self._take(answer.json())
+
+    async def act(self, **act):
+        """Do something, until it has counted once."""
+        before = self.seen[-1]
+        while True:
+            body = {"lease": self.lease, "turn": before.turn, "act": act, "platform": self.platform}
+            answer = await self.post("/api/act", body)
+            if answer.status_code == 200:
+                self._take(answer.json())
+                assert self.turn == before.turn + 1 or self.scene["kind"] == "closed"
+                return
+            assert answer.status_code == 409, answer.text
+            await self.open()
+            if self.turn == before.turn + 1:
+                return
+            assert self.seen[-1] == before, "what was shown has changed"
+
+    def _take(self, reply):
+        self.lease, self.identity = reply["lease"], reply["participant"]
+        if self.seen and self.turn == reply["turn"] and reply["scene"]["kind"] != "closed":
+            assert self.scene == reply["scene"], "what was shown has changed"
+            return
+        self.seen.append(Seen(reply["turn"], reply["scene"]))
+
+    async def do(self):
+        """Do what the scene asks for."""
+        scene, rt = self.scene, round(self.luck.uniform(150, 9000), 1)
+        match scene["kind"]:
+            case "consent":
+                await self.act(kind="agree", agreed=True)
+            case "page" | "over":
+                await self.act(kind="next")
+            case "check":
+                await self.act(kind="answer", answer=self.answers.get("check", scene["options"][0]), rt=rt)
+            case "ask":
+                options = scene["options"]
+                answer = self.answers.get(scene["name"], self.luck.choice(options) if options else "by trying")
+                await self.act(kind="answer", answer=answer, rt=rt)
+            case "box":
+                decision = await self.decide()
+                said = {"claimed": decision.claimed or "blocked", "claimed_rt": rt} if scene["ask"] else {}
+                await self.act(kind="attempt", joint=decision.joint, rt=rt, **said)
+
+    async def play(self, pause=0.0, until=("debrief", "closed")):
+        """Take part from the first scene to the last."""
+        if not self.seen:
+            await self.open()
+        while self.scene["kind"] not in until:
+            if pause:
+                await asyncio.sleep(self.luck.expovariate(1 / pause))
+            await self.do()
+        return self
+
+    async def decide(self):
+        """What the strategy does, from what is shown."""
+        scene = self.scene
+        if scene["practice"]:
+            joints = [joint["label"] for joint in scene["panel"]["joints"]]
+            return Decision(joint=self.luck.choice(joints), claimed=scene["panel"]["outcome"])
+        percept = shown_percept(scene["panel"])
+        if scene["number"] != self._box:
+            slot = slots_of(self.directory, self.identity)[scene["number"] - 1]
+            plan = self.study.plan("participant", slot.p, slot.repetition, slot.trial, slot.modality)
+            self._box, self._rng, self._past = scene["number"], plan.stream("agent"), ()
+        situation = Situation(task=shown_task(scene), past=self._past, percept=percept)
+        decision = await self._agent.decide(situation, self._rng)
+        self._past = (*self._past, Turn(percept=percept, decision=decision))
+        return decision
+
+    async def close(self):
+        await self.http.close()
+
+
+def shown_task(scene):
+    """What is known before the first step, from what is shown."""
+    joints = scene["panel"]["joints"]
+    return Task(
+        joints=tuple(joint["label"] for joint in joints),
+        target=next(joint["label"] for joint in joints if joint["target"]),
+        budget=scene["budget"],
+        places=tuple(tuple(joint["place"]) for joint in joints if joint["place"] is not None),
+    )
+
+
+def shown_percept(panel):
+    """One report, from what is shown."""
+    positions = tuple(joint["position"] for joint in panel["joints"])
+    return Percept(
+        joint=panel["last"],
+        outcome=panel["outcome"],
+        positions=None if None in positions else tuple(position == 1 for position in positions),
+        text=panel["told"],
+    )
+
+
+def slots_of(directory, identity):
+    """Which trials somebody plays."""
+    joined = read_diary(directory / "people" / f"{identity}.jsonl")[0]
+    assert isinstance(joined, Joined)
+    return joined.slots
+
+
+def in_short(trial, *, assessed=True):
+    """What has to be the same of a trial, whoever plays it wherever."""
+    return (
+        trial.opening,
+        trial.ending,
+        trial.labels,
+        trial.listing,
+        [(step.joint, step.moved, step.told_moved, step.told_state, step.told, step.state) for step in trial.steps],
+        [step.decision.claimed for step in trial.steps] if assessed else None,
+    )
+
+
+def without_the_page(study, trial, strategy):
+    """The same trial as a study plays it that asks a strategy."""
+    plan = study.plan(strategy, trial.p, trial.repetition, trial.trial, trial.modality)
+    return asyncio.run(play_timed(plan, resolve(strategy).make(), lambda key, step: None))[0]
+
+
+@contextlib.contextmanager
+def server(*arguments, environment=None):
+    """``lockprobe serve``, in a process of its own, while it says where it is; ended as by Ctrl-C."""
+    process = start(*arguments, environment=environment)
+    try:
+        yield json.loads(process.stdout.readline())
+    finally:
+        process.terminate()
+        process.wait(20)
+        process.stdout.close()
+
+
+def start(*arguments, environment=None):
+    """The process alone; its first line says where it is."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "lockprobe", "serve", *map(str, arguments), "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=environment,
+    )

@@ -1,0 +1,68 @@
+"""The experimenter's page in a real browser: with a mouse, with a keyboard, on a phone, in the dark, and through axe."""
+
+import asyncio
+
+import pytest
+from axe_playwright_python.async_playwright import Axe
+from browser import browser, needs_a_browser
+from served import at_the_box, served, visiting
+
+pytestmark = needs_a_browser
+
+
+async def violations(page):
+    found = await Axe().run(page, options={"resultTypes": ["violations"]})
+    return [f"{rule['id']}: {node['html'][:200]}" for rule in found.response["violations"] for node in rule["nodes"]]
+
+
+async def check_looks(page):
+    """Nothing that axe finds, and nothing beside the screen."""
+    assert await violations(page) == []
+    assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (360, "dark")])
+def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other, browser() as chromium:
+            await asyncio.gather(one.play(), at_the_box(other, step=2))
+            context = await chromium.new_context(viewport={"width": width, "height": 740}, color_scheme=scheme)
+            page, wrong, hosts = await context.new_page(), [], set()
+            page.on("pageerror", lambda error: wrong.append(str(error)))
+            page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
+            await page.goto(f"{place.url}admin")
+            await check_looks(page)
+            await page.keyboard.type("not-the-token")
+            await page.keyboard.press("Enter")
+            await page.wait_for_selector("#status.wrong")
+            assert await page.locator("#study").is_hidden()
+            await page.goto(f"{place.url}admin#token=a-token-for-tests")
+            button = page.get_by_role("button", name=f"Withdraw participant {one.identity}")
+            await button.wait_for()
+            assert page.url == f"{place.url}admin"
+            assert await page.locator("#participants tbody tr").count() == 2
+            await check_looks(page)
+            await button.focus()
+            await page.keyboard.press("Enter")
+            await page.get_by_role("dialog", name="Withdraw and delete").wait_for()
+            assert one.identity in await page.locator("#sure").inner_text()
+            await check_looks(page)
+            await page.keyboard.press("Escape")
+            assert await page.locator("#participants tbody tr").count() == 2
+            await button.click()
+            await page.get_by_role("button", name="Delete everything").click()
+            await page.locator("#status", has_text="has been deleted").wait_for()
+            assert await page.locator("#participants tbody tr").count() == 1
+            await check_looks(page)
+            await page.reload()  # the tab still knows the token
+            await page.locator("#participants tbody tr").wait_for()
+            await page.get_by_role("button", name="Forget the token").click()
+            await page.reload()
+            assert await page.locator("#door").is_visible()
+            assert wrong == []
+            assert len(hosts) == 1
+            await context.close()
+            return one.identity
+
+    gone = asyncio.run(visit())
+    assert not (tmp_path / "people" / f"{gone}.jsonl").exists()
