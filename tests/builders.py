@@ -1,14 +1,16 @@
 """Makes trials for tests: by hand, step by step, or by playing strategies."""
 
 import asyncio
+from collections import deque
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import Boundary
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
-from lockprobe.record import Decision, Outcome, Step, Trial, TrialError
+from lockprobe.record import Decision, Fact, Outcome, Step, Trial, TrialError
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
@@ -156,5 +158,31 @@ def _played(study: Study) -> list[tuple[Trial, Timing]]:
             for agent in study.agents
             for plan in study.plans(agent)
         ]
+
+    return asyncio.run(play_all())
+
+
+def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-inspired", **facts: Fact) -> list[Trial]:
+    """All trials of people in a study, played by a strategy in their place.
+
+    Everybody has so many boxes, at most one at each p, and meets no luck twice. With facts as the page writes them.
+    """
+    lucks = [(r, t) for r in range(1, study.repetitions + 1) for t in range(1, study.trials + 1)]
+    slots = []
+    for row in range(len(lucks)):
+        conditions = deque(enumerate(study.p))
+        conditions.rotate(row)  # which p comes first is balanced
+        for i, (at, p) in enumerate(conditions):
+            identity, position = f"{row:04d}{i // boxes_each:02d}", 1 + i % boxes_each
+            slots.append((identity, position, p, lucks[(row + at) % len(lucks)]))
+
+    async def play_all() -> list[Trial]:
+        agent, found = resolve(strategy).make(), []
+        for identity, position, p, luck in slots:
+            plan = study.plan(f"participant:{identity}", p, *luck)
+            trial, _ = await play_timed(plan, agent, lambda key, step: None)
+            seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
+            found.append(replace(trial, facts=seen | facts))
+        return found
 
     return asyncio.run(play_all())

@@ -294,3 +294,19 @@ def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, c
 def test_batches_are_for_providers_that_have_them(tmp_path, provider):
     with pytest.raises(BadValue, match="batch: got"):
         play(tmp_path / "s", batch=True)
+
+
+def test_people_are_invited_and_not_run(tmp_path):
+    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5)
+    mixed = lockprobe(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
+    assert mixed.returncode == 0, mixed.stderr
+    invited = "People: 0 of 4 trials played; they are not run but invited, by lockprobe serve"
+    assert f"{invited} {tmp_path / 'mixed'}" in mixed.stdout.splitlines()
+    assert "random: 4 trials to play" in mixed.stdout
+    assert {trial.agent for trial in load(tmp_path / "mixed")} == {"random"}
+    alone = lockprobe(*arguments, "--agent", "participant", "--out", tmp_path / "alone")
+    assert alone.returncode == 0, alone.stderr
+    assert alone.stdout.splitlines() == [f"{invited} {tmp_path / 'alone'}"]
+    assert read_study(tmp_path / "alone").agents == ("participant",)
+    again = lockprobe(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
+    assert "4 of 4 trials are done already; 0 are owed" in again.stdout

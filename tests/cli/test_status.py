@@ -184,3 +184,18 @@ def test_it_needs_no_inference_and_no_provider(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code, tmp_path / "s"], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
+    mixed = planned("participant", "random", trials=4)
+    played = [make_trial(SOLUTION, trial=i) for i in (1, 2, 3)]
+    played += [
+        replace(make_trial(SOLUTION, agent=f"participant:{who}", trial=i), key=f"flips/participant/p=0/rep=1/trial={i}")
+        for i, who in ((1, "aaaa"), (2, "aaaa"), (3, "bbbb"))
+    ]
+    facts, lines = told(write_study(tmp_path / "study", mixed, played))
+    assert [facts[name] for name in ("trials", "done", "owed", "solved")] == [4, 3, 1, 3]
+    assert [facts[name] for name in ("people_trials", "people_done", "people_solved", "people")] == [4, 3, 3, 2]
+    assert f"people      3 of 4 played by 2, 3 solved (lockprobe serve {tmp_path / 'study'})" in lines
+    _, others = told(write_study(tmp_path / "other", planned("random"), []))
+    assert not [line for line in others if line.startswith("people")]

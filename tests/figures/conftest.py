@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import make_trial, play_study, small_study
+from builders import make_trial, play_study, played_by_people, small_study
 from matplotlib.figure import Figure
 
 from lockprobe.analysis.summary import summarise
@@ -41,6 +41,17 @@ def studies():
         "nothing solved": [make_trial([0] * 20, agent="llm:x", p=p, trial=i) for p in (0.0, 0.3, 0.6) for i in (1, 2)],
         "errors": [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
         "hostile names": [make_trial([3, 2, 1, 0], agent=name, p=p) for name in names for p in (0.0, 0.5)],
+    }
+    people = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
+    rivals = play_study(small_study(("ideal-observer", "random-no-repeat", "random"), people.p, 2, 5))
+    rivals = [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in rivals]
+    found |= {
+        "people": played_by_people(people) + rivals,
+        "people alone": played_by_people(people, 2),
+        "people at one p": played_by_people(small_study(("participant",), (0.0,), 1, 6), 1)
+        + [trial for trial in rivals if trial.p == 0.0],
+        "few people": played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1)
+        + [make_trial([0] * 20, agent="llm:x", p=p, trial=i) for p in (0.0, 0.6) for i in (1, 2)],
     }
     known = {name: None if name == "one trial" else box("chain-4") for name in found}
     return {name: summarise(trials, known[name]) for name, trials in found.items()}

@@ -21,6 +21,10 @@ CASES = (
     "nothing solved",
     "errors",
     "hostile names",
+    "people",
+    "people alone",
+    "people at one p",
+    "few people",
 )
 NAMES = ["fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected", "rationality"]
 NAMES += ["fig5a", "fig5a-corrected", "fig5b", "fig5b-corrected"]
@@ -62,6 +66,12 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
 
 def test_the_names_of_the_pictures(studies):
     assert list(figures.pictures(studies["one trial"])) == NAMES
+
+
+def test_people_have_a_picture_of_their_own(studies):
+    assert [name for name in figures.pictures(studies["people"]) if name == "people"] == ["people"]
+    drawn = [len(figures.drawings(studies[case])["people"]().axes) for case in ("people", "people alone", "few people")]
+    assert drawn == [2, 1, 2]
 
 
 def test_panels_are_a_column_of_print_wide_and_two_beside_each_other(studies):

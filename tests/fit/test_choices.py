@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import make_trial
+from builders import SOLUTION, make_trial
 
 from lockprobe import run_trial
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
 from lockprobe.agents.strategies import RoundRobin
-from lockprobe.fit.choices import choices_of, hear, rule
+from lockprobe.fit.choices import choices_of, cluster_of, hear, rule
 from lockprobe.fit.likelihood import Lapse
 from lockprobe.fit.rivals import RIVALS, mapped
 from lockprobe.lockbox.families import box
@@ -130,3 +130,10 @@ def test_labels_are_told_apart_from_places():
     assert choices.chosen.tolist() == [0, 3]
     assert choices.label.tolist() == [[3, 2, 1, 0]] * 2
     assert choices.target[0].tolist() == [False, False, False, True]
+
+
+def test_a_cluster_is_one_luck_and_of_people_one_person():
+    agent, person = make_trial(SOLUTION, repetition=2, trial=3), make_trial(SOLUTION, agent="participant:aaaa")
+    assert cluster_of(agent) == cluster_of(replace(agent, p=0.4)) != cluster_of(replace(agent, trial=4))
+    assert cluster_of(person) == cluster_of(replace(person, trial=4, repetition=3))
+    assert cluster_of(person) != cluster_of(replace(person, agent="participant:bbbb"))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import make_trial
+from builders import make_trial, played_by_people, small_study
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit import RIVALS, fit_agents, fitting
@@ -165,3 +165,10 @@ def test_mistakes_say_what_there_is(settings, error, message):
 def test_no_trials_are_a_mistake_too():
     with pytest.raises(BadValue, match="at least one of an agent"):
         fitted([])
+
+
+def test_people_are_fitted_as_one_agent_and_left_out_whole():
+    study = small_study(("participant",), (0.0, 0.4), 2, 4)
+    (one,) = fit_agents(played_by_people(study, 2), models=["random", "human-inspired"], folds=4).agents
+    assert (one.agent, one.trials, one.clusters) == ("participant", 16, 8)
+    assert one.rivals[0].model == "human-inspired"

@@ -44,6 +44,17 @@ def test_open_and_closed_look_different():
     assert ("(|)" in row, "[-#]" in row, "(-)" in row, "[#-]" in row) == (True, True, True, False)
 
 
+def test_what_is_told_is_drawn_and_nothing_else():
+    drawn = box("chain-4")
+    told = panel_lines(drawn, labels="DACB", positions=(True, None, False, None))
+    assert [part.strip("│").split() for part in told[1:3]] == [
+        ["(-)", "[?", "]", "[#-]", "(?)"],
+        ["D*", "A", "C", "B"],
+    ]
+    assert "not told" in told[-1]
+    assert panel_lines(drawn, positions=drawn.initial) == panel_lines(drawn)
+
+
 @settings(max_examples=60)
 @given(st.data())
 def test_the_tree_names_every_position_that_is_asked_for(boxes, data):

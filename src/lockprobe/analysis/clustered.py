@@ -1,4 +1,4 @@
-"""Shares and means of trials that come in clusters, such as the trials of one repetition."""
+"""Shares and means of trials that come in clusters, such as the trials of one repetition, or of one person."""
 
 from __future__ import annotations
 
@@ -6,11 +6,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.analysis.proportions import LEVEL
 
-__all__ = ["ClusteredMean", "ClusteredProportion", "cluster_bootstrap", "clustered_proportion"]
+__all__ = [
+    "ClusteredMean",
+    "ClusteredProportion",
+    "cluster_bootstrap",
+    "clustered_proportion",
+    "crossed_proportion",
+    "crossed_spread",
+]
 
 RESAMPLES = 2000
 
@@ -75,11 +82,58 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
     solved, trials = solved[trials > 0], trials[trials > 0]
     count, n, k = int(solved.sum()), int(trials.sum()), len(trials)
     share = count / n if n else math.nan
+    variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2 if k > 1 else 0.0
+    return _wilson(count, n, k, variance)
+
+
+def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, second: ArrayLike) -> ClusteredProportion:
+    """The same where trials come in clusters of two kinds at once, such as of one person and of equal luck.
+
+    The variance is that of :func:`crossed_spread`, and Student's t has one degree of freedom less than there are
+    clusters of the kind that has fewer.
+
+    Args:
+        counts: Successes of each trial, shape (trials,).
+        sizes: Of how many, of the same shape; where that is 0 a trial does not count.
+        first: Its cluster of one kind, of the same shape.
+        second: Its cluster of the other kind, of the same shape.
+    """
+    solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
+    one, two = np.asarray(first)[trials > 0], np.asarray(second)[trials > 0]
+    solved, trials = solved[trials > 0], trials[trials > 0]
+    count, n, k = int(solved.sum()), int(trials.sum()), min(len(np.unique(one)), len(np.unique(two)))
+    share = count / n if n else math.nan
+    return _wilson(count, n, k, crossed_spread(solved - share * trials, one, two) / n**2 if k > 1 else 0.0)
+
+
+def crossed_spread(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:
+    """Variance of a sum of trials that come in clusters of two kinds (Cameron, Gelbach and Miller 2011).
+
+    That of clusters of one kind and that of the other, less that of single trials, which both hold. It is at least
+    as large as either of the two, since less than nothing cannot come of being alike.
+
+    Args:
+        residuals: How far each trial lies from what is expected of it, shape (trials,).
+        first: Its cluster of one kind, of the same shape; at least two of them.
+        second: Its cluster of the other kind, of the same shape; at least two of them.
+    """
+    rest = np.asarray(residuals, dtype=np.float64)
+    one, two = (_spread(rest, np.unique(kind, return_inverse=True)[1].reshape(-1)) for kind in (first, second))
+    return max(one, two, one + two - _spread(rest, np.arange(len(rest))))
+
+
+def _spread(residuals: NDArray[np.float64], place: NDArray[np.int64]) -> float:
+    sums = np.bincount(place, weights=residuals)
+    return len(sums) / (len(sums) - 1) * float(np.sum(sums**2))
+
+
+def _wilson(count: int, n: int, k: int, variance: float) -> ClusteredProportion:
+    """Wilson's interval of a share with that variance, of as many trials as carry it."""
+    share = count / n if n else math.nan
     if k < 2:
         return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=1.0, low=0.0, high=1.0)
     from scipy.stats import t
 
-    variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2
     binomial = share * (1 - share) / n
     effect = max(1.0, variance / binomial) if binomial else 1.0
     squared = float(t.ppf((1 + LEVEL) / 2, k - 1)) ** 2 * effect / n

@@ -85,7 +85,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
     budget = len(curve.share)
     return ConditionSummary(
         key=first.condition,
-        agent=first.agent,
+        agent=first.group,
         modality=first.modality,
         p=first.p,
         success=proportion(len(curve.solved_at), curve.n),

@@ -121,7 +121,7 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
     direction, p_value = _trend(found)
     pairs = [_pair(one, two) for one, two in combinations(found, 2)]
     return ModalityEffect(
-        agent=first.agent,
+        agent=first.group,
         p=first.p,
         modalities=tuple(modality for modality, _ in found),
         direction=direction,
@@ -143,7 +143,7 @@ def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:
     score = np.repeat([float(rank) for rank, _ in ranked], [len(group) for _, group in ranked])
     running, event = grid(counted.length, counted.solved)
     one = np.zeros(len(counted), dtype=np.int64)
-    compared = excess(score[None, :, None], event, running, stratum=one, cluster=counted.luck)
+    compared = excess(score[None, :, None], event, running, stratum=one, cluster=counted.cluster)
     return compared.direction, compared.p_value_t
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,7 +12,18 @@ from numpy.typing import NDArray
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.record import Trial
 
-__all__ = ["Outcomes", "Point", "ended", "joined", "numbered", "onset", "outcomes", "points", "solved_in_pairs"]
+__all__ = [
+    "Outcomes",
+    "Point",
+    "beside_people",
+    "ended",
+    "joined",
+    "numbered",
+    "onset",
+    "outcomes",
+    "points",
+    "solved_in_pairs",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +37,7 @@ class Outcomes:
         length: Steps played.
         solved: Whether the target moved.
         onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
+        person: Who played it, of people; empty text for an agent, and no rows where all are of agents.
     """
 
     p: NDArray[np.float64]
@@ -34,6 +46,7 @@ class Outcomes:
     length: NDArray[np.int64]
     solved: NDArray[np.bool_]
     onset: NDArray[np.int64]
+    person: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
 
     def __len__(self) -> int:
         return len(self.p)
@@ -49,6 +62,28 @@ class Outcomes:
         keys = np.column_stack([self.repetition, self.trial])
         return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
 
+    @property
+    def of_people(self) -> bool:
+        """Whether any of them was played by a person."""
+        return len(self.person) > 0
+
+    @property
+    def cluster(self) -> NDArray[np.int64]:
+        """What belongs together, from 0: of an agent the trials of equal luck, of people those of one person.
+
+        Trials of one person are alike in how good that person is at boxes. People meet no luck twice, so that trials
+        of equal luck are those of different people.
+        """
+        if not self.of_people:
+            return self.luck
+        names = np.where(self.person == "", np.char.add("/", self.luck.astype(np.str_)), self.person)
+        return np.unique(names, return_inverse=True)[1].reshape(-1)
+
+    @property
+    def stratum(self) -> NDArray[np.int64]:
+        """Within what clusters are drawn: the repetition; one for all people, who play in several."""
+        return np.zeros_like(self.repetition) if self.of_people else self.repetition
+
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
         return Outcomes(
@@ -58,6 +93,7 @@ class Outcomes:
             length=self.length[chosen],
             solved=self.solved[chosen],
             onset=self.onset[chosen],
+            person=self.person[chosen] if self.of_people else self.person,
         )
 
 
@@ -104,6 +140,7 @@ def _onset(actions: tuple[int, ...]) -> int:
 def outcomes(trials: Sequence[Trial]) -> Outcomes:
     """The columns of one agent's trials; error trials are left out."""
     counted = ended(trials)
+    people = [trial.agent if trial.agent != trial.group else "" for trial in counted]
     return Outcomes(
         p=np.array([trial.p for trial in counted], dtype=np.float64),
         repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
@@ -111,15 +148,37 @@ def outcomes(trials: Sequence[Trial]) -> Outcomes:
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
         solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
+        person=np.array(people if any(people) else [], dtype=np.str_),
     )
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
     """Several groups of trials as columns in which ``p`` is the number of the group, from 0."""
-    numbered = [replace(group, p=np.full(len(group), float(i))) for i, group in enumerate(groups)]
+    people = any(group.of_people for group in groups)
+    numbered = [
+        replace(
+            group,
+            p=np.full(len(group), float(i)),
+            person=np.full(len(group), "") if people and not group.of_people else group.person,
+        )
+        for i, group in enumerate(groups)
+    ]
     return Outcomes(
         **{name: np.concatenate([getattr(group, name) for group in numbered]) for name in Outcomes.__slots__}
     )
+
+
+def beside_people(group: Outcomes, other: Outcomes) -> Outcomes:
+    """An agent's trials at one p, each counted to the person, if any, who played the same luck at that p.
+
+    Args:
+        group: Trials of one agent.
+        other: Trials of another. Where those are not of people, the first are returned as they are.
+    """
+    if group.of_people or not other.of_people:
+        return group
+    played = dict(zip(_lucks(other), other.person.tolist(), strict=True))
+    return replace(group, person=np.array([played.get(luck, "") for luck in _lucks(group)], dtype=np.str_))
 
 
 def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
@@ -138,8 +197,11 @@ def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
 
 
 def _solved_by_luck(group: Outcomes) -> dict[tuple[int, int], bool]:
-    lucks = zip(group.repetition.tolist(), group.trial.tolist(), strict=True)
-    return dict(zip(lucks, group.solved.tolist(), strict=True))
+    return dict(zip(_lucks(group), group.solved.tolist(), strict=True))
+
+
+def _lucks(group: Outcomes) -> list[tuple[int, int]]:
+    return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
 def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:

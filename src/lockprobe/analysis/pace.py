@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from lockprobe.analysis.curves import logrank
 from lockprobe.analysis.inference.logrank import solution_logrank
-from lockprobe.analysis.outcomes import joined, outcomes
+from lockprobe.analysis.outcomes import beside_people, joined, outcomes
 from lockprobe.record import Trial
 
 __all__ = ["Pace", "pace"]
@@ -22,7 +22,7 @@ class Pace:
         second: Agent spec and modality.
         p: Flip probability, [0, 1].
         hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
-        p_value: Log-rank, two-sided, with trials that share their luck kept together.
+        p_value: Log-rank, two-sided, with trials that share their luck kept together, and those of one person.
         independent: Log-rank as if all trials were independent; None where nothing can be told apart.
         gehan: The same with Gehan-Wilcoxon weights, stronger where curves differ early and meet late.
     """
@@ -46,11 +46,12 @@ def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
     one, two = outcomes(first), outcomes(second)
     if not len(one) or not len(two):
         return None
+    one, two = beside_people(one, two), beside_people(two, one)
     found = solution_logrank(joined([one, two])).primary
     plain, early = logrank([first, second]), logrank([first, second], weights="gehan")
     return Pace(
-        first=(first[0].agent, first[0].modality),
-        second=(second[0].agent, second[0].modality),
+        first=(first[0].group, first[0].modality),
+        second=(second[0].group, second[0].modality),
         p=first[0].p,
         hazard_ratio=found.hazard_ratio if found else None,
         p_value=found.p_value if found else None,

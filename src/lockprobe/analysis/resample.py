@@ -1,7 +1,7 @@
 """The bootstrap of a study: what its shares would be had other trials been drawn.
 
 A trial shares its luck (labels, flips, draws) with the same trial of the same repetition at every other p. Those
-trials are therefore drawn together, as one cluster, within their repetition.
+trials are therefore drawn together, as one cluster, within their repetition. Of people a cluster is one person.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ def times_drawn(counted: Outcomes, rng: np.random.Generator, resamples: int = RE
         rng: The stream of the bootstrap.
         resamples: How many to draw.
     """
-    luck = counted.luck
-    times = np.zeros((resamples, int(luck.max(initial=-1)) + 1))
-    for number in np.unique(counted.repetition):
-        members = np.unique(luck[counted.repetition == number])
+    cluster, stratum = counted.cluster, counted.stratum
+    times = np.zeros((resamples, int(cluster.max(initial=-1)) + 1))
+    for number in np.unique(stratum):
+        members = np.unique(cluster[stratum == number])
         if len(members) < 2:
             return None
         times[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=resamples)
@@ -80,6 +80,6 @@ def resample(counted: Outcomes, rng: np.random.Generator) -> Resamples:
     if times is None:
         return Resamples(success=np.empty((0, len(kinds))), loop_rate=np.empty((0, len(kinds))))
     return Resamples(
-        success=drawn_shares(times, counted.luck, point.reshape(-1), counted.solved),
-        loop_rate=drawn_shares(times, counted.luck, point.reshape(-1), counted.looped),
+        success=drawn_shares(times, counted.cluster, point.reshape(-1), counted.solved),
+        loop_rate=drawn_shares(times, counted.cluster, point.reshape(-1), counted.looped),
     )

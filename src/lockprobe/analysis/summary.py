@@ -21,6 +21,7 @@ from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
 from lockprobe.analysis.outcomes import Point, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
+from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.rivals.comparison import Comparison
@@ -29,6 +30,7 @@ from lockprobe.analysis.rivals.standing import Standing, standing
 from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
@@ -110,6 +112,7 @@ class StudySummary:
         reference: What blind agents and the shortest plan reach on the box; None where the box is not known.
         modalities: What the way of showing the box does, for every agent that was shown it in several.
         verdicts: What a robot took for true; None without a robot.
+        people: Who of people played, and agents beside them; None without people.
     """
 
     agents: tuple[AgentSummary, ...]
@@ -119,6 +122,7 @@ class StudySummary:
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
     verdicts: Verdicts | None
+    people: People | None
 
     @property
     def conditions(self) -> tuple[ConditionSummary, ...]:
@@ -148,10 +152,10 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
     for trial in trials:
         if not 0 <= trial.p <= 1:
             raise BadValue(f"p of {trial.key}", trial.p, "a number from 0 to 1")
-    place = {name: i for i, name in enumerate(dict.fromkeys((trial.agent, trial.modality) for trial in trials))}
+    place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
 
     def group(trial: Trial) -> tuple[int, float]:
-        return place[trial.agent, trial.modality], trial.p
+        return place[trial.group, trial.modality], trial.p
 
     reference = reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
@@ -159,7 +163,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
     shown = Counter(agent for agent, _ in place)
     jobs: list[Callable[[], Any]] = [
         lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
-        *(partial(_agent, members, reference, several=shown[members[0].agent] > 1) for members in by_agent),
+        *(partial(_agent, members, reference, several=shown[members[0].group] > 1) for members in by_agent),
     ]
     compared, *found = each(call, jobs)
     agents = tuple[AgentSummary, ...](found)
@@ -172,16 +176,17 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
         reference=reference,
         modalities=_modalities(by_agent),
         verdicts=verdicts(trials),
+        people=people(ordered),
     )
 
 
 def _entrant(trials: Sequence[Trial]) -> Entrant:
     first = trials[0]
     return Entrant(
-        agent=first.agent,
+        agent=first.group,
         modality=first.modality,
-        head=_head(first.agent),
-        reference=_head(first.agent) in _REFERENCES,
+        head=_head(first.group),
+        reference=_head(first.group) in _REFERENCES,
         counted=outcomes(trials),
     )
 
@@ -201,9 +206,9 @@ def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
 def _modalities(by_agent: Sequence[Sequence[Trial]]) -> tuple[ModalityEffect, ...]:
     """Every agent that was shown the box in several ways, at the lowest p."""
     lowest = _lowest(by_agent)
-    agents = dict.fromkeys(members[0].agent for members in lowest)
+    agents = dict.fromkeys(members[0].group for members in lowest)
     least = min((members[0].p for members in lowest), default=0.0)
-    groups = [[members for members in lowest if (members[0].agent, members[0].p) == (name, least)] for name in agents]
+    groups = [[members for members in lowest if (members[0].group, members[0].p) == (name, least)] for name in agents]
     return tuple(effect for group in groups if (effect := modality_effect(group)))
 
 
@@ -225,10 +230,10 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: boo
     draws = resample(counted, _stream(first, "bootstrap"))
     inference = infer(counted, _stream(first, "permutation"))
     return AgentSummary(
-        agent=first.agent,
+        agent=first.group,
         modality=first.modality,
         shown=spoken(first.modality) if several or first.modality != "symbolic" else "",
-        reference=_head(first.agent) in _REFERENCES,
+        reference=_head(first.group) in _REFERENCES,
         blind=blind,
         conditions=conditions,
         success_fit=trend_fit(shares, "success", draws.success),
@@ -241,11 +246,16 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: boo
 
 
 def _stream(first: Trial, use: str) -> np.random.Generator:
-    return generator(first.seed, "analysis", first.agent, first.modality, use)
+    return generator(first.seed, "analysis", first.group, first.modality, use)
 
 
 def _is_blind(trials: Sequence[Trial]) -> bool:
-    """Whether the same repetition and trial went alike at every p, though it was told otherwise at least once."""
+    """Whether the same repetition and trial went alike at every p, though it was told otherwise at least once.
+
+    People are not: at each p somebody else played it.
+    """
+    if trials[0].group == PEOPLE:
+        return False
     acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
     told: dict[tuple[int, int], set[tuple[bool, ...]]] = {}
     for trial in ended(trials):

@@ -20,6 +20,7 @@ from lockprobe.figures.paper import (
     draw_success_by_p,
     draw_success_curves,
 )
+from lockprobe.figures.people import draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
 __all__ = [
@@ -32,6 +33,8 @@ __all__ = [
     "draw_loops_beside_chance",
     "draw_loops_by_p",
     "draw_optimal_actions",
+    "draw_people",
+    "draw_relative_steps",
     "draw_relative_success",
     "draw_steps_lost",
     "draw_success_by_p",

@@ -31,6 +31,7 @@ from lockprobe.figures.paper import (
     draw_success_by_p,
     draw_success_curves,
 )
+from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
 __all__ = ["drawings", "panels", "pictures", "render", "single"]
@@ -75,7 +76,9 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     moved = sum(one.interaction is not None for one in pairs)
     below = [draw_changes] if moved else []
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
+    steps = [draw_relative_steps] if compared(result) else []
     drawn: dict[str, Callable[[], Figure]] = {
+        "people": lambda: single(draw_people, result, *steps),
         "side-by-side": lambda: single(
             draw_differences, result, *below, heights=(0.9 + 0.3 * len(pairs), 0.9 + 0.3 * moved)[: 1 + len(below)]
         ),
@@ -96,6 +99,7 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     left_out = {"courses"} if rows < 2 else set()
     left_out |= set() if judged else {"rationality"}
     left_out |= set() if pairs else {"side-by-side"}
+    left_out |= set() if result.people else {"people"}
     if result.modalities and len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
     return {name: draw for name, draw in drawn.items() if name not in left_out}

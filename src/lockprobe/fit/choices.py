@@ -17,7 +17,7 @@ from lockprobe.agents.policy import Policy, Told, View, opened_after
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Step, Trial
 
-__all__ = ["Choices", "Heard", "choices_of", "hear", "rule"]
+__all__ = ["Choices", "Heard", "choices_of", "cluster_of", "hear", "rule"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -45,7 +45,8 @@ class Choices:
 
     Attributes:
         trial: The trial of each choice, from 0.
-        cluster: Its cluster of luck: trials of equal repetition and trial have equal labels, flips and draws.
+        cluster: Its cluster of luck: trials of equal repetition and trial have equal labels, flips and draws; of
+            people, all that one person played.
         chosen: The joint chosen.
         present: Which joints there are.
         target: Which is the target.
@@ -141,6 +142,11 @@ def _shifted(step: Step, start: str, panel: Sequence[int]) -> int | None:
     return sum((step.told_state[i] != start[i]) << j for j, i in enumerate(panel))
 
 
+def cluster_of(trial: Trial) -> tuple[str, int, int]:
+    """What a trial belongs together with: those of equal luck, or of people those of one person."""
+    return ("", trial.repetition, trial.trial) if trial.agent == trial.group else (trial.agent, 0, 0)
+
+
 def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
     """All choices of some trials.
 
@@ -152,7 +158,8 @@ def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
     rows = [row for one in heard for row in _rows(one.view.joints, one.told)]
     sizes = [len(one.told) for one in heard]
     labels = tuple(sorted({label for trial in trials for label in trial.listing}))
-    keys = np.array([(trial.repetition, trial.trial) for trial in trials], dtype=np.int64).reshape(-1, 2)
+    keys = [cluster_of(trial) for trial in trials]
+    place = {key: i for i, key in enumerate(sorted(set(keys)))}
     called = [[labels.index(label) for label in trial.listing] for trial in trials]
 
     def each(values: object) -> Integers:
@@ -160,7 +167,7 @@ def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
 
     return Choices(
         trial=each(np.arange(len(trials))),
-        cluster=each(np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)),
+        cluster=each([place[key] for key in keys]),
         chosen=np.array([told.joint for one in heard for told in one.told], dtype=np.int64),
         present=np.arange(widest) < each([one.view.joints for one in heard])[:, None],
         target=np.arange(widest) == each([one.view.target for one in heard])[:, None],

@@ -9,7 +9,7 @@ import numpy as np
 
 from lockprobe.analysis.outcomes import ended
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.fit.choices import Choices, choices_of, hear
+from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
 from lockprobe.fit.contest import Competitor, Tell, contest
 from lockprobe.fit.finding import finding
 from lockprobe.fit.held_out import folds_of, held_out, predicted
@@ -66,7 +66,7 @@ def _groups(
     trials: Sequence[Trial], agents: Iterable[str] | None, p: Iterable[float] | None, *, by_p: bool
 ) -> list[tuple[str, list[Trial]]]:
     """The trials of each agent, or of each agent at each p."""
-    there = sorted({trial.agent for trial in trials})
+    there = sorted({trial.group for trial in trials})
     asked = there if agents is None else list(dict.fromkeys(agents))
     known = sorted({trial.p for trial in trials})
     kept = known if p is None else sorted(set(p))
@@ -79,7 +79,7 @@ def _groups(
     groups = []
     for agent in asked:
         for values in [[value] for value in kept] if by_p else [kept]:
-            mine = [trial for trial in trials if trial.agent == agent and trial.p in values]
+            mine = [trial for trial in trials if trial.group == agent and trial.p in values]
             if mine:
                 groups.append((agent, mine))
     if not groups:
@@ -145,9 +145,9 @@ def _some(trials: Sequence[Trial]) -> list[Trial]:
     """All trials, or as many whole clusters of luck, by lot, as hold enough choices."""
     if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
         return list(trials)
-    clusters: dict[tuple[int, int], list[Trial]] = {}
+    clusters: dict[tuple[str, int, int], list[Trial]] = {}
     for trial in trials:
-        clusters.setdefault((trial.repetition, trial.trial), []).append(trial)
+        clusters.setdefault(cluster_of(trial), []).append(trial)
     keys, drawn, choices = sorted(clusters), list[Trial](), 0
     for place in generator(0, "fit", "some").permutation(len(keys)):
         mine = clusters[keys[place]]

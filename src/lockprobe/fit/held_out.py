@@ -1,7 +1,8 @@
 """How well choices are predicted that a model was not fitted to.
 
 Clusters of luck stay whole: trials of equal repetition and trial are left out together, so that nothing leaks from a
-trial to its twin at another p. Where a model has versions, the one is taken that fits best without the trials left out.
+trial to its twin at another p; of people all that one person played. Where a model has versions, the one is taken that
+fits best without the trials left out.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ class AgentFit:
         left_out: Trials that ended as an error.
         passed_over: Trials not fitted because there are more than enough.
         choices: Choices fitted.
-        clusters: Clusters of luck: trials of equal repetition and trial have equal labels, flips and draws.
+        clusters: Clusters of luck: trials of equal repetition and trial have equal labels, flips and draws; people.
         repeats: How many choices say as much as one, since luck is shared, >= 1.
         chance_bits: What random leaves to be predicted: mean binary logarithm of the number of joints.
         rivals: The best first, by ``bic``.

@@ -19,7 +19,7 @@ def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[dict[str, A
     if not summary.subjects:
         return []
     agent = summary.subjects[0]
-    own = [t for t in trials if (t.agent, t.modality) == (agent.agent, agent.modality) and t.ending != "error"]
+    own = [t for t in trials if (t.group, t.modality) == (agent.agent, agent.modality) and t.ending != "error"]
     solved = [trial for trial in own if trial.solved]
     looping = sorted((trial for trial in own if has_loop(trial)), key=loop_coverage, reverse=True)
     misread = {trial.key: sum(claim.misinterpreted for claim in claims(trial)) for trial in own}

@@ -29,7 +29,7 @@ def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[Row
 
 
 def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial]) -> Row:
-    own = [trial for trial in trials if (trial.agent, trial.modality) == (row.agent, row.modality)]
+    own = [trial for trial in trials if (trial.group, trial.modality) == (row.agent, row.modality)]
     spent = money(own)
     return {
         "agent": row.agent,

@@ -28,6 +28,7 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_by_p_table,
     leaderboard_table,
 )
+from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.pictures import CAPTIONS, Pictures, drawings
 from lockprobe.report.results import numbers, read
 from lockprobe.report.seen import embedded
@@ -106,6 +107,7 @@ def _tables(content: Content) -> dict[str, Table]:
         "table1": table1(subjects)[0],
         "table1-corrected": table1_corrected(subjects),
         **({"modalities": modality_table(content["modalities"])} if content["modalities"] else {}),
+        **_of_people(content),
         "leaderboard": leaderboard_table(content["leaderboard"]),
         "leaderboard-by-p": leaderboard_by_p_table(content["leaderboard"]),
         "comparisons": comparison_table(content["comparisons"]),
@@ -119,6 +121,18 @@ def _tables(content: Content) -> dict[str, Table]:
         "detectors": detector_table(content["detectors"]),
         "conditions": condition_table(content["conditions"]),
         "claims": claim_table(content["claims"]),
+    }
+
+
+def _of_people(content: Content) -> dict[str, Table]:
+    found = content["people"] and content["people"]["found"]
+    if not found:
+        return {}
+    names = {(row["agent"], row["modality"]): row["label"] for row in content["conditions"]}
+    return {
+        "people": people_table(found),
+        "people-steps": people_steps_table(found, names),
+        "people-positions": positions_table(found),
     }
 
 

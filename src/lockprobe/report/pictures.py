@@ -13,11 +13,17 @@ Pictures = dict[str, dict[str, bytes]]
 
 _LONGEST = (
     *("fig5b-corrected", "rationality", "fig5a-corrected", "fig5b", "fig4-corrected", "courses", "fig5a", "fig3-by-p"),
-    *("side-by-side", "fig3-corrected", "fig4", "fig3"),
+    *("side-by-side", "fig3-corrected", "fig4", "people", "fig3"),
 )
 """All figures, what takes longest to draw first: with one panel for each agent, those with the most marks."""
 
 CAPTIONS = {
+    "people": "People, models and strategies on the same boxes. Above: share of trials solved by flip probability with "
+    "95 % intervals, in which those of one person and those of equal luck count together for people. Below: an agent's "
+    "median steps over the human median, on the trials that both finished, unsolved ones censored at the budget; 2 is "
+    "twice the steps of people. Bars: 95 % intervals over people and luck, open where they reach the edge; agents to "
+    "compare with are grey and have none. People play several boxes and may learn from one to the next; agents keep "
+    "nothing.",
     "side-by-side": "Two agents on the same boxes with the same false reports, the first named less the other: "
     "difference in the share of trials solved over all p, and below how much more its success changes from the lowest "
     "p to the one where the test sees that most clearly. Bars: 95 % intervals in which trials that share their luck "

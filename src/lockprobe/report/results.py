@@ -24,10 +24,12 @@ from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.options import PEOPLE
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
+from lockprobe.report.people import people_row
 from lockprobe.report.rows import (
     claim_row,
     condition_row,
@@ -64,7 +66,8 @@ class LoadedStudy:
         settings: As in ``study.json``.
         trials: By agent in the order of the settings, then by condition.
         summary: Their numbers.
-        planned: Trials that the settings ask for.
+        planned: Trials that the settings ask for, but for those of people.
+        invited: Trials that they ask of people.
         journal: What the journal leaves out.
         foreign: Trials on record that the settings do not ask for; they are in no other number.
     """
@@ -73,17 +76,23 @@ class LoadedStudy:
     trials: tuple[Trial, ...]
     summary: StudySummary
     planned: int
+    invited: int
     journal: LeftOut
     foreign: int
 
     @property
     def finished(self) -> int:
-        """Trials that are not owed (any more)."""
-        return sum(not trial.owed_again for trial in self.trials)
+        """Trials that are not owed (any more), but for those of people."""
+        return sum(not trial.owed_again for trial in self.trials) - self.played_by_people
+
+    @property
+    def played_by_people(self) -> int:
+        """Trials of people that are finished."""
+        return sum(trial.group == PEOPLE and not trial.owed_again for trial in self.trials)
 
     @property
     def partial(self) -> bool:
-        """Whether trials are still owed."""
+        """Whether trials are still owed; those of people are not, since nobody can make them come."""
         return self.finished < self.planned
 
 
@@ -103,7 +112,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
     asked = [trial for trial in everything if study.asks_for(trial)]
     agents, modalities = study.agents, study.modalities
     place = {both: i for i, both in enumerate(product(agents, modalities))}
-    trials = sorted(asked, key=lambda t: (place[t.agent, t.modality], t.p, t.repetition, t.trial))
+    trials = sorted(asked, key=lambda t: (place[t.group, t.modality], t.p, t.repetition, t.trial))
     tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
     try:
         summary = summarise(trials, study.box, each=each)
@@ -113,7 +122,8 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         settings=read_settings(directory),
         trials=tuple(trials),
         summary=summary,
-        planned=study.size,
+        planned=study.size - study.invited,
+        invited=study.invited,
         journal=left_out,
         foreign=len(everything) - len(asked),
     )
@@ -164,6 +174,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "judged": judged(summary),
         "paces": [pace_row(compared, names) for compared in summary.paces],
         "modalities": [modality_row(effect) for effect in summary.modalities],
+        "people": people_row(summary, study.invited, study.played_by_people),
         "verdicts": asdict(summary.verdicts) if summary.verdicts else None,
         "verdicts_said": verdicts_said(summary.verdicts) if summary.verdicts else "",
         "fits": labelled(map(fit_row, agents), names),
@@ -222,10 +233,10 @@ def _facts(told: Iterable[tuple[str, Mapping[str, Fact]]]) -> dict[str, dict[str
 
 def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, Fact]]]:
     """What the agent said it was, and which models answered in its place, as their provider names them."""
-    yield trial.agent, trial.facts
+    yield trial.group, trial.facts
     for served in dict.fromkeys(step.decision.served for step in trial.steps):
         if served:
-            yield trial.agent, {"answered by": served}
+            yield trial.group, {"answered by": served}
 
 
 def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
@@ -236,8 +247,8 @@ def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
 def _errors(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     """Broken trials by agent and boundary, with the first message, and whether they are owed again."""
     broken = [(trial, trial.error) for trial in trials if trial.error is not None]
-    counts = Counter((trial.agent, str(error.boundary)) for trial, error in broken)
-    first = {(trial.agent, str(error.boundary)): (error.message, trial.owed_again) for trial, error in reversed(broken)}
+    counts = Counter((trial.group, str(error.boundary)) for trial, error in broken)
+    first = {(trial.group, str(error.boundary)): (error.message, trial.owed_again) for trial, error in reversed(broken)}
     return [
         {"agent": agent, "boundary": boundary, "trials": count}
         | dict(zip(("message", "owed_again"), first[agent, boundary], strict=True))

@@ -6,7 +6,7 @@ from builders import SOLUTION, make_trial
 
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.rivals.comparison import compare, corrected
-from lockprobe.analysis.rivals.exchange import sheets
+from lockprobe.analysis.rivals.exchange import Sheet, sheets
 
 A, B = ("llm:a", "symbolic"), ("llm:b", "symbolic")
 
@@ -61,7 +61,7 @@ def test_exchange_of_agents_rarely_tells_equal_agents_apart_that_share_their_luc
     for seed in range(200):
         rng = np.random.default_rng(seed)
         one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
-        sheet = [type("Sheet", (), {"solved": solved, "steps": 20 - solved}) for solved in (one, two)]
+        sheet = [Sheet(solved=solved, steps=20 - solved) for solved in (one, two)]
         found = compare((A, B), tuple(i / 10 for i in range(7)), tuple(sheet), "reference", rng)
         rejected += found.success.p_value < 0.05
     assert rejected <= 20

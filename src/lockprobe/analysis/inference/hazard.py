@@ -118,7 +118,7 @@ def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running
     stratum = np.unique(outcomes.p, return_inverse=True)[1]
     tables = ((outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64) @ cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
-    found = excess(looped[None].astype(np.float64), event, running, stratum=stratum, cluster=outcomes.luck)
+    found = excess(looped[None].astype(np.float64), event, running, stratum=stratum, cluster=outcomes.cluster)
     ratio, low, high = _mantel_haenszel(tables[..., informative], found)
     (solved_after, failed_after), (solved_before, failed_before) = tables.sum(axis=2).astype(int).tolist()
     return LoopEffect(

@@ -109,7 +109,7 @@ def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> Log
     levels = np.unique(outcomes.p)
     if len(levels) < 2:
         return LogRanks(primary=None, each=(), p_all=None)
-    luck = outcomes.luck
+    luck = outcomes.cluster
     x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
     running, event = grid(last, happened)
     one = np.zeros(len(outcomes), dtype=np.int64)

@@ -1,7 +1,8 @@
 """Which p is best, how sure that is, and whether p matters at all once one has looked for the best.
 
 Trials of equal repetition and trial share their luck over p: a cluster. The bootstrap draws clusters within their
-repetition; the permutation test exchanges values of p inside clusters only.
+repetition; the permutation test exchanges values of p inside clusters only. Of people a cluster is one person; where
+everybody plays at one p, whole people are exchanged between the values of p.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ __all__ = ["AnyDifference", "Candidate", "DifferenceAt", "Peak", "any_difference
 PERMUTATIONS = 2000
 
 Array = NDArray[np.float64]
+Clusters = NDArray[np.int64]
 
 _TIE = 1e-9
 
@@ -122,20 +124,24 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     """
     values, place = np.unique(outcomes.p, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
-    clusters = outcomes.luck
+    clusters = outcomes.cluster
     order = np.lexsort((place, clusters))
     groups: dict[tuple[int, ...], list[NDArray[np.bool_]]] = {}
     for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):
         groups.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
-    if not any(len(set(labels)) > 1 for labels in groups):
+    apart = not any(len(set(labels)) > 1 for labels in groups)
+    if apart and not (outcomes.of_people and len(values) > 1):
         note = "No test: no two values of p were met by the same trial."
         return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
     n = np.bincount(place).astype(np.float64)
-    drawn = np.zeros((permutations, len(values)))
-    for labels, members in groups.items():
-        drawn += _permuted(np.array(members), permutations, rng) @ np.eye(len(values))[list(labels)]
     observed = np.bincount(place, weights=outcomes.solved)
-    success = np.vstack([observed, drawn]) / n
+    if apart:
+        drawn, sizes = _whole(place, clusters, outcomes.solved, permutations, rng)
+    else:
+        drawn, sizes = np.zeros((permutations, len(values))), n
+        for labels, members in groups.items():
+            drawn += _permuted(np.array(members), permutations, rng) @ np.eye(len(values))[list(labels)]
+    success = np.vstack([observed / n, drawn / sizes])
     away = success[:, 1:] - success[:, :1]
     largest = np.abs(away).max(axis=1)
     spread = (n * (success - observed.sum() / n.sum()) ** 2).sum(axis=1)
@@ -174,7 +180,7 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
     if times is None:
         note = "No resamples: trials are drawn within their repetition, and one has a single trial."
         return _peak(values, n, success, np.empty((0, len(values))), note)
-    return _peak(values, n, success, drawn_shares(times, outcomes.luck, place, outcomes.solved), "")
+    return _peak(values, n, success, drawn_shares(times, outcomes.cluster, place, outcomes.solved), "")
 
 
 def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
@@ -183,6 +189,16 @@ def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Gene
     shuffled: NDArray[np.uint8] = rng.permuted(np.broadcast_to(varied, (permutations, *varied.shape)), axis=2)
     totals: Array = shuffled.sum(axis=1, dtype=np.float64)
     return totals + np.count_nonzero(members.all(axis=1))
+
+
+def _whole(
+    place: NDArray[np.intp], clusters: Clusters, solved: NDArray[np.bool_], permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Solved trials and trials per place, both (permutations, places), whole clusters shuffled among the places."""
+    _, first, sizes = np.unique(clusters, return_index=True, return_counts=True)
+    labels = np.broadcast_to(place[first], (permutations, len(first)))
+    shuffled = rng.permuted(labels, axis=1)[..., None] == np.arange(int(place.max()) + 1)
+    return shuffled.swapaxes(1, 2) @ np.bincount(clusters, weights=solved), shuffled.swapaxes(1, 2) @ (1.0 * sizes)
 
 
 def _share(drawn: Array, observed: float) -> float:

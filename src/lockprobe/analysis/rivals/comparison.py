@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
-from lockprobe.analysis.rivals.exchange import BlockMean, Sheet, block_mean
+from lockprobe.analysis.rivals.crossed import at_one_p, crossed_mean, people_of
+from lockprobe.analysis.rivals.exchange import Array, BlockMean, Sheet, block_mean
 from lockprobe.analysis.rivals.interaction import Interaction, interaction
 
 __all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected"]
@@ -27,7 +28,8 @@ class ComparisonAt:
     Attributes:
         p: Flip probability, [0, 1].
         success: Of the trials that both finished, the share that the second solved less that of the first;
-            McNemar's test, which exchanges the agents too.
+            McNemar's test, which exchanges the agents too. Where one person has several of them the agents are
+            exchanged within whole people, and the interval is over people.
         steps: Mean steps of the second less the first's, an unsolved trial counted with its whole budget.
         p_adjusted: McNemar's p-value corrected for all pairs of agents and all p (Holm); None before that.
     """
@@ -54,6 +56,7 @@ class Comparison:
         steps_adjusted: Its p-value corrected in the same way.
         at: The same by p, ascending.
         copies: Whether both play every block alike at every p, so that all of ``at`` is the same.
+        people: Whether one of the two is people, whose trials belong together by person too.
         alone: Trials that only one of the two finished; they are in no number here.
         interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
     """
@@ -69,6 +72,7 @@ class Comparison:
     alone: int
     interaction: Interaction | None
     copies: bool = False
+    people: bool = False
     success_adjusted: float | None = None
     steps_adjusted: float | None = None
 
@@ -113,20 +117,20 @@ def compare(
     if not both.any():
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
-    most = _most_steps(laid)
+    most, person = _most_steps(laid), people_of(laid)
     return Comparison(
         first=names[0],
         second=names[1],
         among=among,
         first_share=float(first.solved[both].mean()),
         second_share=float(second.solved[both].mean()),
-        success=block_mean(solved, unit=1.0),
-        steps=block_mean(steps, unit=most),
+        success=_mean(solved, person, 1.0),
+        steps=_mean(steps, person, most),
         at=tuple(
             ComparisonAt(
                 p=p,
-                success=paired(first.solved[both[:, i], i] > 0, second.solved[both[:, i], i] > 0),
-                steps=block_mean(steps[:, [i]], unit=most),
+                success=_paired(first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)),
+                steps=_mean_at(steps[both[:, i], i], _of(person, both, i), most),
             )
             for i, p in enumerate(values)
             if both[:, i].any()
@@ -134,7 +138,33 @@ def compare(
         alone=int(np.sum(played & ~both)),
         copies=len(values) > 1 and all(_same_at_every_p(one) for one in laid),
         interaction=interaction(values, first, second, rng) if among == "subjects" and len(values) > 1 else None,
+        people=person is not None,
     )
+
+
+def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
+    """Over all p: trials of equal luck together, and where people are one side those of one person too."""
+    if person is None:
+        return block_mean(differences, unit=unit)
+    both = ~np.isnan(differences)
+    return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit)
+
+
+def _mean_at(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
+    return block_mean(differences[:, None], unit=unit) if person is None else at_one_p(differences, person, unit=unit)
+
+
+def _paired(first: Array, second: Array, person: NDArray[np.str_] | None) -> Paired:
+    found = paired(first > 0, second > 0)
+    if person is None or len(np.unique(person)) == len(person):
+        return found
+    by_person = at_one_p(second - first, person, unit=1.0)
+    low, high = (-1.0, 1.0) if by_person.low is None or by_person.high is None else (by_person.low, by_person.high)
+    return replace(found, low=low, high=high, p_value=1.0 if by_person.p_value is None else by_person.p_value)
+
+
+def _of(person: NDArray[np.str_] | None, both: NDArray[np.bool_], i: int) -> NDArray[np.str_] | None:
+    return None if person is None else person[both[:, i], i]
 
 
 def _most_steps(laid: tuple[Sheet, Sheet]) -> float | None:

@@ -11,7 +11,7 @@ the mean, which supposes no such thing, leaves out 0 too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import LEVEL
 
-__all__ = ["BlockMean", "Sheet", "block_mean", "sheets", "sign_flip"]
+__all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_width", "sheets", "sign_flip"]
 
 Array = NDArray[np.float64]
 
@@ -37,10 +37,12 @@ class Sheet:
     Attributes:
         solved: 1 where the box was solved, else 0, shape (blocks, p).
         steps: Steps played, of the same shape; an unsolved trial has its whole budget.
+        person: Who played it, of people; empty text where nobody did, and no rows for an agent.
     """
 
     solved: Array
     steps: Array
+    person: NDArray[np.str_] = field(default_factory=lambda: np.empty((0, 0), dtype=np.str_))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +89,10 @@ def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
         place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.p)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
         solved[place], steps[place] = group.solved, group.length
-        made.append(Sheet(solved=solved, steps=steps))
+        person = np.full(solved.shape if group.of_people else (0, 0), "", dtype=group.person.dtype)
+        if group.of_people:
+            person[place] = group.person
+        made.append(Sheet(solved=solved, steps=steps, person=person))
     return tuple(values.tolist()), made
 
 
@@ -130,11 +135,37 @@ def _interval(sums: Array, sizes: Array, unit: float | None) -> tuple[float, flo
         return None, None
     if unit is not None:
         spread += unit**2 * (widest**2 if alike else widest)
-    from scipy.stats import t
-
-    half = float(t.ppf((1 + LEVEL) / 2, n - 1)) * math.sqrt(n / (n - 1) * spread) / total
+    half = half_width(math.sqrt(n / (n - 1) * spread), n) / total
     most = math.inf if unit is None else unit
     return max(-most, value - half), min(most, value + half)
+
+
+def half_width(se: float, clusters: int) -> float:
+    """Half of Student's 95 % interval.
+
+    Args:
+        se: Standard error.
+        clusters: How many it rests on, at least two.
+    """
+    from scipy.stats import t
+
+    return float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * se
+
+
+def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
+    """One row for each cluster, as wide as the largest; not a number where one has fewer.
+
+    Args:
+        values: Shape (trials,).
+        cluster: The cluster of each, from 0, of the same shape.
+    """
+    place = np.zeros(len(cluster), dtype=np.int64)
+    order = np.argsort(cluster, kind="stable")
+    sizes = np.bincount(cluster)
+    place[order] = np.arange(len(cluster)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    rows = np.full((len(sizes), int(sizes.max(initial=0))), math.nan)
+    rows[cluster, place] = values
+    return rows
 
 
 def sign_flip(sums: Array) -> float:

@@ -4,7 +4,7 @@ The difference of two agents in a block of luck at one p, less the same at the l
 if false reports change the success of both alike, in points, however often each solves the box. Signs of whole blocks
 are flipped at random, as if a change were as likely as its opposite, which is a little more than a mean of 0: that
 keeps what trials of a block have in common. Exchanging the agents themselves would test whether they are equal in
-everything.
+everything. Where one of the two is people their trials belong together by person too, and it is Student's t instead.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lockprobe.analysis.rivals.crossed import crossed_change, people_of
 from lockprobe.analysis.rivals.exchange import Array, BlockMean, Sheet, block_mean
 
 __all__ = ["Interaction", "InteractionAt", "interaction"]
@@ -29,7 +31,8 @@ class InteractionAt:
         p: Flip probability, [0, 1].
         change: Change of the second's success less that of the first's, with its 95 % interval; uncorrected, and
             without a p-value of its own.
-        p_adjusted: Flips of whole blocks, corrected for looking at every p (Westfall & Young's maximum).
+        p_adjusted: Flips of whole blocks, corrected for looking at every p (Westfall & Young's maximum); with people
+            Student's t, corrected by Bonferroni.
     """
 
     p: float
@@ -78,6 +81,8 @@ def interaction(
         None where fewer than two blocks have both agents at the lowest p and a higher one.
     """
     apart = second.solved - first.solved
+    if (person := people_of((first, second))) is not None:
+        return _with_people(values, apart, person)
     changes: Array = apart[:, 1:] - apart[:, :1]
     changes = changes[~np.isnan(changes).all(axis=1)]
     met = [i for i in range(changes.shape[1]) if not np.isnan(changes[:, i]).all()]
@@ -99,6 +104,26 @@ def interaction(
         mean=_mean(changes[:, met]),
         p_value=min(reached),
     )
+
+
+def _with_people(values: tuple[float, ...], apart: Array, person: NDArray[np.str_]) -> Interaction | None:
+    """The same with people, who meet no luck twice: the two trials of a change are of different people."""
+    met = ~np.isnan(apart[:, 1:]) & ~np.isnan(apart[:, :1])
+    found = []
+    for i in range(met.shape[1]):
+        if not (here := met[:, i]).any():
+            continue
+        change = crossed_change(apart[here, 0], apart[here, i + 1], (person[here, 0], person[here, i + 1]))
+        if change.p_value is not None:
+            found.append((values[i + 1], change, change.p_value))
+    if not found:
+        return None
+    at = tuple(
+        InteractionAt(p=p, change=replace(change, p_value=None), p_adjusted=min(1.0, len(found) * p_value))
+        for p, change, p_value in found
+    )
+    mean = replace(_mean(apart[:, 1:] - apart[:, :1]), low=None, high=None)  # its blocks share people
+    return Interaction(lowest=values[0], at=at, mean=mean, p_value=min(one.p_adjusted for one in at))
 
 
 def _mean(changes: Array) -> BlockMean:

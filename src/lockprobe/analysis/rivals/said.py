@@ -46,7 +46,7 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
     second, first = names[one.second], names[one.first]
     shares = (
         f"{_percent(one.second_share)} against {_percent(one.first_share)} of the {one.success.pairs} trials that both "
-        f"finished ({_points(one.success)}; agents exchanged within luck, {_p(one.success_adjusted, pairs)})"
+        f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)})"
     )
     if one.verdict:
         said = [f"{second} solves the box {'more' if one.verdict > 0 else 'less'} often than {first}: {shares}."]
@@ -62,7 +62,8 @@ def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
     if moved is None:
         return ""
     clearest = moved.clearest
-    test = f"signs of whole blocks of luck flipped, {_p(moved.p_adjusted, pairs, 'every p')}"
+    how = _test(one) if one.people else "signs of whole blocks of luck flipped"
+    test = f"{how}, {_p(moved.p_adjusted, pairs, 'every p')}"
     where = f"from p = {moved.lowest:g} to {clearest.p:g}"
     if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
         more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
@@ -88,6 +89,10 @@ def _steps(one: Comparison, second: str, first: str, pairs: int) -> str:
             f"counted with its whole budget ({test})."
         )
     return f"That one needs fewer steps than the other is not detectable ({test})."
+
+
+def _test(one: Comparison) -> str:
+    return "people and luck taken together" if one.people else "agents exchanged within luck"
 
 
 def _names(summary: StudySummary) -> dict[Name, str]:

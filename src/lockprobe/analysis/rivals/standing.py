@@ -1,20 +1,21 @@
-"""One agent over all p: a row of the leaderboard. Trials that share their luck over p are kept together."""
+"""One agent over all p: a row of the leaderboard. Trials that share their luck over p, or a person, are together."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
+from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion, crossed_proportion
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.curves import success_curve
 from lockprobe.analysis.misinterpretation import trial_claims
-from lockprobe.analysis.outcomes import ended, outcomes
+from lockprobe.analysis.outcomes import Outcomes, ended, outcomes
 from lockprobe.analysis.reference import Reference
-from lockprobe.analysis.rivals.exchange import Array, block_mean
+from lockprobe.analysis.rivals.crossed import crossed_mean
+from lockprobe.analysis.rivals.exchange import block_mean, by_cluster
 from lockprobe.record import Trial
 
 __all__ = ["Regret", "Standing", "condition_regret", "standing"]
@@ -45,7 +46,7 @@ class Standing:
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
-        success: Trials solved; clusters are blocks of luck.
+        success: Trials solved; clusters are blocks of luck, and people.
         steps_to_80: The first step by which 80 % of all trials are solved; None if that never happens.
         regret: None where the box is not known or leaves no room between chance and the shortest plan.
         loops: Trials that hold an action loop.
@@ -80,25 +81,29 @@ def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], re
         reference: What random agents and the shortest plan reach on the box.
     """
     counted, found = ended(trials), outcomes(trials)
-    luck, blocks = found.luck, int(found.luck.max(initial=-1)) + 1
-    sizes = np.bincount(luck, minlength=blocks)
     said = [trial_claims(trial) for trial in counted]
     curve = success_curve(trials)
     return Standing(
-        agent=trials[0].agent,
+        agent=trials[0].group,
         modality=trials[0].modality,
-        success=clustered_proportion(np.bincount(luck, weights=found.solved, minlength=blocks), sizes),
+        success=_share(found, found.solved, np.ones(len(found))),
         steps_to_80=curve.steps_to(0.8),
         regret=_regret(trials, reference),
-        loops=clustered_proportion(np.bincount(luck, weights=found.looped, minlength=blocks), sizes),
+        loops=_share(found, found.looped, np.ones(len(found))),
         chance=_pooled([(c.behaviour.chance_uniform, c.success.n) for c in conditions]),
         chance_no_repeat=_pooled([(c.behaviour.chance_no_repeat, c.success.n) for c in conditions]),
-        misread=clustered_proportion(
-            np.bincount(luck, weights=[trial.misinterpreted for trial in said], minlength=blocks),
-            np.bincount(luck, weights=[len(trial.claims) for trial in said], minlength=blocks),
-        ),
+        misread=_share(found, [trial.misinterpreted for trial in said], [len(trial.claims) for trial in said]),
         not_asked=sum(not trial.assessment for trial in counted),
     )
+
+
+def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredProportion:
+    """Of trials of equal luck taken together; of people those of one person too."""
+    if found.of_people:
+        return crossed_proportion(counts, sizes, found.person, found.luck)
+    blocks = int(found.luck.max(initial=-1)) + 1
+    summed = (np.bincount(found.luck, weights=np.asarray(of), minlength=blocks) for of in (counts, sizes))
+    return clustered_proportion(*summed)
 
 
 def condition_regret(condition: ConditionSummary) -> Regret | None:
@@ -122,16 +127,10 @@ def _regret(trials: Sequence[Trial], reference: Reference | None) -> Regret | No
     if room <= 0:
         return None
     area = np.where(counted.solved, (budget - counted.length + 1) / budget, 0.0)
-    found = block_mean(_by_block((best - area) / room, counted.luck))
+    lost = (best - area) / room
+    found = (
+        crossed_mean(lost, counted.luck, counted.person)
+        if counted.of_people
+        else block_mean(by_cluster(lost, counted.luck))
+    )
     return Regret(value=found.value, low=found.low, high=found.high)
-
-
-def _by_block(values: Array, luck: np.ndarray[tuple[int], np.dtype[np.int64]]) -> Array:
-    """One row for each block, as wide as the largest."""
-    place = np.zeros(len(luck), dtype=np.int64)
-    order = np.argsort(luck, kind="stable")
-    sizes = np.bincount(luck)
-    place[order] = np.arange(len(luck)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    rows = np.full((len(sizes), int(sizes.max(initial=0))), math.nan)
-    rows[luck, place] = values
-    return rows

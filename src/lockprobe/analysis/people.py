@@ -1,0 +1,151 @@
+"""People beside agents on the same boxes.
+
+People play as one agent, each trial of the study by one person. A person plays several boxes and may learn from box to
+box, which agents cannot; so the first boxes stand apart.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lockprobe.analysis.clustered import ClusteredProportion, crossed_proportion
+from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.proportions import Proportion, proportion
+from lockprobe.analysis.relative_steps import RelativeSteps, Steps, labels, relative_steps, steps_of
+from lockprobe.options import PEOPLE
+from lockprobe.record import Fact, Trial
+
+__all__ = ["AtPosition", "People", "PeopleAt", "people"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PeopleAt:
+    """People under one condition, or shown the box in one way under all.
+
+    Attributes:
+        modality: How the box was shown.
+        p: Flip probability, [0, 1]; None for all together.
+        people: How many played.
+        success: Trials solved, of people and of luck taken together.
+        steps: Steps that they needed.
+    """
+
+    modality: str
+    p: float | None
+    people: int
+    success: ClusteredProportion
+    steps: Steps
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtPosition:
+    """All first boxes of people, or all second ones, and so on.
+
+    Attributes:
+        position: Which of their boxes, from 1.
+        success: Share solved; Wilson's interval, since everybody has one.
+    """
+
+    position: int
+    success: Proportion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class People:
+    """All people of a study.
+
+    Attributes:
+        people: How many have a trial that ended.
+        trials: How many ended.
+        fewest: Trials of the person who has the fewest.
+        most: Of the one who has the most.
+        success: Solved over all conditions.
+        first: Of their first boxes alone. What they had learnt from other boxes is in all others.
+        positions: By position, as far as it is known.
+        at: By modality and p.
+        over: By modality, over all p.
+        relative: Agents' steps, by agent, modality and p, each with all p together last.
+        saw: What they played on, by fact of the record (view, language, feedback and so on): how many trials.
+    """
+
+    people: int
+    trials: int
+    fewest: int
+    most: int
+    success: ClusteredProportion
+    first: Proportion
+    positions: tuple[AtPosition, ...]
+    at: tuple[PeopleAt, ...]
+    over: tuple[PeopleAt, ...]
+    relative: tuple[RelativeSteps, ...]
+    saw: Mapping[str, Mapping[str, int]]
+
+
+_SAW = ("view", "history", "feedback", "design", "words", "page")
+"""Facts of a person's trial that say what was played on."""
+
+
+def people(trials: Sequence[Trial]) -> People | None:
+    """People and agents of one study; None where no trial of people has ended.
+
+    Args:
+        trials: Of one study; those that ended as error are left out.
+    """
+    counted = ended(trials)
+    own = [trial for trial in counted if trial.group == PEOPLE]
+    if not own:
+        return None
+    sizes = Counter(trial.agent for trial in own)
+    conditions = dict.fromkeys((trial.modality, trial.p) for trial in sorted(own, key=lambda t: t.p))
+    modalities = dict.fromkeys(modality for modality, _ in conditions)
+    first = [trial for trial in own if trial.facts.get("position") == 1]
+    return People(
+        people=len(sizes),
+        trials=len(own),
+        fewest=min(sizes.values()),
+        most=max(sizes.values()),
+        success=_success(own),
+        first=proportion(sum(trial.solved for trial in first), len(first)),
+        positions=tuple(_positions(own)),
+        at=tuple(_at([t for t in own if (t.modality, t.p) == one], *one) for one in conditions),
+        over=tuple(_at([t for t in own if t.modality == one], one, None) for one in modalities),
+        relative=tuple(relative_steps(counted, own, conditions)),
+        saw={
+            name: dict(Counter(_said(trial.facts[name]) for trial in own if name in trial.facts))
+            for name in _SAW
+            if any(name in trial.facts for trial in own)
+        },
+    )
+
+
+def _said(value: Fact) -> str:
+    return ("no", "yes")[value] if isinstance(value, bool) else str(value)
+
+
+def _success(trials: Sequence[Trial]) -> ClusteredProportion:
+    person, luck = labels(trials)
+    return crossed_proportion([trial.solved for trial in trials], np.ones(len(trials)), person, luck)
+
+
+def _positions(trials: Sequence[Trial]) -> Iterable[AtPosition]:
+    by: dict[int, list[bool]] = {}
+    for trial in trials:
+        position = trial.facts.get("position")
+        if isinstance(position, int):
+            by.setdefault(position, []).append(trial.solved)
+    for position in sorted(by):
+        yield AtPosition(position=position, success=proportion(sum(by[position]), len(by[position])))
+
+
+def _at(trials: Sequence[Trial], modality: str, p: float | None) -> PeopleAt:
+    return PeopleAt(
+        modality=modality,
+        p=p,
+        people=len({trial.agent for trial in trials}),
+        success=_success(trials),
+        steps=steps_of(trials, modality, p),
+    )

@@ -1,0 +1,241 @@
+"""How many steps people need, and agents for each of theirs: medians over all trials, on the same boxes.
+
+The median is Kaplan and Meier's: a trial that was not solved is censored at its budget, so that an agent that fails
+often cannot look fast. A ratio of 2 is twice the steps of people. ARC-AGI-3 scores the inverse, squared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.options import PEOPLE
+from lockprobe.record import Trial
+from lockprobe.seeds import generator
+
+__all__ = ["RelativeSteps", "Steps", "labels", "relative_steps", "steps_of"]
+
+RESAMPLES = 2000
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steps:
+    """Steps to open a box over all trials of people, an unsolved one censored at its budget.
+
+    Attributes:
+        median: Kaplan and Meier's; None if fewer than half were solved.
+        low: Lower end of its 95 % interval; None if that is beyond the budget, or cannot be told.
+        high: Upper end; None alike.
+        mean: Mean, an unsolved trial counted with its whole budget.
+    """
+
+    median: int | None
+    low: int | None
+    high: int | None
+    mean: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RelativeSteps:
+    """An agent's steps relative to those of people, on the trials that both finished.
+
+    Attributes:
+        agent: Agent spec.
+        modality: How the box was shown to both.
+        p: Flip probability, [0, 1]; None for all together.
+        trials: Trials that both finished.
+        steps: The agent's median (Kaplan-Meier); None if it solved fewer than half.
+        people: The human median on the same trials; None if people solved fewer than half.
+        ratio: The first over the second: 1 as people, 2 for twice the steps; None where either is missing.
+        least: Where only the agent's median lies beyond the budget, the ratio is at least this; else None.
+        most: Where only the human median lies beyond the budget, the ratio is at most this; else None.
+        low: Lower end of the ratio's 95 % interval; None where it is open downwards, or cannot be told.
+        high: Upper end; None where it is open upwards, or cannot be told.
+        mean_ratio: Ratio of mean steps, unsolved trials counted with their whole budget; exists always.
+        mean_low: Lower end of its 95 % interval; None with fewer than two people.
+        mean_high: Upper end.
+    """
+
+    agent: str
+    modality: str
+    p: float | None
+    trials: int
+    steps: int | None
+    people: int | None
+    ratio: float | None
+    least: float | None
+    most: float | None
+    low: float | None
+    high: float | None
+    mean_ratio: float
+    mean_low: float | None
+    mean_high: float | None
+
+
+def steps_of(trials: Sequence[Trial], modality: str, p: float | None) -> Steps:
+    """Steps that people needed.
+
+    Args:
+        trials: Ended trials of people, at least one.
+        modality: How the box was shown.
+        p: Flip probability; None for several together.
+    """
+    reached, budget = _reached(trials)
+    shares = reached.mean(axis=0)
+    drawn = _drawn(trials, _stream(trials[0], PEOPLE, modality, p), [reached])
+    low = high = None
+    if drawn:
+        medians = [_median(one[0]) for one in drawn]
+        low = _within(min(float(np.percentile(of, 2.5, method="lower")) for of in medians), budget)
+        high = _within(max(float(np.percentile(of, 97.5, method="higher")) for of in medians), budget)
+    return Steps(median=_within(float(_median(shares)), budget), low=low, high=high, mean=float(_mean(shares)))
+
+
+def labels(trials: Sequence[Trial]) -> tuple[Labels, Labels]:
+    """Who played each, and which luck it had, numbered from 0."""
+    names = [trial.agent for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
+    person, luck = (np.unique(of, return_inverse=True)[1].reshape(-1).astype(np.int64) for of in names)
+    return person, luck
+
+
+def relative_steps(
+    counted: Sequence[Trial], own: Sequence[Trial], conditions: Iterable[tuple[str, float]]
+) -> Iterable[RelativeSteps]:
+    """Every agent beside people, for each way of showing the box: by p, then over all p where there are several.
+
+    Steps are compared on the very trials that people finished: the same panel, labels and false reports.
+
+    Args:
+        counted: Ended trials of all.
+        own: Of them, those of people.
+        conditions: Modalities and p that people played.
+    """
+    agents = dict.fromkeys(trial.group for trial in counted if trial.group != PEOPLE)
+    by_modality: dict[str, list[float | None]] = {}
+    for modality, p in conditions:
+        by_modality.setdefault(modality, []).append(p)
+    slots = {_slot(trial): trial for trial in own}
+    for agent, (modality, values) in product(agents, by_modality.items()):
+        pairs = [
+            (trial, slots[_slot(trial)])
+            for trial in counted
+            if trial.group == agent and trial.modality == modality and _slot(trial) in slots
+        ]
+        for p in [*values, *([None] if len(values) > 1 else [])]:
+            if here := [pair for pair in pairs if p is None or pair[0].p == p]:
+                yield _relative(here, agent, modality, p)
+
+
+def _slot(trial: Trial) -> tuple[str, float, int, int]:
+    return trial.modality, trial.p, trial.repetition, trial.trial
+
+
+def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, p: float | None) -> RelativeSteps:
+    theirs = [person for _, person in pairs]
+    (own, budget), (people_reached, _) = _reached([trial for trial, _ in pairs]), _reached(theirs)
+    both = _median(own.mean(axis=0)), _median(people_reached.mean(axis=0))
+    steps, human = (_within(float(of), budget) for of in both)
+    low, high, mean_low, mean_high = _intervals(
+        _drawn(theirs, _stream(theirs[0], agent, modality, p), [own, people_reached]), budget
+    )
+    told = steps is not None or human is not None
+    return RelativeSteps(
+        agent=agent,
+        modality=modality,
+        p=p,
+        trials=len(pairs),
+        steps=steps,
+        people=human,
+        ratio=steps / human if steps is not None and human is not None else None,
+        least=float(both[0] / both[1]) if steps is None and human is not None else None,
+        most=float(both[0] / both[1]) if human is None and steps is not None else None,
+        low=low if told else None,
+        high=high if told else None,
+        mean_ratio=float(_mean(own.mean(axis=0)) / _mean(people_reached.mean(axis=0))),
+        mean_low=mean_low,
+        mean_high=mean_high,
+    )
+
+
+def _intervals(drawn: Sequence[Sequence[Array]], budget: int) -> tuple[float | None, ...]:
+    """Ends of the ratio of medians and of that of means; open where a median lies beyond the budget too often."""
+    if not drawn:
+        return None, None, None, None
+    lows, highs, means = [], [], []
+    for own, human in drawn:
+        one, two = _median(own), _median(human)
+        lows.append(float(np.percentile(np.where(two > budget, 0.0, one / two), 2.5, method="lower")))
+        highs.append(float(np.percentile(np.where(one > budget, math.inf, one / two), 97.5, method="higher")))
+        means.append(np.percentile(_mean(own) / _mean(human), [2.5, 97.5]))
+    low, high = min(lows), max(highs)
+    return (
+        low or None,
+        high if math.isfinite(high) else None,
+        float(min(ends[0] for ends in means)),
+        float(max(ends[1] for ends in means)),
+    )
+
+
+def _reached(trials: Sequence[Trial]) -> tuple[Array, int]:
+    """Whether each trial was solved by step 0, 1, ... up to the budget, shape (trials, budget + 1); and the budget."""
+    budget = max(trial.budget for trial in trials)
+    steps = np.array([len(trial.steps) if trial.solved else budget + 1 for trial in trials])
+    return (steps[:, None] <= np.arange(budget + 1)).astype(np.float64), budget
+
+
+def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[Array]) -> list[list[Array]]:
+    """Shares solved by each step had other people played, and had there been other luck: two bootstraps.
+
+    Of trials in clusters of two kinds no bootstrap keeps both. So each kind is drawn by itself, and an interval is as
+    wide as the wider of the two.
+
+    Args:
+        theirs: The trials of people.
+        rng: The stream of the draws.
+        groups: What goes with them, shape (trials, steps).
+
+    Returns:
+        For each kind, and each group, shares of shape (resamples, steps); nothing with a single person or luck.
+    """
+    kinds = labels(theirs)
+    if min(len(np.unique(kind)) for kind in kinds) < 2:
+        return []
+    found = []
+    for kind in kinds:
+        k = int(kind.max()) + 1
+        times = rng.multinomial(k, np.full(k, 1 / k), size=RESAMPLES).astype(np.float64)
+        n = times @ np.bincount(kind).astype(np.float64)
+        shares = []
+        for group in groups:
+            sums = np.zeros((k, group.shape[1]))
+            np.add.at(sums, kind, group)
+            shares.append(times @ sums / n[:, None])
+        found.append(shares)
+    return found
+
+
+def _median(shares: Array) -> NDArray[np.int64]:
+    """The first step by which half are solved; one more than the budget if that never happens."""
+    found: NDArray[np.int64] = np.sum(shares < 0.5 - 1e-12, axis=-1)
+    return found
+
+
+def _mean(shares: Array) -> Array:
+    found: Array = np.sum(1 - shares[..., :-1], axis=-1)
+    return found
+
+
+def _within(step: float, budget: int) -> int | None:
+    return int(step) if step <= budget else None
+
+
+def _stream(first: Trial, *use: str | float | None) -> np.random.Generator:
+    return generator(first.seed, "analysis", *(str(part) for part in use), "people")

@@ -1,0 +1,210 @@
+"""People in the report: who played, what they opened, and what agents need beside them, as rows, words and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import Any
+
+from lockprobe.analysis.modalities import spoken
+from lockprobe.analysis.people import People
+from lockprobe.analysis.relative_steps import RelativeSteps, Steps
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.options import PEOPLE
+from lockprobe.report.cells import NONE, Table, minus, percent
+
+__all__ = ["people_row", "people_said", "people_steps_table", "people_table", "positions_table"]
+
+Row = dict[str, Any]
+
+
+def people_row(summary: StudySummary, planned: int, finished: int) -> Row | None:
+    """What ``results.json`` says of people; None where a study has none.
+
+    Args:
+        summary: The study.
+        planned: Trials that the settings ask of people.
+        finished: Those that were played.
+    """
+    found = summary.people
+    if not planned and found is None:
+        return None
+    return {
+        "planned": planned,
+        "finished": finished,
+        "owed": planned - finished,
+        "found": asdict(found) if found else None,
+        "said": people_said(summary),
+    }
+
+
+def people_said(summary: StudySummary) -> list[str]:
+    """People and agents beside them in plain words; nothing before a trial of people has ended."""
+    found = summary.people
+    if found is None:
+        return []
+    return [_solved(found), *_steps(found), *_beside(summary, found), _limits(found)]
+
+
+def _solved(found: People) -> str:
+    share, first = found.success, found.first
+    each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
+    interval = f", 95 % interval {_percent(share.low)} to {_percent(share.high)}" if share.clusters > 1 else ""
+    opened = f"{share.count} of {share.n} boxes ({_percent(share.value)}{interval})"
+    said = f"{_people(found.people)} opened {opened}, {each} each."
+    if not first.n or found.most == 1:
+        return said
+    return (
+        f"{said} Of their first boxes they opened {first.count} of {first.n} ({_percent(first.value)}, 95 % interval "
+        f"{_percent(first.low)} to {_percent(first.high)}): people remember from box to box, models do not."
+    )
+
+
+def _steps(found: People) -> Iterator[str]:
+    for over in found.over:
+        shown = f" shown as {spoken(over.modality)}" if len(found.over) > 1 else ""
+        if over.steps.median is None:
+            yield f"They opened fewer than half of the boxes{shown}, so that there is no human median of steps."
+        else:
+            yield f"Half of the boxes{shown} were open by step {_median(over.steps)}, the human median."
+
+
+def _beside(summary: StudySummary, found: People) -> Iterator[str]:
+    """Every agent that the study is about, over all p; those to compare with where there is none beside people."""
+    subjects = [agent for agent in summary.subjects if agent.agent != PEOPLE] or summary.agents
+    names = {(agent.agent, agent.modality): agent.name for agent in subjects}
+    last: dict[tuple[str, str], RelativeSteps] = {(one.agent, one.modality): one for one in found.relative}
+    for name, one in last.items():
+        if name not in names:
+            continue
+        on, less = f"on the {one.trials} trials that both finished", "solved fewer than half"
+        needs = f"{names[name]} needs"
+        if one.ratio is not None:
+            yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}."
+        elif one.least is not None:
+            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}: it {less}."
+        elif one.most is not None:
+            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}: people {less}."
+        else:
+            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both finished."
+
+
+def _times(value: float, one: RelativeSteps) -> str:
+    return f"{value:.2f} times{_ends(one.low, one.high)}"
+
+
+def _ends(low: float | None, high: float | None) -> str:
+    if low is None and high is None:
+        return ""
+    if low is None or high is None:
+        return f" (95 % interval {f'up to {high:.2f}' if low is None else f'from {low:.2f} up'})"
+    return f" (95 % interval {low:.2f} to {high:.2f})"
+
+
+def _limits(found: People) -> str:
+    seen = [
+        f"{words} {', '.join(f'{value} ({n} trials)' if len(values) > 1 else value for value, n in values.items())}"
+        for name, words in _SEEN.items()
+        if (values := found.saw.get(name))
+    ]
+    said = f"What people played on: {'; '.join(seen)}. " if seen else ""
+    several = "" if found.most == 1 else "A person plays several boxes, and these belong together in every interval. "
+    return f"{said}{several}Who left before the end has no trial for the boxes that were not finished."
+
+
+_SEEN = {
+    "view": "reports as",
+    "history": "earlier reports in view:",
+    "feedback": "told whether the box was opened:",
+    "design": "design",
+    "words": "texts",
+}
+
+
+def people_table(found: Mapping[str, Any]) -> Table:
+    """People by condition, and over all p last."""
+    several = len(found["over"]) > 1
+    head = ["p", "people", "trials", "solved", "success", "median steps", "mean steps"]
+    rows = [*found["at"], *(found["over"] if len(found["at"]) > len(found["over"]) else [])]
+    return [(["shown as"] if several else []) + head] + [
+        ([row["modality"]] if several else [])
+        + [
+            "all" if row["p"] is None else f"{row['p']:g}",
+            str(row["people"]),
+            str(row["success"]["n"]),
+            str(row["success"]["count"]),
+            _share(row["success"]),
+            _steps_cell(row["steps"]),
+            f"{row['steps']['mean']:.1f}",
+        ]
+        for row in rows
+    ]
+
+
+def people_steps_table(found: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Table:
+    """Agents' steps beside those of people."""
+    head = ["agent", "p", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
+    return [head] + [
+        [
+            names.get((row["agent"], row["modality"]), row["agent"]),
+            "all" if row["p"] is None else f"{row['p']:g}",
+            str(row["trials"]),
+            _beyond(row["steps"]),
+            _beyond(row["people"]),
+            _ratio(row),
+            _bracket(row["mean_ratio"], row["mean_low"], row["mean_high"]),
+        ]
+        for row in found["relative"]
+    ]
+
+
+def positions_table(found: Mapping[str, Any]) -> Table:
+    """Success of first boxes, of second ones, and so on."""
+    return [["their box", "trials", "solved", "success"]] + [
+        [str(row["position"]), str(row["success"]["n"]), str(row["success"]["count"]), _share(row["success"])]
+        for row in found["positions"]
+    ]
+
+
+def _ratio(row: Mapping[str, Any]) -> str:
+    for value, least in ((row["ratio"], ""), (row["least"], "at least "), (row["most"], "at most ")):
+        if value is not None:
+            return least + _bracket(value, row["low"], row["high"])
+    return NONE
+
+
+def _bracket(value: float, low: float | None, high: float | None) -> str:
+    if low is None and high is None:
+        return f"{value:.2f}"
+    return f"{value:.2f} [{'open' if low is None else f'{low:.2f}'}, {'open' if high is None else f'{high:.2f}'}]"
+
+
+def _median(steps: Steps) -> str:
+    if steps.low is None and steps.high is None:
+        return f"{steps.median}"
+    high = "beyond the budget" if steps.high is None else steps.high
+    return f"{steps.median} (95 % interval {steps.low} to {high})"
+
+
+def _steps_cell(steps: Mapping[str, Any]) -> str:
+    if steps["low"] is None and steps["high"] is None:
+        return _beyond(steps["median"])
+    return f"{_beyond(steps['median'])} [{_beyond(steps['low'])}, {_beyond(steps['high'])}]"
+
+
+def _beyond(steps: int | None) -> str:
+    return "beyond the budget" if steps is None else f"{steps}"
+
+
+def _share(share: Mapping[str, Any]) -> str:
+    if share["value"] is None:
+        return NONE
+    return minus(f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]")
+
+
+def _people(number: int) -> str:
+    return "One person" if number == 1 else f"{number} people"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"

@@ -1,0 +1,363 @@
+"""Real browsers at the participants' page: a visitor sees what it shows, and clicks, presses keys or touches.
+
+A strategy plays by what the page *shows*: it reads words, names of joints for screen readers, and pictures.
+"""
+
+import asyncio
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from contextlib import asynccontextmanager, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from playwright.async_api import async_playwright
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.jsonline import trial_from_json
+from lockprobe.people.diary import read_diaries
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.words import filled, read_words
+from lockprobe.pictures.picture import Picture
+from lockprobe.record import Percept, Situation, Task, Turn
+from lockprobe.studies.single import run_trial
+from lockprobe.web.serving import Door, opened
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+needs_a_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: browser tests are skipped")
+
+ADMIN_TOKEN = "for-the-admin-page-alone"
+
+PATIENCE = 60_000
+"""Milliseconds in which the next scene has to come."""
+
+LOOK = """turn => {
+  const main = document.getElementById("scene");
+  const shown = Number(main?.dataset.turn ?? -1);
+  const head = main?.querySelector("h1");
+  if (shown <= turn || !head) return null;
+  const text = (part) => main.querySelector(part)?.innerText.trim() ?? "";
+  return {
+    turn: shown, scene: main.dataset.scene, heading: head.innerText, where: text(".where"), report: text(".report"),
+    view: main.querySelector("[data-view]")?.dataset.view ?? "",
+    joints: [...main.querySelectorAll("button[data-joint]")].map((button) => button.getAttribute("aria-label")),
+    history: [...main.querySelectorAll(".history li")].map((line) => line.textContent).reverse(),
+    pictures: [...main.querySelectorAll("img")].map((image) => image.src),
+    spoken: document.getElementById("spoken").textContent,
+    asks: main.querySelector("[data-claim]") !== null,
+    written: main.querySelector("textarea") !== null,
+    options: [...main.querySelectorAll("[data-option]")].map((option) => option.innerText.trim()),
+  };
+}"""
+"""What the page shows, as soon as that is a later scene."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a page shows: words as they are read, and of joints what is read aloud."""
+
+    turn: int
+    scene: str
+    heading: str
+    where: str
+    report: str
+    view: str
+    joints: list[str]
+    history: list[str]
+    pictures: list[str]
+    spoken: str
+    asks: bool
+    written: bool
+    options: list[str]
+
+    @property
+    def box(self):
+        """Which box, from 1; 0 is the practice box."""
+        return int((re.search(r"\d+", self.heading) or "0")[0])
+
+    @property
+    def step(self):
+        """Which step, and of how many."""
+        return tuple(int(number) for number in re.findall(r"\d+", self.where))
+
+
+async def new_tab(chromium, how="click", **settings):
+    """Somebody new: a browser of their own, as far as cookies go, and one tab in it."""
+    context = await chromium.new_context(has_touch=how == "touch", **{"reduced_motion": "reduce", **settings})
+    context.set_default_timeout(PATIENCE)
+    return Tab(await context.new_page(), how=how)
+
+
+@dataclass
+class Tab:
+    """One tab, and whoever sits before it.
+
+    Attributes:
+        page: Playwright's page.
+        how: ``click``, ``key`` or ``touch``.
+        language: Of the texts.
+        answers: Question -> what is answered; the first option and ``words`` where there is nothing.
+        handles: Where handles are in the pictures, in pixels: the page is told so that clicks in them are understood.
+    """
+
+    page: object
+    how: str = "click"
+    language: str = "en"
+    answers: dict = field(default_factory=dict)
+    handles: tuple = ()
+    _last: str = ""
+
+    async def open(self, url):
+        """Load the page, and see what it shows first."""
+        await self.page.goto(url)
+        return await self.look()
+
+    async def look(self, after=-1):
+        """The first scene that is shown after a turn."""
+        seen = await self.page.wait_for_function(LOOK, arg=after, timeout=PATIENCE, polling=40)
+        return Look(**await seen.json_value())
+
+    async def press(self, part, key=""):
+        """Choose a part of the page: with the mouse, a finger, its key if there is one, or Enter."""
+        if self.how == "click":
+            await self.page.locator(part).click()
+            return
+        key = key or "Enter"
+        doing = part if self.how == "touch" else key
+        if doing == self._last:
+            await asyncio.sleep(0.6)  # the same at once is taken for a key that bounced, or a double tap
+        self._last = doing
+        if self.how == "touch":
+            await self.page.locator(part).tap()
+            return
+        if key == "Enter":
+            await self.page.locator(part).focus()
+        await self.page.keyboard.press(key)
+
+    async def choose(self, joint, claimed):
+        """Say what the last action did, if that is asked, and choose a joint."""
+        if claimed is not None:
+            await self.press(f"[data-claim={claimed}]", "1" if claimed == "moved" else "2")
+        await self.press(f"button[data-joint={joint}]", joint.lower())
+
+    async def go_on(self, look):
+        """Do what has to be done in a scene that is no box; the next scene."""
+        if look.options:
+            option = self.answers.get(look.heading, look.options[0])
+            await self.page.locator(f'[data-option="{option}"]').click()
+        if look.written:
+            await self.page.locator("textarea").fill(self.answers.get(look.heading, "words"))
+        act = {"consent": "agree", "check": "answer", "ask": "answer"}.get(look.scene, "next")
+        await self.press(f"[data-act={act}]")
+        return await self.look(after=look.turn)
+
+
+class Reader:
+    """What a page has shown of one box so far, as the situation of an agent."""
+
+    def __init__(self, words):
+        self._words = words.page
+        self._past = ()
+        self._before = None
+        self._reports = []
+        self.decision = None
+
+    def situation(self, look, handles=()):
+        """The situation in which the page asks for a joint."""
+        named = [self._named(joint) for joint in look.joints]
+        labels = tuple(label for label, _, _ in named)
+        (target,) = [label for label, is_target, _ in named if is_target]
+        task = Task(joints=labels, target=target, budget=look.step[1], assessment=look.asks)
+        percept = self._percept(look, labels, [position for _, _, position in named], handles)
+        if self.decision is not None:
+            self._past = (*self._past, Turn(percept=self._before, decision=self.decision))
+        self._before = percept
+        assert len(self._past) == look.step[0] - 1
+        assert re.sub(r"\s+", " ", look.report) in look.spoken  # what is shown is read aloud
+        self._check_history(look)
+        return Situation(task=task, past=self._past, percept=percept)
+
+    def _check_history(self, look):
+        """What was told before stays in view as it was told."""
+        self._reports += [look.report] if look.step[0] > 1 else []
+        assert len(look.history) == len(self._reports)
+        if look.view != "pictures":
+            shown = [re.sub(r"\s+", " ", report) for report in self._reports]
+            assert all(map(str.startswith, look.history, shown)), (look.history, shown)
+
+    def _named(self, name):
+        """Label, whether it is the target, and position of a joint, by what is read aloud of it."""
+        said = name.split(", ")
+        label = re.fullmatch(filled(self._words.joint, label=r"(\w)"), said[0])[1]
+        told = [at for at in (0, 1) if filled(self._words.position, position=at) in said]
+        return label, self._words.target in said, told[0] if told else None
+
+    def _percept(self, look, labels, positions, handles):
+        if look.view == "pictures":
+            kinds = ("rgb", "depth")
+            shown = [base64.b64decode(url.partition(",")[2]) for url in look.pictures]
+            pictures = tuple(Picture(kind=kind, png=png) for kind, png in zip(kinds, shown, strict=False))
+            joint = None if self.decision is None else self.decision.joint
+            return Percept(joint=joint, pictures=pictures, handles=handles)
+        outcomes = {"moved": self._found("moved", look.report), "blocked": self._found("blocked", look.report)}
+        outcome, joint = next(((said, label) for said, label in outcomes.items() if label), (None, None))
+        if look.view == "text":
+            there = self._found("positions", look.report)
+            positions = [None if there is None else label in there.split(", ") for label in labels]
+        known = None if None in positions else tuple(map(bool, positions))
+        return Percept(joint=joint, outcome=outcome, positions=known)
+
+    def _found(self, name, text):
+        """What stands in the gap of one of the page's sentences, if it is there."""
+        sentence = re.sub(r"\\{\w+\\}", "(.+?)", re.escape(getattr(self._words, name)))
+        found = re.search(f"(?m)^{sentence}$", text)
+        return found and found[1]
+
+
+async def attend(tab, look, directory, study, strategy, who, *, until=lambda look: False, reader=None, rng=None):
+    """Take part to the end, or until the page shows something; the strategy chooses by what is shown.
+
+    Args:
+        tab: The tab.
+        look: What it shows.
+        directory: Of the study; where it is looked up which trial is played, and nothing else.
+        study: What is played.
+        strategy: Spec of who decides.
+        who: First parameter of the URL.
+        until: Where to stop.
+        reader: What was shown of the box before, where one begins in the middle.
+        rng: The stream of the strategy, in the same case.
+
+    Returns:
+        What is shown at the end, and reader and stream with which to go on.
+    """
+    agent, words = resolve(strategy).make(), read_words(tab.language)
+    while look.scene not in ("debrief", "closed") and not until(look):
+        if look.scene != "box":
+            look = await tab.go_on(look)
+            continue
+        if look.step[0] == 1:
+            reader, rng = Reader(words), stream_of(directory, study, who, look.box)
+        decision = await agent.decide(reader.situation(look, tab.handles), rng)
+        claimed = (decision.claimed or "blocked") if look.asks else None
+        reader.decision = replace(decision, claimed=claimed)
+        await tab.choose(decision.joint, claimed)
+        look = await tab.look(after=look.turn)
+    return look, reader, rng
+
+
+def joined(directory, who):
+    """The first line of the diary of somebody who came with a parameter."""
+    return next(lines[0] for lines in read_diaries(directory) if who in lines[0].platform.values())
+
+
+def plan_of(directory, study, who, number):
+    """What somebody plays as a box, from 1."""
+    slot = joined(directory, who).slots[number - 1]
+    return study.plan("participant", slot.p, slot.repetition, slot.trial, slot.modality)
+
+
+def stream_of(directory, study, who, number):
+    """The agent's stream of the trial that somebody plays as a box; any stream for the practice."""
+    return plan_of(directory, study, who, number).stream("agent") if number else np.random.default_rng(1)
+
+
+def trials_of(directory):
+    """All finished trials, by their keys; each is there once."""
+    path = directory / "trials.jsonl"
+    found = [trial_from_json(line) for line in path.read_bytes().splitlines()] if path.exists() else []
+    assert len({trial.key for trial in found}) == len(found)
+    return {trial.key: trial for trial in found}
+
+
+def without_the_page(plan, strategy):
+    """The same trial of the same strategy, played here."""
+    return run_trial(
+        agent=strategy, box=plan.box, p=plan.p, flip=plan.flip, seed=plan.seed, repetition=plan.repetition,
+        trial=plan.trial, max_steps=plan.budget, shuffle=plan.shuffle, plant=plan.plant, modality=plan.modality,
+        assessment=plan.assessment,
+    )  # fmt: skip
+
+
+def bare(trial, *, claims=True):
+    """A trial without what only its agent is, and without the name of its study."""
+    steps = tuple(
+        replace(
+            step,
+            decision=replace(step.decision, probabilities=None, claimed=step.decision.claimed if claims else None),
+        )
+        for step in trial.steps
+    )
+    return replace(trial, key="", study="", agent="", facts={}, steps=steps)
+
+
+@asynccontextmanager
+async def browser():
+    """A headless Chromium."""
+    async with async_playwright() as playwright:
+        made = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        try:
+            yield made
+        finally:
+            await made.close()
+
+
+@asynccontextmanager
+async def served(directory, study, **settings):
+    """The server in this process; its address."""
+    experiment = Experiment(**{"practice": "", **settings})
+    door = Door(port=0, token=ADMIN_TOKEN)
+    async with opened(directory, study, experiment, read_words(experiment.language), door) as where:
+        yield where.url
+
+
+class Served:
+    """``lockprobe serve`` in a process of its own, which can be killed and started again at the same address."""
+
+    def __init__(self, directory, *arguments):
+        self._command = [
+            sys.executable,
+            "-m",
+            "lockprobe",
+            "serve",
+            *map(str, arguments),
+            "--out",
+            str(directory),
+            "--json",
+        ]
+        self._process = None
+        self.url, self._port = "", 0
+
+    def start(self):
+        """Start it; returns when it answers."""
+        self._process = subprocess.Popen(
+            [*self._command, "--port", str(self._port)],
+            stdout=subprocess.PIPE,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
+        self.url = json.loads(self._process.stdout.readline())["url"]
+        self._port = int(self.url.rstrip("/").rpartition(":")[2])
+
+    def kill(self):
+        """End it as a power cut would."""
+        self._process.kill()
+        self._process.wait()
+        self._process.stdout.close()
+
+
+@contextmanager
+def serving(directory, *arguments):
+    """The same while it is needed."""
+    server = Served(directory, *arguments)
+    server.start()
+    try:
+        yield server
+    finally:
+        with suppress(ValueError):
+            server.kill()

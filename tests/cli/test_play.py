@@ -1,0 +1,225 @@
+"""A trial in the terminal: lines from a pipe, keys on a terminal of its own."""
+
+import json
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import sys
+import termios
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+from lockprobe.cli import build
+from lockprobe.cli.afterwards import relabelled
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.jsonline import trial_from_json
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.solve import optimum
+from lockprobe.studies.single import run_trial
+
+SEED = 3
+HUMAN = run_trial(agent="human-inspired", p=0.2, seed=SEED)
+BLUNT = run_trial(agent="human-inspired", p=0.2, seed=SEED, assessment=False)
+CLAIMS = {"moved": "m", "blocked": "n", None: ""}
+
+
+def play(*arguments, lines=""):
+    done = CliRunner().invoke(build(["play"]), ["play", "--seed", str(SEED), *map(str, arguments)], input=lines)
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done.stdout
+
+
+def said(trial):
+    """What a person would enter to do the same, line by line."""
+    return "\n".join(key for step in trial.steps for key in (CLAIMS[step.decision.claimed], step.decision.joint) if key)
+
+
+def bare(trial):
+    """A trial without what only its agent is."""
+    steps = tuple(replace(step, decision=replace(step.decision, probabilities=None)) for step in trial.steps)
+    return replace(trial, agent="", key="", facts={}, steps=steps)
+
+
+@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("view", ["text", "panel"])
+def test_it_is_the_trial_that_any_agent_plays(flip, view, tmp_path):
+    theirs = run_trial(agent="human-inspired", p=0.2, seed=SEED, flip=flip)
+    file = tmp_path / "mine.jsonl"
+    play("--p", 0.2, "--flip", flip, "--view", view, "--record", file, lines=said(theirs) + "\n")
+    (line,) = file.read_bytes().splitlines()
+    mine = trial_from_json(line)
+    assert bare(mine) == bare(theirs)
+    assert (mine.agent, mine.facts) == ("participant:local", {"view": view, "page": "terminal"})
+
+
+def test_nobody_asks_what_was_done_without_assessment(tmp_path):
+    shown = play("--p", 0.2, "--no-assessment", "--record", tmp_path / "a.jsonl", lines=said(BLUNT).lower() + "\n")
+    assert "last action" not in shown
+    assert bare(trial_from_json((tmp_path / "a.jsonl").read_bytes().strip())) == bare(BLUNT)
+
+
+def test_records_are_appended(tmp_path):
+    for _ in range(2):
+        play("--p", 0.2, "--record", tmp_path / "a.jsonl", lines=said(HUMAN) + "\n")
+    assert len((tmp_path / "a.jsonl").read_bytes().splitlines()) == 2
+
+
+def test_nothing_true_is_shown_before_the_end():
+    shown = play("--p", 1, "--view", "text", lines="\n".join(["B", "m"] * 3))
+    assert "B did not move. At 1: none." in shown  # it always moves: the right revolute is free
+    before, _, after = shown.partition("Stopped")
+    assert "B moved" not in before
+    assert after == "; nothing is kept.\n"
+
+
+def test_at_the_end_truth_stands_beside_told():
+    shown = play("--p", 0.2, lines=said(HUMAN) + "\n")
+    assert f"You opened the box in {len(HUMAN.steps)} steps." in shown
+    flipped = [step.step for step in HUMAN.steps if step.moved != step.told_moved]
+    assert flipped
+    assert [int(line.split()[0]) for line in shown.splitlines() if line.endswith("<- false")] == flipped
+    assert f"{len(flipped)} of {len(HUMAN.steps)} reports were false (p = 0.2)" in shown
+    assert re.search(r"^  A \(target\)$", shown, re.MULTILINE)
+    for spec in ("ideal-observer", "human-inspired", "random"):
+        other = run_trial(agent=spec, p=0.2, seed=SEED)
+        assert other.solved
+        assert re.search(rf"^  {spec} +{len(other.steps)} steps$", shown, re.MULTILINE)
+    assert "fewest possible          4 steps" in shown
+
+
+def test_a_box_that_is_not_opened_and_too_large_for_thinking():
+    shown = play("--box", "chain-8", "--max-steps", 3, "--no-assessment", lines="A\nA\nA\n")
+    assert "The box is not open after 3 steps." in shown
+    assert re.search("^  ideal-observer +cannot think", shown, re.MULTILINE)
+    assert re.search("^  you +not within 3 steps$", shown, re.MULTILINE)
+
+
+def test_what_is_no_choice_costs_no_step():
+    shown = play(lines="x\n?\n\x1b[31m\n7\nq")
+    assert shown.count("Step ") == 1
+    assert shown.count("Not a choice here") == 3
+    assert shown.count("The box has 4 joints") == 2
+    assert "\x1b" not in shown
+
+
+@pytest.mark.parametrize("lines", ["", "q\n", "B\n", "B\nm\nQuit\n"])
+def test_the_end_of_input_and_q_stop_it(lines, tmp_path):
+    file = tmp_path / "a.jsonl"
+    assert play("--record", file, lines=lines).endswith("Stopped; nothing is kept.\n")
+    assert not file.exists()
+
+
+def test_every_line_fits_into_80_columns():
+    lines = play("--p", 0.2, "--box", "chain-8", "--max-steps", 4, lines="\n".join("AmBnCmxmD") + "\n").splitlines()
+    assert max(map(len, lines)) <= 80
+
+
+def test_a_seed_that_nobody_gave_is_said():
+    done = CliRunner().invoke(build(["play"]), ["play"], input="q\n")
+    seed = int(re.search(r"--seed (\d+)", done.stdout)[1])
+    assert CliRunner().invoke(build(["play"]), ["play", "--seed", str(seed)], input="q\n").stdout == done.stdout
+
+
+def test_a_mistake_is_said_in_one_line(tmp_path):
+    for arguments, kind in (
+        (("--box", "nothing"), UnknownName),
+        (("--p", 2), BadValue),
+        (("--seed", -1), BadValue),
+        (("--max-steps", 0), BadValue),
+        (("--record", tmp_path / "no" / "a.jsonl"), BadFile),
+    ):
+        with pytest.raises(kind):
+            play(*arguments)
+    with pytest.raises(BadFile):
+        play("--p", 0.2, "--record", tmp_path, lines=said(HUMAN) + "\n")
+
+
+def test_labels_in_place_of_names_lock_the_same():
+    labels = tuple("HGFEDCBA"[: len(box("branched").joints)])
+    known = relabelled(box("branched"), labels)
+    assert (known.names, known.target_index) == (labels, box("branched").target_index)
+    assert optimum(known) == optimum(box("branched"))
+
+
+class Terminal:
+    """The command on a terminal of its own."""
+
+    def __init__(self, *arguments, **settings):
+        self.ours, theirs = pty.openpty()
+        self.before = termios.tcgetattr(theirs)
+        self._theirs = theirs  # kept open: so that what it was set to can be read afterwards
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "lockprobe", "play", "--seed", str(SEED), *map(str, arguments)],
+            stdin=theirs, stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm"} | settings, start_new_session=True,
+        )  # fmt: skip
+        self.shown = ""
+
+    def until(self, text):
+        seen = len(self.shown)
+        while text not in self.shown[seen:]:
+            assert select.select([self.ours], [], [], 20)[0], self.shown
+            self.shown += os.read(self.ours, 65536).decode()
+        return self.shown
+
+    def press(self, keys):
+        os.write(self.ours, keys.encode())
+
+    def end(self):
+        status = self.process.wait(20)
+        while select.select([self.ours], [], [], 0)[0]:
+            self.shown += os.read(self.ours, 65536).decode()
+        assert termios.tcgetattr(self._theirs) == self.before
+        os.close(self._theirs)
+        os.close(self.ours)
+        return status
+
+
+def test_a_press_is_enough_on_a_terminal(tmp_path):
+    terminal = Terminal("--p", "0.2", "--record", tmp_path / "a.jsonl")
+    for step in HUMAN.steps:
+        if step.decision.claimed is not None:
+            terminal.until("last action do?")
+            terminal.press(CLAIMS[step.decision.claimed])
+        terminal.until("Which joint?")
+        terminal.press(step.decision.joint.lower())
+    terminal.until("Recorded")
+    assert terminal.end() == 0
+    assert "\x1b[" in terminal.shown  # colours
+    steps = json.loads((tmp_path / "a.jsonl").read_text())["steps"]
+    assert [step["decision"]["joint"] for step in steps] == [step.decision.joint for step in HUMAN.steps]
+
+
+def test_arrows_choose_nothing_and_ctrl_d_ends():
+    terminal = Terminal(NO_COLOR="1")
+    terminal.until("Which joint?")
+    terminal.press("\x1b[A\x1b[B\x1bOD\n z")
+    terminal.until("Not a choice here")
+    assert "Step 2" not in terminal.shown
+    assert "\x1b[3" not in terminal.shown  # no colours
+    terminal.press("\x04")
+    terminal.until("Stopped; nothing is kept.")
+    assert terminal.end() == 0
+
+
+def test_ctrl_c_ends_and_leaves_the_terminal_as_it_was():
+    terminal = Terminal()
+    terminal.until("Which joint?")
+    terminal.process.send_signal(signal.SIGINT)
+    assert terminal.end() == 130
+    assert "Traceback" not in terminal.shown
+
+
+def test_a_terminal_that_knows_only_ascii():
+    terminal = Terminal(PYTHONIOENCODING="ascii")
+    terminal.until("Which joint?")
+    assert terminal.shown.isascii()
+    assert "+-----" in terminal.shown
+    terminal.press("q")
+    terminal.until("Stopped")
+    assert terminal.end() == 0

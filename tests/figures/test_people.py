@@ -1,0 +1,82 @@
+"""People, models and strategies in one figure: the marks lie where the numbers are, bounds and open ends are seen."""
+
+import pytest
+from builders import SOLUTION, make_trial
+
+from lockprobe.analysis.summary import summarise
+from lockprobe.figures.people import compared, draw_people, draw_relative_steps
+
+P = (0.0, 0.4)
+
+
+def study(**waits):
+    """Agents that solve ten boxes at each p after so many blocked steps; None for never."""
+    made = []
+    for name, both in waits.items():
+        for p, wait in zip(P, both, strict=True):
+            for i in range(10):
+                joints = (0,) * 20 if wait is None else (*(0,) * wait, *SOLUTION)
+                agent = f"participant:{i:04d}" if name == "people" else "random" if name == "random" else f"llm:{name}"
+                made.append(make_trial(joints, agent=agent, p=p, trial=i + 1))
+    return summarise(made)
+
+
+def texts(axes):
+    return " ".join([axes.get_title(loc="left"), *(text.get_text() for text in axes.texts)])
+
+
+def heights(axes, colour):
+    """Of the single marks of one colour."""
+    return [
+        line.get_ydata()[0]
+        for line in axes.lines
+        if line.get_color() == colour and len(line.get_xdata()) == 1 and line.get_marker() != "None"
+    ]
+
+
+def test_shares_of_people_and_agents_stand_at_their_p(axes):
+    draw_people(axes, study(people=(0, None), a=(0, 0)))
+    people, agent = (container.lines[0] for container in axes.containers)
+    assert list(people.get_ydata()) == [1.0, 0.0]
+    assert list(agent.get_ydata()) == [1.0, 1.0]
+    assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
+    assert "10 people with 2 boxes each" in texts(axes)
+
+
+def test_ratios_stand_on_an_axis_where_twice_and_half_are_equally_far(axes):
+    draw_relative_steps(axes, study(people=(4, 4), a=(12, 0)))
+    assert heights(axes, "#D55E00") == [2.0, 0.5]
+    assert axes.get_yscale() == "log"
+    low, high = axes.get_ylim()
+    assert low * high == pytest.approx(1.0)
+    assert low < 0.5
+    assert "at least" not in texts(axes)
+
+
+def test_bounds_have_arrows_and_say_so(axes):
+    draw_relative_steps(axes, study(people=(4, None), a=(None, 4)))
+    assert heights(axes, "#D55E00") == [21 / 8, 8 / 21]
+    up, down = (text for text in axes.texts if getattr(text, "arrow_patch", None))
+    assert up.xy[1] > up.xyann[1]
+    assert down.xy[1] < down.xyann[1]
+    assert "at least" in texts(axes)
+    assert "at most" in texts(axes)
+
+
+def test_without_any_median_it_says_why(axes):
+    draw_relative_steps(axes, study(people=(None, None), a=(None, None)))
+    assert "no median lies within the budget" in texts(axes)
+    assert not axes.axison
+
+
+def test_people_alone_are_compared_with_nobody(axes):
+    alone = study(people=(4, 4))
+    assert not compared(alone)
+    assert compared(study(people=(4, 4), random=(8, 8)))
+    draw_people(axes, alone)
+    assert axes.get_legend_handles_labels()[1] == ["people"]
+
+
+def test_without_people_there_is_nothing_to_draw(axes):
+    draw_people(axes, study(a=(4, 4)))
+    assert "no trial of people" in texts(axes)

@@ -1,0 +1,125 @@
+"""People in results.json, in the tables and on the page; and nothing of them where nobody was asked."""
+
+import csv
+import io
+import json
+
+import pytest
+from builders import play_study, played_by_people, small_study, write_study
+
+from lockprobe.report import results, write_report
+from lockprobe.report.people import people_steps_table
+
+STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
+PLAYED = 14
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory):
+    agents = play_study(small_study(("random", "round-robin"), STUDY.p, 2, 5))
+    people = played_by_people(STUDY, 2)[:PLAYED]
+    path = write_study(tmp_path_factory.mktemp("people") / "study", STUDY, [*agents, *people])
+    write_report(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def content(directory):
+    return json.loads((directory / "results.json").read_text("utf-8"))
+
+
+def table(directory, name):
+    return list(csv.DictReader(io.StringIO((directory / "tables" / f"{name}.csv").read_text("utf-8"))))
+
+
+def test_what_people_owe_is_owed_by_nobody(content):
+    assert content["progress"] == {"planned": 40, "finished": 40, "partial": False}
+    people = content["people"]
+    assert (people["planned"], people["finished"], people["owed"]) == (20, PLAYED, 6)
+    assert content["left_out"]["not_asked_for"] == 0
+
+
+def test_people_are_counted_by_person_and_by_first_boxes(content):
+    found = content["people"]["found"]
+    assert (found["people"], found["trials"], found["fewest"], found["most"]) == (7, PLAYED, 2, 2)
+    assert [row["success"]["n"] for row in found["positions"]] == [7, 7]
+    assert found["first"]["n"] == 7
+    assert [row["p"] for row in found["at"]] == [0.0, 0.4]
+    assert found["saw"]["view"] == {"panel": PLAYED}
+
+
+def test_every_agent_stands_beside_people_on_the_trials_of_both(content):
+    rows = content["people"]["found"]["relative"]
+    assert [(row["agent"], row["p"], row["trials"]) for row in rows] == [
+        (agent, p, n) for agent in ("random", "round-robin") for p, n in ((0.0, 7), (0.4, 7), (None, 14))
+    ]
+    assert all(row["mean_ratio"] > 0 for row in rows)
+
+
+def test_people_are_one_agent_in_every_other_number(content):
+    assert [row["agent"] for row in content["leaderboard"]].count("participant") == 1
+    assert {row["key"] for row in content["conditions"] if row["agent"] == "participant"} == {
+        "flips/participant/p=0", "flips/participant/p=0.4",
+    }  # fmt: skip
+    assert content["agents"]["participant"]["position"] == "1; 2"
+    assert not [
+        row for rows in content.values() if isinstance(rows, list) for row in rows if "participant:" in str(row)
+    ]
+
+
+def test_the_page_says_how_many_and_what_sets_people_apart(directory):
+    page = (directory / "report.html").read_text("utf-8")
+    assert '<a href="#people">People</a>' in page
+    assert f"{PLAYED} of 20 boxes for people were played; 6 are open to whoever comes next." in page
+    assert "people remember from box to box, models do not" in page
+    assert "reports as panel" in page
+    assert (
+        "Student&#39;s t on a variance that counts both" in page or "Student's t on a variance that counts both" in page
+    )
+    assert "participant:0" not in page
+    assert (directory / "figures" / "people.png").stat().st_size > 5000
+
+
+def test_tables_for_papers(directory):
+    assert [row["p"] for row in table(directory, "people")] == ["0", "0.4", "all"]
+    assert [row["agent"] for row in table(directory, "people-steps")][::3] == ["random", "round-robin"]
+    assert [row["their box"] for row in table(directory, "people-positions")] == ["1", "2"]
+    assert (directory / "tables" / "people.tex").is_file()
+
+
+def test_bounds_are_written_as_bounds():
+    row = {"agent": "llm:a", "modality": "symbolic", "p": None, "trials": 3, "steps": None, "people": 8}
+    row |= {"ratio": None, "least": 2.625, "most": None, "low": 1.5, "high": None}
+    row |= {"mean_ratio": 1.5, "mean_low": 1.25, "mean_high": 2.0}
+    _, cells = people_steps_table({"relative": [row]}, {})
+    assert cells == ["llm:a", "all", "3", "beyond the budget", "8", "at least 2.62 [1.50, open]", "1.50 [1.25, 2.00]"]
+
+
+def test_before_anybody_came_the_report_says_so(tmp_path):
+    study = small_study(("participant", "random"), (0.0,), 1, 3)
+    path = write_study(tmp_path / "study", study, play_study(small_study(("random",), (0.0,), 1, 3)))
+    write_report(path)
+    found = json.loads((path / "results.json").read_text("utf-8"))["people"]
+    assert found == {"planned": 3, "finished": 0, "owed": 3, "found": None, "said": []}
+    assert "0 of 3 boxes for people were played" in (path / "report.html").read_text("utf-8")
+    assert not (path / "figures" / "people.png").exists()
+    assert not (path / "tables" / "people.csv").exists()
+
+
+def test_people_alone_are_reported_too(tmp_path):
+    study = small_study(("participant",), (0.0, 0.4), 1, 3)
+    path = write_study(tmp_path / "study", study, played_by_people(study, 2))
+    write_report(path)
+    found = json.loads((path / "results.json").read_text("utf-8"))
+    assert found["progress"] == {"planned": 0, "finished": 0, "partial": False}
+    assert found["people"]["found"]["relative"] == []
+    assert "3 people opened" in found["people"]["said"][0]
+
+
+def test_without_people_nothing_is_said_of_them(tmp_path):
+    study = small_study(("random",), (0.0,), 1, 3)
+    path = write_study(tmp_path / "study", study)
+    assert results(path)["people"] is None
+    write_report(path)
+    page = (path / "report.html").read_text("utf-8")
+    assert "eople" not in page.split("</style>")[-1]
