@@ -42,9 +42,9 @@ class JsonLines(Plain):
         self.event(
             "begin",
             directory=str(journal.directory),
-            trials=study.size,
+            trials=study.size - study.invited,
             owed=owed,
-            done=study.size - owed,
+            done=study.size - study.invited - owed,
             settings=study.settings(),
         )
         super().begin(study, journal, owed)

@@ -11,6 +11,7 @@ from lockprobe.call import Call
 from lockprobe.cli.amounts import estimate_lines, money, spent_in_words
 from lockprobe.cli.tally import Tally, count
 from lockprobe.errors import BudgetReached, printable
+from lockprobe.options import PEOPLE
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.studies.calls import read_calls
@@ -74,6 +75,15 @@ def _of_agents(study: Study) -> list[str]:
     return [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
 
 
+def _of_people(study: Study, journal: Journal) -> str:
+    """That people are invited, not run, and how many of their trials were played."""
+    played = sum(trial.group == PEOPLE and not trial.owed_again for trial in journal.trials.values())
+    return (
+        f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by "
+        f"lockprobe serve {journal.directory}"
+    )
+
+
 class Plain:
     """Prints lines: the first trial's steps of every slow agent, then how it goes."""
 
@@ -92,6 +102,10 @@ class Plain:
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Say what will be played, how long it should take, where it goes, and what of it is done."""
         self._journal, self._simulated, self.tally = journal, study.simulated, Tally(study)
+        run = study.size - study.invited
+        if not run:
+            self.say(_of_people(study, journal))
+            return
         short = is_short(study)
         kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, f"Study {study.name}")
         self.say(
@@ -99,7 +113,8 @@ class Plain:
             f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')} of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
-        for line in (*_of_the_plant(study, owed), *_of_agents(study)):
+        invited = [_of_people(study, journal)] if study.invited else []
+        for line in (*_of_the_plant(study, owed), *_of_agents(study), *invited):
             self.say(line)
         if short:
             engines = [resolve(spec).engine for spec in study.agents]
@@ -109,8 +124,8 @@ class Plain:
                 time_needed += " and what the provider needs"
             self.say(f"It takes {time_needed}; --full plays the paper's 7 p x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
-        if owed < study.size:
-            self.say(f"{study.size - owed} of {study.size} trials are done already; {owed} are owed")
+        if owed < run:
+            self.say(f"{run - owed} of {run} trials are done already; {owed} are owed")
         self._costs(study, journal)
 
     def _costs(self, study: Study, journal: Journal) -> None:

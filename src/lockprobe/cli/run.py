@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import typer
@@ -14,6 +14,7 @@ from lockprobe.cli import asking
 from lockprobe.cli.amounts import money, print_estimates
 from lockprobe.cli.display import watch
 from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.options import PEOPLE
 from lockprobe.report import write_report
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
@@ -108,11 +109,13 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
             observer.interrupted(directory)
             raise
         except BudgetReached as reached:
-            observer.stopped(reached, sum(journal.owes(key) for key in _keys(planned)), planned.size)
+            observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
             status = BUDGET_REACHED
     if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
         observer.broke()
         status = ALL_BROKE
+    if planned.size == planned.invited and not journal.trials:
+        return  # people have yet to be invited
     path = _report(directory) if journal.trials or not status else None
     observer.reported(path)
     if status:
@@ -134,8 +137,10 @@ def _allowed(planned: Study, budget: float | None, directory: Path) -> Budget | 
     return allowed
 
 
-def _keys(planned: Study) -> Iterator[str]:
-    return (plan.key for agent in planned.agents for plan in planned.plans(agent))
+def _owed(planned: Study, journal: Journal) -> int:
+    """Trials that are still to be played, but for those of people."""
+    agents = [agent for agent in planned.agents if agent != PEOPLE]
+    return sum(journal.owes(plan.key) for agent in agents for plan in planned.plans(agent))
 
 
 def _planned(name: str, asked: Mapping[str, object]) -> Study:

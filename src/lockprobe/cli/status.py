@@ -15,6 +15,7 @@ from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.amounts import money, share, spent_facts
 from lockprobe.cli.tally import count, in_boundaries
 from lockprobe.errors import printable
+from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
 from lockprobe.studies.calls import read_calls, unanswered
 from lockprobe.studies.journal import load, read_timings
@@ -54,15 +55,21 @@ def status(directory: Directory, json: AsJson = False) -> None:
 
 
 def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial]) -> dict[str, object]:
-    again = sum(trial.owed_again for trial in trials)
+    run, people = ([trial for trial in trials if (trial.group == PEOPLE) == of] for of in (False, True))
+    again = sum(trial.owed_again for trial in run)
     first = {trial.error.boundary: trial.error.message for trial in reversed(trials) if trial.error}
+    planned = study.size - study.invited
     return {
         "study": study.name,
-        "trials": study.size,
-        "done": len(trials) - again,
-        "owed": study.size - len(trials) + again,
+        "trials": planned,
+        "done": len(run) - again,
+        "owed": planned - len(run) + again,
+        "people_trials": study.invited,
+        "people_done": sum(not trial.owed_again for trial in people),
+        "people_solved": sum(trial.solved for trial in people),
+        "people": len({trial.agent for trial in people}),
         "not_asked_for": len(everything) - len(trials),
-        "solved": sum(trial.solved for trial in trials),
+        "solved": sum(trial.solved for trial in run),
         "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
         "first_errors": first,
     }
@@ -120,6 +127,10 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
     yield "study", f"{facts['study']} in {directory}"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     yield "trials", f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved{extra}"
+    if facts["people_trials"]:
+        who = f" by {facts['people']}" if facts["people"] else ""
+        played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
+        yield "people", f"{played} (lockprobe serve {directory})"
     if facts["in_progress"]:
         kept = f"{facts['in_progress_calls']} replies kept for them"
         yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} begun and not finished, {kept}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from lockprobe.lockbox.box import Joint, Lockbox
 
@@ -11,8 +11,8 @@ __all__ = ["ascii_only", "interlock_lines", "panel_lines"]
 _WIDE, _ROW = 60, 0.12
 """Characters inside the panel; joints whose heights differ by less stand in one row."""
 
-_SYMBOLS = {"prismatic": ("[#-]", "[-#]"), "revolute": ("(|) ", "(-) ")}
-"""What is drawn for a closed and for an open joint."""
+_SYMBOLS = {"prismatic": ("[#-]", "[-#]", "[? ]"), "revolute": ("(|) ", "(-) ", "(?) ")}
+"""What is drawn for a closed joint, for an open one, and for one of which nothing is told."""
 
 _ASCII = str.maketrans("┌┐└┘─│├", "++++-||")
 
@@ -22,28 +22,40 @@ def ascii_only(text: str) -> str:
     return text.translate(_ASCII)
 
 
-def panel_lines(box: Lockbox) -> list[str]:
-    """The panel at the start. A number under each joint says which it is; a star marks the target."""
+def panel_lines(
+    box: Lockbox, *, labels: Sequence[str] | None = None, positions: Sequence[bool | None] | None = None
+) -> list[str]:
+    """The panel at the start, or as it is told. Under each joint it stands which it is; a star marks the target.
+
+    Args:
+        box: The box.
+        labels: What stands under each joint, in panel order; numbers from 1 where it is left out.
+        positions: How each joint is drawn, in panel order; None for one of which nothing is told. Its start where it
+            is left out.
+    """
     rows: list[list[int]] = []
     for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):
         if rows and box.joints[rows[-1][0]].place[1] - box.joints[i].place[1] < _ROW:
             rows[-1].append(i)
         else:
             rows.append([i])
-    inside = [f"│{line:{_WIDE}}│" for row in rows for line in _row(box, row)]
-    legend = "closed [#-] (|), open [-#] (-); * the target"
+    names = labels or [str(i + 1) for i in range(len(box.joints))]
+    drawn = box.initial if positions is None else positions
+    inside = [f"│{line:{_WIDE}}│" for row in rows for line in _row(box, row, names, drawn)]
+    unknown = ", not told [? ] (?)" if None in drawn else ""
+    legend = f"closed [#-] (|), open [-#] (-){unknown}; * the target"
     return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
 
 
-def _row(box: Lockbox, row: list[int]) -> tuple[str, str]:
-    """Symbols, and numbers under them; what would lie on its left neighbour is moved to the right."""
-    symbols, numbers = "", ""
+def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence[bool | None]) -> tuple[str, str]:
+    """Symbols, and names under them; what would lie on its left neighbour is moved to the right."""
+    symbols, under = "", ""
     for i in sorted(row, key=lambda i: (box.joints[i].place[0], i)):
-        joint = box.joints[i]
+        joint, position = box.joints[i], positions[i]
         at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
-        symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][box.initial[i]]
-        numbers = numbers.ljust(at) + f" {i + 1}" + ("*" if joint.name == box.target else "")
-    return symbols, numbers
+        symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][2 if position is None else position]
+        under = under.ljust(at) + f" {names[i]}" + ("*" if joint.name == box.target else "")
+    return symbols, under
 
 
 def interlock_lines(box: Lockbox) -> list[str]:

@@ -1,0 +1,108 @@
+"""A person at a terminal as an agent: shown what every agent is told, asked for a joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.cli.keys import Keys
+from lockprobe.cli.screen import Screen
+from lockprobe.errors import LockprobeError
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.sketch import panel_lines
+from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
+
+__all__ = ["Left", "Person", "ViewKind"]
+
+ViewKind = Literal["text", "panel"]
+"""How reports are shown: in words as models read them, or drawn from what is told."""
+
+_RULES = """\
+The box has {count} joints, each in one of two positions. They lock each other in a
+hidden way: whether a joint can move depends on the positions of other joints.
+In every step you choose one joint. If it is not locked it moves to its other
+position; if it is locked, nothing happens. The box is open as soon as the
+target joint, {target}, moves. You have {budget} steps."""
+
+_TEXT = "After every step you are told whether it moved, and which joints are at position 1."
+
+_CLAIMS: dict[str, Outcome] = {"M": "moved", "N": "blocked"}
+
+
+class Left(LockprobeError):
+    """Raised when somebody stops in the middle of a trial."""
+
+
+class Person:
+    """Asks at every step.
+
+    Args:
+        box: The box as its panel is seen; of its interlock nothing is shown.
+        labels: The label of each joint in panel order.
+        view: How reports are shown.
+        keys: Where choices come from.
+        screen: Where all is shown.
+    """
+
+    def __init__(self, box: Lockbox, labels: Sequence[str], view: ViewKind, keys: Keys, screen: Screen) -> None:
+        self._box, self._labels, self._view = box, tuple(labels), view
+        self._keys, self._screen = keys, screen
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """How it was played."""
+        return {"view": self._view, "page": "terminal"}
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """What the person chooses.
+
+        Raises:
+            Left: If the person stops, or nothing more comes.
+        """
+        task, percept, step = situation.task, situation.percept, len(situation.past) + 1
+        if step == 1:
+            self._rules(task)
+        self._screen.say()
+        self._screen.say(f"Step {step} of {task.budget}", "bold")
+        self._show(task, percept)
+        claimed: Outcome | None = None
+        if task.assessment and percept.joint is not None:
+            claimed = _CLAIMS[self._ask("What did your last action do? m it moved, n it did not move: ", "MN", task)]
+        joints = " ".join(label + "*" * (label == task.target) for label in task.joints)
+        return Decision(joint=self._ask(f"Which joint? {joints}: ", task.joints, task), claimed=claimed)
+
+    def _rules(self, task: Task) -> None:
+        for line in _RULES.format(count=len(task.joints), target=task.target, budget=task.budget).splitlines():
+            self._screen.say(line)
+        legend = panel_lines(self._box, positions=[None] * len(self._labels))[-1]
+        self._screen.say(f"The panel: {legend}." if self._view == "panel" else _TEXT)
+        self._screen.say("Keys: the letter of a joint; ? for help; q to stop.", "dim")
+
+    def _show(self, task: Task, percept: Percept) -> None:
+        if self._view == "text":
+            self._screen.say(percept.text)
+            return
+        if percept.joint is not None:
+            self._screen.say(
+                f"{percept.joint} moved." if percept.outcome == "moved" else f"{percept.joint} did not move."
+            )
+        told = dict(zip(task.joints, percept.positions or [None] * len(task.joints), strict=True))
+        positions = [told[label] for label in self._labels]
+        for line in panel_lines(self._box, labels=self._labels, positions=positions)[:-1]:
+            self._screen.say(line)
+
+    def _ask(self, question: str, choices: Sequence[str], task: Task) -> str:
+        while True:
+            self._screen.say(question, end="")
+            key = self._keys.next()
+            self._screen.say(key.strip() if key is not None else "")
+            if key is None or key == "Q":
+                raise Left("stopped")
+            if key == "?":
+                self._rules(task)
+            elif key in choices:
+                return key
+            else:
+                self._screen.say(f"Not a choice here; press {', '.join(choices)}, ? for help, q to stop.", "yellow")
