@@ -17,10 +17,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 from playwright.async_api import async_playwright
+from seated import diaries_of
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.jsonline import trial_from_json
-from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.words import filled, read_words
 from lockprobe.pictures.picture import Picture
@@ -254,7 +254,7 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
 
 def joined(directory, who):
     """The first line of the diary of somebody who came with a parameter."""
-    return next(lines[0] for lines in read_diaries(directory) if who in lines[0].platform.values())
+    return next(lines[0] for lines in diaries_of(directory) if who in lines[0].platform.values())
 
 
 def plan_of(directory, study, who, number):

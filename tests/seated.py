@@ -11,6 +11,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.families import box
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diary
 from lockprobe.people.experiment import Experiment
+from lockprobe.people.kept import kept_diaries
 from lockprobe.people.reception import Reception, Shown
 from lockprobe.people.refusals import Refused
 from lockprobe.people.scenes import Act, Agree, Answer, Ask, Attempt, Box, Check, Consent, Next, Panel
@@ -157,6 +158,11 @@ def opened(directory: Path, study: Study, experiment: Experiment, *, clock=None)
 def diary_of(directory: Path, identity: str):
     """What is written of somebody."""
     return read_diary(directory / PEOPLE_DIRECTORY / f"{identity}.jsonl")
+
+
+def diaries_of(directory: Path):
+    """What is written of everybody, in the order in which they joined."""
+    return [[kept.joined, *kept.lines] for kept in kept_diaries(directory)]
 
 
 def without_page(study: Study, trial, spec: str):

@@ -51,6 +51,8 @@ def take_part(
         joined: When, seconds since 1970.
         shown: The modality.
     """
+    with Journal.open(directory, study):
+        pass  # the settings are there before anybody joins
     places = tuple(Slot(p=p, modality=shown, repetition=r, trial=t) for p, r, t in slots)
     diary = Diary(directory / "people" / f"{identity}.jsonl")
     diary.write(

@@ -27,12 +27,9 @@ const trouble = new Trouble(document.getElementById("trouble"));
 const session = new Session(trouble);
 const jsPsych = initJsPsych({ display_element: place });
 
-/** What is the same in every scene: the language, the title, the way out, and what those see who drive the page. */
+/** What is the same in every scene: the way out, and what those see who drive the page. */
 function frame() {
   const { scene, turn, words } = session;
-  document.documentElement.lang = words.language;
-  document.documentElement.dir = words.direction;
-  document.title = words.title;
   place.dataset.scene = scene.kind;
   place.dataset.turn = String(turn);
   place.removeAttribute("tabindex"); // jsPsych sets it; nothing here needs it

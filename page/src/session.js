@@ -1,5 +1,5 @@
 import { Refusal, said } from "./talk.js";
-import { FIRST_WORDS } from "./words.js";
+import { FIRST_WORDS, speak } from "./words.js";
 
 const LONGEST = 64; // characters of a parameter that goes along
 const MOST = 16; // parameters that go along
@@ -28,6 +28,7 @@ export class Session {
   #lease = "";
   #trouble;
   #line = Promise.resolve();
+  #begunAnew = false;
 
   /** @param {import("./trouble.js").Trouble} trouble */
   constructor(trouble) {
@@ -68,21 +69,28 @@ export class Session {
     try {
       this.#take(await said(path, body, (state) => this.#trouble.connection(state)));
     } catch (refusal) {
-      await this.#refused(refusal);
+      await this.#refused(refusal, path);
     }
   }
 
   /** What helps: the server is asked where we are. Where that helps nothing, this never comes back. */
-  async #refused(refusal) {
+  async #refused(refusal, path) {
     if (!(refusal instanceof Refusal)) throw refusal;
-    if (refusal.code === "elsewhere") await this.#trouble.elsewhere();
-    else if (refusal.code !== "stale") await this.#trouble.refused(this.words === FIRST_WORDS ? refusal.message : "");
+    this.#speak(refusal.words);
+    const ofOldCookie = refusal.code === "forged" && path === "api/open" && !this.#begunAnew;
+    if (ofOldCookie) this.#begunAnew = true; // of another study; the server has had it forgotten
+    else if (refusal.code === "incomplete") await this.#trouble.incomplete();
+    else if (refusal.code === "elsewhere") await this.#trouble.elsewhere();
+    else if (refusal.code !== "stale") await this.#trouble.refused();
     await this.#opened();
   }
 
+  #speak(words) {
+    if (words) speak((this.words = this.#trouble.words = words));
+  }
+
   #take(answer) {
-    if (answer.words) this.words = answer.words;
-    this.#trouble.words = this.words;
+    this.#speak(answer.words);
     this.#lease = answer.lease;
     this.turn = answer.turn;
     this.scene = answer.scene;

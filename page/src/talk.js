@@ -3,12 +3,14 @@ export class Refusal extends Error {
   /**
    * @param {number} status
    * @param {string} code One of the server's codes, for example `stale`.
-   * @param {string} message In words.
+   * @param {string} message In words, for those who look into it; participants read texts of their own.
+   * @param {object} [words] Texts, where the page has none yet.
    */
-  constructor(status, code, message) {
+  constructor(status, code, message, words) {
     super(message);
     this.status = status;
     this.code = code;
+    this.words = words;
   }
 }
 
@@ -57,7 +59,7 @@ async function once(path, text) {
     });
     if (reply.status === 429 || reply.status >= 500) return null;
     const answer = await reply.json();
-    return reply.ok ? answer : new Refusal(reply.status, String(answer.error), String(answer.message));
+    return reply.ok ? answer : new Refusal(reply.status, String(answer.error), String(answer.message), answer.words);
   } catch {
     return null;
   }

@@ -27,10 +27,15 @@ export class Trouble {
   }
 
   /** The server would not take something.
-   * @param {string} message In words; empty for the usual ones.
    * @returns {Promise<void>} When it is to be tried again. */
-  refused(message) {
-    return this.#asked(message || this.words.page.refused, this.words.page.reload);
+  refused() {
+    return this.#asked(this.words.page.refused, this.words.page.reload);
+  }
+
+  /** The link is not the one that the recruitment platform made: trying again helps nothing.
+   * @returns {Promise<void>} Never. */
+  incomplete() {
+    return this.#asked(this.words.page.incomplete, "");
   }
 
   #asked(text, button) {
@@ -43,13 +48,10 @@ export class Trouble {
         if (before instanceof HTMLElement) before.focus();
         resolve();
       };
+      const go = { type: "button", class: "first", "data-act": "here", onclick: done };
       dialog.append(
         element("p", { id: "trouble-text" }, text),
-        element(
-          "div",
-          { class: "acts" },
-          element("button", { type: "button", class: "first", "data-act": "here", onclick: done }, button),
-        ),
+        button ? element("div", { class: "acts" }, element("button", go, button)) : "",
       );
       document.body.append(dialog);
       dialog.showModal();

@@ -9,9 +9,21 @@ export const FIRST_WORDS = {
     waiting: "One moment …",
     offline: "No connection. Trying again …",
     refused: "That could not be taken.",
+    incomplete: "This link is incomplete.",
     reload: "Try again",
   },
 };
+
+/**
+ * Says to browsers and screen readers in which language the page is.
+ *
+ * @param {typeof FIRST_WORDS} words
+ */
+export function speak(words) {
+  document.documentElement.lang = words.language;
+  document.documentElement.dir = words.direction;
+  document.title = words.title;
+}
 
 /**
  * A text with its `{names}` filled in; what is in braces and no fact stays as it is.

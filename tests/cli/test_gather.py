@@ -107,6 +107,14 @@ def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, tmp_p
     assert list(rows[0])[-1] == "rt_ms"
 
 
+def test_it_is_said_how_many_boxes_of_people_here_are_gone(lockprobe, tmp_path, people):
+    study = small_study(["participant"], trials=1, repetitions=1)
+    take_part(tmp_path / "here", study, "cccc03", [(0.6, 1, 1), (0.0, 1, 1)], left_after=2)
+    said = lockprobe("import", tmp_path / "here", people)[1]
+    assert "1 boxes of people who take part here" in said
+    assert json.loads(lockprobe("import", tmp_path / "here", people, "--json")[1])["places_lost"] == 1
+
+
 def test_a_dataset_names_the_platform_only_if_it_is_told_to(lockprobe, tmp_path, people):
     for name, *options in (("without",), ("with", "--with-platform-ids")):
         lockprobe("export", people, "--format", "psych-ds", "--out", tmp_path / name, *options)

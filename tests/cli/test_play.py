@@ -71,7 +71,7 @@ def test_records_are_appended(tmp_path):
 
 
 def test_nothing_true_is_shown_before_the_end():
-    shown = play("--p", 1, "--view", "text", lines="\n".join(["B", "m"] * 3))
+    shown = play("--p", 1, "--view", "text", lines="\n".join([*["B", "m"] * 3, "q"]))
     assert "B did not move. At 1: none." in shown  # it always moves: the right revolute is free
     before, _, after = shown.partition("Stopped")
     assert "B moved" not in before
@@ -108,11 +108,35 @@ def test_what_is_no_choice_costs_no_step():
     assert "\x1b" not in shown
 
 
-@pytest.mark.parametrize("lines", ["", "q\n", "B\n", "B\nm\nQuit\n"])
-def test_the_end_of_input_and_q_stop_it(lines, tmp_path):
+@pytest.mark.parametrize(
+    ("lines", "status", "last"),
+    [
+        ("q\n", 0, "Stopped; nothing is kept."),
+        ("B\nm\nQuit\n", 0, "Stopped; nothing is kept."),
+        ("", 1, "The input ended before the trial did; nothing is kept."),
+        ("B\n", 1, "The input ended before the trial did; nothing is kept."),
+    ],
+)
+def test_q_stops_it_and_input_that_ends_too_early_is_a_failure(lines, status, last, tmp_path):
     file = tmp_path / "a.jsonl"
-    assert play("--record", file, lines=lines).endswith("Stopped; nothing is kept.\n")
+    done = CliRunner().invoke(build(["play"]), ["play", "--seed", str(SEED), "--record", str(file)], input=lines)
+    assert (done.exit_code, done.stdout.splitlines()[-1]) == (status, last)
     assert not file.exists()
+
+
+def test_a_record_that_cannot_be_written_is_said_before_anything_is_played(tmp_path):
+    pipe, locked = tmp_path / "pipe", tmp_path / "locked.jsonl"
+    os.mkfifo(pipe)
+    locked.touch()
+    locked.chmod(0o400)
+    for path in (tmp_path, pipe, *([locked] if os.geteuid() else [])):
+        done = CliRunner().invoke(build(["play"]), ["play", "--record", str(path)], input=said(HUMAN))
+        assert isinstance(done.exception, BadFile)
+        assert done.stdout == ""
+    kept = tmp_path / "kept.jsonl"
+    kept.write_text("{}\n")
+    play("--record", kept, lines="q\n")
+    assert kept.read_text() == "{}\n"
 
 
 def test_every_line_fits_into_80_columns():
@@ -136,8 +160,6 @@ def test_a_mistake_is_said_in_one_line(tmp_path):
     ):
         with pytest.raises(kind):
             play(*arguments)
-    with pytest.raises(BadFile):
-        play("--p", 0.2, "--record", tmp_path, lines=said(HUMAN) + "\n")
 
 
 def test_labels_in_place_of_names_lock_the_same():
@@ -203,8 +225,8 @@ def test_arrows_choose_nothing_and_ctrl_d_ends():
     assert "Step 2" not in terminal.shown
     assert "\x1b[3" not in terminal.shown  # no colours
     terminal.press("\x04")
-    terminal.until("Stopped; nothing is kept.")
-    assert terminal.end() == 0
+    terminal.until("nothing is kept.")
+    assert terminal.end() == 1
 
 
 def test_ctrl_c_ends_and_leaves_the_terminal_as_it_was():

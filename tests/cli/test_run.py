@@ -4,10 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 import typer
 from provider_server import failure, here, truthful
+from taking_part import take_part
 
 from lockprobe import load
 from lockprobe.agents.catalogue import resolve
@@ -310,3 +312,44 @@ def test_people_are_invited_and_not_run(tmp_path):
     assert read_study(tmp_path / "alone").agents == ("participant",)
     again = lockprobe(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert "4 of 4 trials are done already; 0 are owed" in again.stdout
+
+
+def agents_of(directory):
+    return json.loads((directory / "study.json").read_text("utf-8"))["agents"]
+
+
+def test_strategies_come_after_people_or_before_them(tmp_path):
+    asked = {"p": [0.0, 0.4], "trials": 2, "repetitions": 1, "max_steps": 5}
+    people, both = (
+        study(Request(agent=list(agents), **asked)) for agents in (["participant"], ["random", "round-robin"])
+    )
+    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5)
+    arguments += ("--agent", "random", "--agent", "round-robin")
+    first = tmp_path / "people first"
+    take_part(first, people, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
+    after = lockprobe(*arguments, "--out", first)
+    assert after.returncode == 0, after.stderr
+    assert agents_of(first) == ["random", "round-robin", "participant"]
+    assert sorted({trial.agent for trial in load(first)}) == ["participant:aaaa01", "random", "round-robin"]
+
+    later = tmp_path / "models first"
+    assert lockprobe(*arguments, "--out", later).returncode == 0
+    take_part(later, replace(both, agents=(*both.agents, "participant")), "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
+    kept = (later / "trials.jsonl").read_bytes()
+    again = lockprobe(*arguments, "--out", later)
+    assert again.returncode == 0, again.stderr
+    assert "8 of 8 trials are done already; 0 are owed" in again.stdout
+    assert (later / "trials.jsonl").read_bytes() == kept
+    assert (later / "study.json").read_bytes() == (first / "study.json").read_bytes()
+
+    others = lockprobe(*arguments[:-1], "human-inspired", "--out", later)
+    assert others.returncode != 0
+    assert (
+        "agents is ['random', 'round-robin', 'participant'] there, ['random', 'human-inspired'] asked" in others.stderr
+    )
+
+
+def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):
+    (tmp_path / "S").mkdir()
+    with pytest.raises(BadValue, match=r"expected one of flips, modalities, or FILE.toml; to go on, .* --out .*S$"):
+        run(str(tmp_path / "S"))

@@ -100,7 +100,8 @@ def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
     (tmp_path / "people").mkdir()
     (tmp_path / "people" / "experiment.json").write_text(asked.model_dump_json())
     assert _experiment(None, {}, tmp_path) == asked
-    assert _experiment(None, {"view": "panel"}, tmp_path) == Experiment(view="panel")
+    assert _experiment(None, {"view": "panel"}, tmp_path) == asked.model_copy(update={"view": "panel"})
+    assert _experiment(people, {}, tmp_path) == Experiment(view="text", trials_each=3)
 
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
@@ -134,6 +135,11 @@ def test_the_example_has_every_setting_as_it_is_by_default():
     ("arguments", "said"),
     [
         ((), "study: got 'nothing'"),
+        (("",), "study: got ''"),
+        (("flips", "--out", ""), "out: got '', expected a directory"),
+        (("flips", "--host", ""), "host: got '', expected a name or IP address"),
+        (("flips", "--view", "film"), "view: got 'film', expected 'text' or 'panel'"),
+        (("flips", "--trials-each", "0"), "trials_each: got 0, expected greater"),
         (("flops",), "no study is called 'flops' (did you mean 'flips'?)"),
         (("flips", "--flip", "often"), "flip: got 'often'"),
         (("flips", "--p", "2"), "p"),

@@ -199,3 +199,11 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     assert f"people      3 of 4 played by 2, 3 solved (lockprobe serve {tmp_path / 'study'})" in lines
     _, others = told(write_study(tmp_path / "other", planned("random"), []))
     assert not [line for line in others if line.startswith("people")]
+
+
+def test_a_study_of_people_alone_has_no_line_of_trials_to_run(tmp_path, told):
+    played = replace(make_trial(SOLUTION, agent="participant:aaaa"), key="flips/participant/p=0/rep=1/trial=1")
+    facts, lines = told(write_study(tmp_path / "study", planned("participant"), [played]))
+    assert (facts["trials"], facts["people_done"]) == (0, 1)
+    assert not [line for line in lines if line.startswith("trials")]
+    assert f"people      1 of 3 played by 1, 1 solved (lockprobe serve {tmp_path / 'study'})" in lines

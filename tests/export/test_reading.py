@@ -1,8 +1,12 @@
 """A dataset that went out comes back the same, and one that disagrees with itself does not."""
 
+import asyncio
+import csv
+import shutil
 from dataclasses import replace
 
 import pytest
+import seated
 from builders import play_study, small_study, write_study
 from taking_part import START, take_part
 
@@ -10,6 +14,7 @@ from lockprobe.errors import BadFile
 from lockprobe.export import reading
 from lockprobe.export.reading import is_dataset, source_of_dataset
 from lockprobe.export.writing import write_dataset
+from lockprobe.people.scenes import Attempt, Box
 from lockprobe.people.taking import Arriving
 from lockprobe.studies.gathering import gather
 from lockprobe.studies.journal import load, read_timings
@@ -152,3 +157,46 @@ def test_strategies_of_a_dataset_come_in_too(tmp_path):
     write_dataset(made, tmp_path / "out", everybody=True)
     take_in(tmp_path / "new", tmp_path / "out")
     assert load(tmp_path / "new") == load(made)
+
+
+@pytest.mark.parametrize(
+    "answer", ["one\rtwo", "\r", "x\r", "a\0b", "a\u2028b\x85c\x0bd", "", '"', "'", ",", "a\n\nb", "=1"]
+)
+def test_whatever_is_answered_the_dataset_comes_back(tmp_path, answer):
+    take_part(tmp_path / "people", STUDY, ANN, [(0.4, 1, 1)], answers={"why": answer, "how": "fine"})
+    write_dataset(tmp_path / "people", tmp_path / "out")
+    assert len(source_of_dataset(tmp_path / "out").trials) == 1
+    with table(tmp_path / "out", "answers").open(encoding="utf-8", newline="") as file:
+        said = [row["answer"] for row in csv.DictReader(file, strict=True)]
+    assert [text.removeprefix("'") for text in said] == [answer.removeprefix("'"), "fine"]
+
+
+def test_people_can_take_part_where_a_dataset_with_texts_of_its_own_was_taken_in(tmp_path):
+    study, experiment = seated.people_study(), seated.short(language="/lab/ours.toml")
+    seated.take_part(tmp_path / "there", study, experiment)
+    write_dataset(tmp_path / "there", tmp_path / "out")
+    take_in(tmp_path / "here", tmp_path / "out")
+    seated.take_part(tmp_path / "here", study, experiment)
+    assert len({trial.agent for trial in load(tmp_path / "here")}) == 2
+
+
+def test_somebody_who_is_further_on_in_a_dataset_goes_on_here_with_the_same_browser(tmp_path):
+    study, experiment = seated.people_study(), seated.short()
+
+    def at_step_two(shown):
+        return isinstance(shown.scene, Box) and shown.scene.step == 2
+
+    (ann,) = seated.take_part(tmp_path / "here", study, experiment, platform={"PID": "a"}, until=at_step_two)
+    shutil.copytree(tmp_path / "here", tmp_path / "there")
+
+    async def one_step(directory):
+        async with seated.opened(directory, study, experiment) as reception:
+            shown = await reception.enter(ann.token, {})
+            attempt = Attempt(joint="A", rt=1.0, claimed="moved")
+            return await reception.act(shown.token, shown.lease, shown.turn, attempt, {})
+
+    asyncio.run(one_step(tmp_path / "there"))
+    write_dataset(tmp_path / "there", tmp_path / "out")
+    take_in(tmp_path / "here", tmp_path / "out")
+    shown = asyncio.run(one_step(tmp_path / "here"))
+    assert (shown.identity, shown.scene.step) == (ann.identity, 4)

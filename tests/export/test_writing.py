@@ -10,8 +10,13 @@ from builders import make_trial, modality_study, play_study, small_study, write_
 from taking_part import START, take_part
 
 from lockprobe.errors import BadFile
+from lockprobe.export.reading import source_of_dataset
 from lockprobe.export.writing import write_dataset
 from lockprobe.jsonline import trial_to_json
+from lockprobe.people.journey import fingerprint
+from lockprobe.people.taking import Arriving
+from lockprobe.people.words import read_words, words_file
+from lockprobe.studies.gathering import gather
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 
@@ -42,7 +47,7 @@ def read(path):
 
 
 def everything(dataset):
-    return "".join(path.read_text("utf-8") for path in dataset.rglob("*") if path.is_file())
+    return "".join(path.read_text("utf-8") for path in sorted(dataset.rglob("*")) if path.is_file())
 
 
 def test_files_and_their_names(dataset):
@@ -116,6 +121,52 @@ def test_where_people_go_on_afterwards_and_what_lies_where_stays_here(directory,
     write_dataset(directory, tmp_path / "out")
     assert "SECRET" not in everything(tmp_path / "out")
     assert (tmp_path / "out" / "records" / "people" / "experiment.json").is_file()
+
+
+@pytest.fixture
+def own_texts(tmp_path):
+    """Texts of an experimenter, their fingerprint in the diaries of a study."""
+    texts = tmp_path / "lab" / "ours.toml"
+    texts.parent.mkdir()
+    texts.write_text(words_file("en").read_text("utf-8").replace('title = "', 'title = "Ours: ', 1), "utf-8")
+    study = tmp_path / "own"
+    take_part(study, STUDY, ANN, [(0.4, 1, 1)])
+    diary = study / "people" / f"{ANN}.jsonl"
+    diary.write_text(diary.read_text("utf-8").replace("en 3f9a01bc22d1", fingerprint(read_words(str(texts)))), "utf-8")
+    (study / "people" / "experiment.json").write_text(json.dumps({"language": str(texts)}))
+    return texts
+
+
+def test_the_texts_that_were_read_come_along(own_texts, tmp_path):
+    write_dataset(tmp_path / "own", tmp_path / "out")
+    assert (tmp_path / "out" / "materials" / "texts.toml").read_bytes() == own_texts.read_bytes()
+    assert "materials/texts.toml" in (tmp_path / "out" / "README.md").read_text("utf-8")
+    assert str(own_texts) not in everything(tmp_path / "out")
+
+
+def test_they_come_along_again_from_where_they_were_taken_in(own_texts, tmp_path):
+    write_dataset(tmp_path / "own", tmp_path / "out")
+    own_texts.unlink()
+    source = source_of_dataset(tmp_path / "out")
+    gather(tmp_path / "new", [source], beside=Arriving(tmp_path / "new", {source.path: source.trials}).take)
+    write_dataset(tmp_path / "new", tmp_path / "again")
+    assert everything(tmp_path / "again") == everything(tmp_path / "out")
+    assert (tmp_path / "again" / "materials" / "texts.toml").is_file()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda texts: texts.unlink(),
+        lambda texts: texts.write_text("x = 1"),
+        lambda texts: texts.write_text(texts.read_text("utf-8").replace("Ours:", "Edited:", 1), "utf-8"),
+    ],
+)
+def test_texts_that_are_gone_or_were_edited_since_are_left_out(own_texts, tmp_path, change):
+    change(own_texts)
+    write_dataset(tmp_path / "own", tmp_path / "out")
+    assert not (tmp_path / "out" / "materials").exists()
+    assert "materials" not in (tmp_path / "out" / "README.md").read_text("utf-8")
 
 
 def test_the_records_are_the_study_of_people_byte_by_byte(dataset, directory):

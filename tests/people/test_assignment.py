@@ -2,13 +2,15 @@
 
 from collections import Counter
 from itertools import pairwise
+from math import comb
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from seated import people_study, short
 
-from lockprobe.people.assignment import assigned, boxes_each, conditions_of, slots_of, williams
+from lockprobe.people.assignment import assigned, boxes_each, conditions_of, williams
+from lockprobe.people.diary import Slot
 
 
 def joining(study, experiment, people=None):
@@ -20,6 +22,24 @@ def joining(study, experiment, people=None):
             break
         before.append(slots)
     return before
+
+
+def slots_of(study):
+    """All trials that people play."""
+    for plan in study.plans("participant"):
+        yield Slot(p=plan.p, modality=plan.modality, repetition=plan.repetition, trial=plan.trial)
+
+
+def leaving(study, experiment, people, leave):
+    """So many who join one after the other and leave as ``leave(number, slots)`` says; what they were given, and kept.
+
+    Whoever leaves has gone for good before the next one comes.
+    """
+    given, kept = [], []
+    for number in range(people):
+        given.append(assigned(study, experiment, given, {slot for slots in kept for slot in slots}, kept))
+        kept.append(leave(number, given[-1]))
+    return given, kept
 
 
 def condition(slot):
@@ -121,3 +141,48 @@ def test_who_withdraws_leaves_a_hole_that_is_filled_first():
 def test_another_seed_gives_other_orders():
     orders = {tuple(map(condition, joining(study_of(5, trials=9, seed=seed), short(), 1)[0])) for seed in range(12)}
     assert len(orders) > 6
+
+
+def leaves_early(number, slots):
+    return slots[:1] if number % 2 else slots
+
+
+@pytest.mark.parametrize("leave", [lambda number, slots: slots[:1], leaves_early], ids=["all", "every second"])
+def test_orders_stay_balanced_when_people_leave_early(leave):
+    given, kept = leaving(study_of(4, trials=40), short(), 24, leave)
+    assert set(Counter(tuple(map(condition, slots)) for slots in given).values()) == {6}
+    assert set(Counter(condition(slots[0]) for slots in kept).values()) == {6}
+
+
+def test_a_condition_whose_boxes_always_break_leaves_the_orders_of_the_others_balanced():
+    study = study_of(4, trials=40)
+    given, _ = leaving(study, short(), 24, lambda _, slots: tuple(slot for slot in slots if slot.p != 0.125))
+    assert set(Counter(tuple(map(condition, slots)) for slots in given).values()) == {6}
+
+
+@settings(max_examples=40, deadline=None)
+@given(conditions=st.integers(2, 6), each=st.integers(1, 5), luck=st.randoms(use_true_random=False))
+def test_what_people_leave_is_made_up_for_where_each_plays_only_some(conditions, each, luck):
+    each = min(each, conditions - 1)
+    study = study_of(conditions, trials=60)
+    given, kept = leaving(study, short(trials_each=each), 20, lambda _, slots: slots[: luck.randint(1, each)])
+    assert all(len({condition(slot) for slot in slots}) == each for slots in given)
+    played = Counter(dict.fromkeys(conditions_of(study), 0))
+    played.update(condition(slot) for slots in kept for slot in slots)
+    assert max(played.values()) - min(played.values()) <= each + 1
+
+
+def test_between_people_what_is_left_is_made_up_for():
+    study, experiment = study_of(2, trials=60), short(design="between", trials_each=3)
+    _, kept = leaving(study, experiment, 12, leaves_early)
+    played = Counter(condition(slot) for slots in kept for slot in slots)
+    assert max(played.values()) - min(played.values()) <= 3
+    whole = Counter(condition(slots[0]) for slots in kept if len(slots) == 3)
+    assert len(whole) == 2
+
+
+@pytest.mark.parametrize(("conditions", "each"), [(4, 2), (5, 2), (6, 2), (4, 3), (6, 3)])
+def test_where_not_all_are_played_every_combination_is(conditions, each):
+    people = joining(study_of(conditions, trials=60), short(trials_each=each), 60)
+    sets = Counter(frozenset(map(condition, slots)) for slots in people)
+    assert len(sets) == comb(conditions, each)

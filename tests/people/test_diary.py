@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot, read_diaries, read_diary
+from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot, read_diary
 from lockprobe.people.scenes import Attempt, Next
 
 JOINED = Joined(
@@ -25,7 +25,6 @@ def test_a_diary_reads_back_as_written(tmp_path):
         diary.write(line)
     diary.close()
     assert read_diary(diary.path) == lines
-    assert list(read_diaries(tmp_path)) == [lines]
 
 
 def test_an_unfinished_line_is_none_and_is_cut_off(tmp_path):
@@ -47,3 +46,15 @@ def test_a_damaged_line_is_refused(tmp_path):
     path.write_bytes(b'{"kind":"nothing"}\n')
     with pytest.raises(BadFile, match="line 1"):
         read_diary(path)
+
+
+def test_only_who_joins_makes_a_diary(tmp_path):
+    diary = Diary(tmp_path / "people" / "3f9a01bc.jsonl")
+    for line in (STEP, Broken(at=13.0, turn=4, box=2), Released(at=14.0)):
+        with pytest.raises(BadFile, match="is not there"):
+            diary.write(line)
+    assert not diary.path.exists()
+    diary.write(JOINED)
+    diary.write(STEP)
+    diary.close()
+    assert read_diary(diary.path) == [JOINED, STEP]

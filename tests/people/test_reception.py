@@ -1,6 +1,7 @@
 """People play the trials that strategies play, whatever happens to pages, networks and servers in between."""
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 from seated import (
@@ -11,6 +12,7 @@ from seated import (
     go_on,
     opened,
     people_study,
+    refused,
     short,
     take_part,
     to_first,
@@ -172,7 +174,7 @@ def test_an_act_of_which_only_a_part_reached_the_disk_is_sent_again_and_counts_o
 
 
 def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_written(tmp_path):
-    async def refused() -> None:
+    async def every() -> None:
         async with opened(tmp_path, people_study(), short()) as reception:
             shown = await to_first(Box, reception, await reception.enter(None, {}))
             before = (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes()
@@ -195,7 +197,7 @@ def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_writt
             assert (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes() == after
             assert (await reception.enter(last.token, {})).scene == last.scene
 
-    asyncio.run(refused())
+    asyncio.run(every())
 
 
 def test_two_pages_cannot_play_one_box(tmp_path):
@@ -204,16 +206,29 @@ def test_two_pages_cannot_play_one_box(tmp_path):
             first = await to_first(Box, reception, await reception.enter(None, {}))
             second = await reception.enter(first.token, {})
             assert (second.scene, second.turn) == (first.scene, first.turn)
-            for act in (
-                reception.act(first.token, first.lease, first.turn, CHOICE, {}),
-                reception.withdraw(first.token, first.lease),
-            ):
-                with pytest.raises(Refused) as refusal:
-                    await act
-                assert refusal.value.code == "elsewhere"
+            assert await refused(reception, first, CHOICE) == "elsewhere"
+            with pytest.raises(Refused, match="another page"):
+                await reception.withdraw(first.token, first.lease)
             there = await reception.act(second.token, second.lease, second.turn, CHOICE, {})
             again = await reception.enter(first.token, {})  # go on here
             assert (again.scene, again.turn) == (there.scene, there.turn)
+
+    asyncio.run(two())
+
+
+def test_after_a_restart_an_old_page_whose_act_is_refused_does_not_take_the_place_of_the_newer_one(tmp_path):
+    async def two() -> None:
+        async with opened(tmp_path, people_study(), short()) as reception:
+            old = await to_first(Box, reception, await reception.enter(None, {}))
+            new = await reception.enter(old.token, {})
+            new = await reception.act(new.token, new.lease, new.turn, CHOICE, {})
+        async with opened(tmp_path, people_study(), short()) as reception:
+            later = CHOICE.model_copy(update={"rt": 2.0})
+            assert await refused(reception, old, later) == "stale"
+            assert await refused(reception, replace(old, turn=new.turn), later) == "impossible"
+            act = CHOICE.model_copy(update={"claimed": "moved"})
+            assert (await reception.act(new.token, new.lease, new.turn, act, {})).turn == new.turn + 1
+            assert await refused(reception, replace(old, turn=new.turn + 1), act) == "elsewhere"
 
     asyncio.run(two())
 
@@ -265,7 +280,8 @@ def test_of_the_platform_only_what_was_asked_for_is_kept_and_only_what_it_sends(
     for value in ("", "a b", "<script>", "../x", "a" * 65, "%00", "é", "a\n"):
         with pytest.raises(Refused) as refusal:
             take_part(tmp_path, people_study(), short(), platform={"PROLIFIC_PID": value})
-        assert refusal.value.code == "malformed"
+        assert refusal.value.code == "incomplete"
+        assert value.strip() == "" or value not in str(refusal.value)
 
 
 def test_another_person_at_the_same_browser_is_another_participant(tmp_path):

@@ -1,9 +1,10 @@
 """Places are as many as there are; who was away too long makes room; nobody takes part twice."""
 
 import asyncio
+from collections import Counter
 
 import pytest
-from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part
+from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part, to_first
 
 from lockprobe.people.diary import Joined, Released
 from lockprobe.people.scenes import Agree, Box
@@ -146,3 +147,84 @@ def test_many_at_once_share_out_what_is_left_without_a_trial_twice(tmp_path):
     kinds = [shown.scene.kind for shown in asyncio.run(rush())]
     assert kinds.count("closed") == 7
     assert len(set(slots_given(tmp_path))) == len(slots_given(tmp_path)) == 10
+
+
+def test_nobody_is_sent_away_for_somebody_who_cannot_join(tmp_path):
+    clock, study, name = Clock(), people_study(trials=2), {"PROLIFIC_PID": "ann"}
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+    take_part(tmp_path, study, short(), clock=clock, platform=name)
+    clock.now += 48 * HOURS
+
+    async def again():
+        async with opened(tmp_path, study, short(), clock=clock) as reception:
+            shown = await reception.enter(None, name)
+            return await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), name)
+
+    assert asyncio.run(again()).scene.why == "taken"
+    assert not isinstance(diary_of(tmp_path, left.identity)[-1], Released)
+
+
+def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypatch):
+    clock, study, slow, begun = Clock(), people_study(trials=2), [], asyncio.Event()
+    first, second = take_part(tmp_path, study, short(), people=2, until=at_first_step, clock=clock)
+    clock.now += 48 * HOURS
+
+    async def takes_its_time(seat):
+        slow.append(seat.journey.identity)
+        begun.set()
+        await asyncio.sleep(0.05)
+
+    async def rush():
+        async with opened(tmp_path, study, short(), clock=clock) as reception:
+            new = [await reception.enter(None, {}) for _ in range(2)]
+            joins = [reception.act(one.token, one.lease, 1, Agree(agreed=True), {}) for one in new]
+            monkeypatch.setattr("lockprobe.people.seat.Seat.let_go", takes_its_time)
+            joining = asyncio.gather(*joins)
+            await begun.wait()
+            (other,) = {first.identity, second.identity} - set(slow)
+            await reception.withdraw_participant(other)
+            shown = await joining
+            monkeypatch.undo()
+            return other, shown
+
+    other, shown = asyncio.run(rush())
+    assert [one.scene.kind for one in shown] == ["page", "page"]
+    assert not (tmp_path / "people" / f"{other}.jsonl").exists()
+    take_part(tmp_path, study, short(), clock=clock)
+
+
+def test_where_plants_have_cameras_only_so_many_trials_are_held(tmp_path, monkeypatch):
+    monkeypatch.setattr("lockprobe.people.register._MOST_WITH_CAMERA", 2)
+    study = people_study(p=(0.0,), plant="fast-twin", modalities=("rgb",), max_steps=2)
+
+    async def four():
+        async with opened(tmp_path, study, short()) as reception:
+            people = []
+            for _ in range(4):
+                people.append(await to_first(Box, reception, await reception.enter(None, {})))
+                assert sum(seat.holds for seat in reception._register) <= 2
+            held = [seat.journey.identity for seat in reception._register if seat.holds]
+            assert held == [shown.identity for shown in people[2:]]  # those who did something last
+            for shown in people:
+                again = await reception.enter(shown.token, {})
+                assert again.scene == shown.scene
+
+    asyncio.run(four())
+
+
+def test_as_long_as_anything_is_left_somebody_can_join(tmp_path):
+    study = people_study(trials=1)
+    for kind in ("debrief", "debrief", "closed"):
+        (shown,) = take_part(tmp_path, study, short(trials_each=1))
+        assert shown.scene.kind == kind
+
+
+def test_orders_stay_balanced_when_everybody_leaves_after_a_box(tmp_path):
+    clock, study = Clock(), people_study(p=(0.0, 0.2, 0.4, 0.5), trials=8, max_steps=2)
+    for _ in range(8):  # each is sent away for the next
+        take_part(tmp_path, study, short(participants=1), until=lambda one: one.scene.kind == "over", clock=clock)
+        clock.now += 48 * HOURS
+    joined = [diary_of(tmp_path, path.stem)[0] for path in (tmp_path / "people").glob("*.jsonl")]
+    assert Counter(one.slots[0].p for one in joined) == dict.fromkeys(study.p, 2)
+    assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
+    assert set(Counter(tuple(slot.p for slot in one.slots) for one in joined).values()) == {2}

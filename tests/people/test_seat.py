@@ -4,6 +4,7 @@ import asyncio
 import json
 
 import pytest
+from pydantic import ValidationError
 from seated import (
     Clock,
     Player,
@@ -15,6 +16,7 @@ from seated import (
     refused,
     short,
     sitting,
+    take_part,
     to_first,
     without_page,
 )
@@ -23,9 +25,9 @@ from seen import PhotographedPlant
 from lockprobe.errors import BadFile
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.scenes import Answer, Ask, Attempt, Box, Check, Next
+from lockprobe.people.scenes import Answer, Ask, Attempt, Box, Check, Debrief, Next
 from lockprobe.plants import catalogue
-from lockprobe.studies.journal import load
+from lockprobe.studies.journal import Timing, left_out, load
 
 STUDY = people_study(max_steps=5)
 ASKING = {
@@ -47,7 +49,10 @@ def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path)
             assert await refused(reception, shown, wrong) == "impossible"
         shown = await reception.act(shown.token, shown.lease, shown.turn, Answer(answer="red", rt=1.0), {})
         shown = await to_first(Ask, reception, shown)
-        assert await refused(reception, shown, Answer(answer="a" * 2001, rt=1.0)) == "impossible"
+        assert shown.scene.longest == 2000
+        Answer(answer="a" * 2000, rt=1.0)
+        with pytest.raises(ValidationError):
+            Answer(answer="a" * 2001, rt=1.0)
         for answer in (text, "old", "because"):
             shown = await reception.act(shown.token, shown.lease, shown.turn, Answer(answer=answer, rt=7.25), {})
             assert (
@@ -227,3 +232,20 @@ def test_an_act_that_is_broken_off_has_been_done_or_not(tmp_path):
     assert [len(trial.steps) for trial in trials if trial.ending == "budget"]
     for trial in trials:
         assert as_played(trial, claims=False) == as_played(without_page(STUDY, trial, "round-robin"), claims=False)
+
+
+def test_what_is_finished_on_record_is_never_written_over(tmp_path, monkeypatch):
+    take_part(tmp_path / "there", STUDY, short())
+    comes = load(tmp_path / "there")[0]
+    monkeypatch.setattr("lockprobe.people.seat.Seat._is_played", lambda seat: False)
+
+    async def plays(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        reception._table.journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
+        return await to_first(Debrief, reception, shown)
+
+    shown = sitting(tmp_path / "here", STUDY, plays)
+    slots = diary_of(tmp_path / "here", shown.identity)[0].slots
+    assert (comes.p, comes.repetition, comes.trial) == (slots[0].p, slots[0].repetition, slots[0].trial)
+    assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent, f"participant:{shown.identity}"]
+    assert left_out(tmp_path / "here").repeated == 0

@@ -1,12 +1,16 @@
 """Diaries go from one study to another whole, once, and without what proves who somebody is."""
 
+import shutil
+
 import pytest
 from builders import play_study, small_study, write_study
 from taking_part import START, take_part
 
 from lockprobe.errors import BadFile
-from lockprobe.people.diary import Released
-from lockprobe.people.taking import Arriving, kept_diaries, kept_experiment, without_traces, write_diaries
+from lockprobe.people.experiment import kept_experiment
+from lockprobe.people.kept import kept_diaries, write_diaries
+from lockprobe.people.taking import Arriving
+from lockprobe.people.traces import without_traces
 from lockprobe.studies.journal import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
@@ -26,37 +30,6 @@ def arriving(directory, *sources):
 
 def by_key(directory):
     return {trial.key: trial for trial in load(directory)}
-
-
-def test_diaries_are_read_in_the_order_in_which_people_joined(there):
-    assert [kept.joined.identity for kept in kept_diaries(there)] == [ANN, BOB]
-
-
-def test_without_traces_no_token_no_platform_and_no_time_of_day_is_left(there):
-    bob = kept_diaries(there)[1]
-    given = without_traces(bob)
-    assert (given.joined.token, given.joined.platform, given.joined.at) == ("", {}, 0.0)
-    assert [act.at for act in given.acts] == [1.5 * act.turn for act in given.acts]
-    assert [act.act for act in given.acts] == [act.act for act in bob.acts]
-    assert without_traces(bob, platform=True).joined.platform == {"PID": "x1"}
-    assert without_traces(given) == given
-
-
-def test_what_is_written_reads_back(there, tmp_path):
-    diaries = kept_diaries(there)
-    write_diaries(tmp_path / "new", diaries)
-    assert kept_diaries(tmp_path / "new") == diaries
-
-
-def test_a_place_that_was_given_away_stays_given_away(there, tmp_path):
-    path = there / "people" / f"{ANN}.jsonl"
-    with path.open("ab") as file:
-        file.write(b'{"kind":"released","at":1790000900.0}\n')
-    ann = kept_diaries(there)[0]
-    write_diaries(tmp_path / "new", [without_traces(ann)])
-    (again,) = kept_diaries(tmp_path / "new")
-    assert again.lines[-1] == Released(at=900.0 - 0.25)
-    assert again.lines[:-1] == again.acts
 
 
 def test_diaries_are_taken_once_and_nobody_can_go_on_with_them(there, tmp_path):
@@ -105,32 +78,6 @@ def test_the_settings_come_along_where_there_are_none(there, tmp_path):
     assert kept_experiment(tmp_path) is None
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"view": "film"}', "[" * 100_000])
-def test_settings_that_are_none_are_refused(there, text):
-    (there / "people" / "experiment.json").write_text(text)
-    with pytest.raises(BadFile):
-        kept_experiment(there)
-
-
-@pytest.mark.parametrize("identity", ["../evil", "a/b", "ID", "abc", "a" * 33, "x y z"])
-def test_no_name_of_a_file_is_taken_from_a_diary(there, identity):
-    path = there / "people" / f"{BOB}.jsonl"
-    path.write_bytes(path.read_bytes().replace(BOB.encode(), identity.encode()))
-    with pytest.raises(BadFile, match="participant"):
-        kept_diaries(there)
-
-
-def test_a_diary_under_another_name_or_with_two_people_is_refused(there):
-    path = there / "people" / f"{BOB}.jsonl"
-    moved = path.rename(path.with_name("eeee05.jsonl"))
-    with pytest.raises(BadFile, match="another participant"):
-        kept_diaries(there)
-    moved.rename(path)
-    path.write_bytes(path.read_bytes() + path.read_bytes().splitlines(keepends=True)[0])
-    with pytest.raises(BadFile, match="joins twice"):
-        kept_diaries(there)
-
-
 def test_a_study_without_people_has_no_diaries(tmp_path):
     study = small_study(["random"], trials=1)
     here = write_study(tmp_path / "here", study, play_study(study))
@@ -144,3 +91,49 @@ def test_diaries_of_another_study_are_refused(there, tmp_path):
     settings.write_text(settings.read_text().replace('"trials": 2', '"trials": 1'))
     with pytest.raises(BadFile, match="trials of another study"):
         arriving(tmp_path / "here", there)
+
+
+def state(directory, tmp_path, name, lines):
+    """A copy of a study in which ann has come only so far."""
+    copy = tmp_path / name
+    shutil.copytree(directory, copy)
+    path = copy / "people" / f"{ANN}.jsonl"
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:lines]))
+    return copy
+
+
+@pytest.mark.parametrize("given", [lambda kept: kept, without_traces])
+def test_somebody_who_is_further_on_elsewhere_stays_here_who_they_are(there, tmp_path, given):
+    here = state(there, tmp_path, "here", 3)
+    ann = kept_diaries(there)[0]
+    write_diaries(there, [given(kept) for kept in kept_diaries(there)])
+    assert arriving(here, there).take(by_key(here)) == 1
+    (again,) = (kept for kept in kept_diaries(here) if kept.joined.identity == ANN)
+    assert again.joined == ann.joined
+    assert again.joined.token
+    assert [line.model_copy(update={"at": round(line.at, 3)}) for line in again.lines] == list(ann.lines)
+
+
+def test_of_two_sources_the_further_one_goes_on_from_the_first(there, tmp_path):
+    beginning = state(there, tmp_path, "beginning", 3)
+    ann = kept_diaries(there)[0]
+    write_diaries(there, [without_traces(kept) for kept in kept_diaries(there)])
+    here = tmp_path / "here"
+    arriving(write_study(here, STUDY, load(there)), beginning, there).take(by_key(here))
+    again = kept_diaries(here)[0]
+    assert (again.joined, again.lines) == (ann.joined.model_copy(update={"token": ""}), ann.lines)
+
+
+def test_boxes_of_people_here_that_were_played_by_those_who_came_are_counted(there, tmp_path):
+    here = tmp_path / "here"
+    take_part(here, STUDY, "dddd04", [(0.4, 1, 1)], left_after=0)  # ann's first
+    take_part(here, STUDY, "eeee05", [(0.0, 2, 1), (0.0, 1, 1)], left_after=1)  # bob's
+    take_part(here, STUDY, "ffff06", [(0.4, 2, 2)], left_after=1)  # nobody's
+    diaries = arriving(here, there)
+    assert diaries.lost(by_key(here)) == 0
+    now = by_key(here) | by_key(there)
+    diaries.take(now)
+    assert diaries.lost(now) == 2
+    with (here / "people" / "eeee05.jsonl").open("ab") as file:
+        file.write(b'{"kind":"released","at":1790000900.0}\n')
+    assert arriving(here, there).lost(now) == 1

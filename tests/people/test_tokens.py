@@ -1,6 +1,8 @@
 """Only tokens that were given out here are taken for ones."""
 
 import stat
+import string
+from contextlib import suppress
 
 import pytest
 
@@ -50,5 +52,32 @@ def test_a_secret_that_is_none_is_refused(tmp_path):
     with pytest.raises(BadFile, match="no secret"):
         Tokens(tmp_path / "secret")
     (tmp_path / "directory").mkdir()
-    with pytest.raises(BadFile, match="cannot be used"):
+    with pytest.raises(BadFile, match="a file of its own"):
         Tokens(tmp_path / "directory")
+    (tmp_path / "link").symlink_to(tmp_path / "secret")
+    with pytest.raises(BadFile, match="a file of its own"):
+        Tokens(tmp_path / "link")
+
+
+def test_a_secret_that_is_gone_is_not_made_anew_where_tokens_were_given_out(tmp_path):
+    with pytest.raises(BadFile, match="Put it back"):
+        Tokens(tmp_path / "secret", given=True)
+    assert not (tmp_path / "secret").exists()
+
+
+def test_nobody_else_can_read_the_secret_afterwards(tmp_path):
+    path = tmp_path / "secret"
+    token = Tokens(path).new()
+    path.chmod(0o644)
+    assert Tokens(path, given=True).mark(token) == mark_of(token)
+    assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_one_token_is_written_in_one_way_only(tmp_path):
+    tokens = Tokens(tmp_path / "secret")
+    token = tokens.new()
+    marks = set()
+    for letter in string.ascii_letters + string.digits + "-_":
+        with suppress(Refused):
+            marks.add(tokens.mark(token[:85] + letter + token[86:]))
+    assert marks == {mark_of(token)}

@@ -9,8 +9,8 @@ from seated import Clock, Player, diary_of, go_on, opened, people_study, short, 
 
 from lockprobe.errors import BadFile
 from lockprobe.people.refusals import Refused
-from lockprobe.people.scenes import Agree, Box, Next
-from lockprobe.people.withdrawal import finish_withdrawal, put, withdraw, withdrawn
+from lockprobe.people.scenes import Agree, Attempt, Box, Next
+from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, put, withdrawn
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
 
 STUDY = people_study()
@@ -146,7 +146,93 @@ def test_where_it_could_not_be_written_nobody_is_told_that_it_was(tmp_path, monk
     assert (traces(tmp_path, left.identity), withdrawn(tmp_path)) == ([], 1)
 
 
-@pytest.mark.parametrize("note", ['{"participant": "../../x", "withdrawn": 1}', "{", "[]", '{"participant": "abcd"}'])
+def cannot(*arguments):
+    raise BadFile("here", "cannot be written")
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_a_deletion_that_failed_is_finished_before_the_next_one(tmp_path, monkeypatch, again):
+    fails, other, stays = take_part(tmp_path, STUDY, short(), people=3)
+
+    async def withdraw_both():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            with monkeypatch.context() as patched:
+                patched.setattr("lockprobe.studies.journal.rewritten", cannot)
+                for identity in (fails.identity, other.identity):  # nothing is noted over what is not finished
+                    with pytest.raises(BadFile):
+                        await reception.withdraw_participant(identity)
+            shown = await reception.enter(fails.token, {})
+            assert (shown.scene.why, reception.progress().withdrawn) == ("withdrawn", 0)
+            if again:
+                await reception.withdraw(shown.token, shown.lease)
+            await reception.withdraw_participant(other.identity)
+            return reception.progress()
+
+    progress = asyncio.run(withdraw_both())
+    assert (progress.withdrawn, progress.joined, withdrawn(tmp_path)) == (2, 1, 2)
+    assert [one.free for one in progress.conditions] == [3, 3]
+    assert traces(tmp_path, fails.identity, other.identity) == []
+    assert {trial.agent for trial in load(tmp_path)} == {f"participant:{stays.identity}"}
+
+
+def test_nothing_is_noted_over_a_deletion_that_is_not_finished(tmp_path):
+    with Journal.open(tmp_path, STUDY) as journal:
+        note_withdrawal(journal, "aaaa")
+        with pytest.raises(BadFile, match="not finished"):
+            note_withdrawal(journal, "bbbb")
+        assert finish_withdrawal(journal) == "aaaa"
+
+
+def test_where_it_could_not_even_be_noted_they_go_on(tmp_path, monkeypatch):
+    (left,) = take_part(tmp_path, STUDY, short(), until=in_the_second_box)
+
+    async def withdraws():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            shown = await reception.enter(left.token, {})
+            with monkeypatch.context() as patched:
+                patched.setattr("lockprobe.people.withdrawal.put", cannot)
+                with pytest.raises(BadFile):
+                    await reception.withdraw(shown.token, shown.lease)
+            again = await reception.enter(left.token, {})
+            assert (again.scene, again.turn, again.may_withdraw) == (shown.scene, shown.turn, True)
+            act = Attempt(joint="A", claimed="moved", rt=1.0)
+            again = await reception.act(again.token, again.lease, again.turn, act, {})
+            assert again.turn == shown.turn + 1
+            await reception.withdraw(again.token, again.lease)
+
+    asyncio.run(withdraws())
+    assert (traces(tmp_path, left.identity), withdrawn(tmp_path)) == ([], 1)
+
+
+def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
+    clock, study = Clock(), people_study(p=(0.0,), trials=1)
+    take_part(tmp_path, study, short(), until=lambda shown: isinstance(shown.scene, Box), clock=clock)
+
+    async def both():
+        async with opened(tmp_path, study, short(away_hours=1), clock=clock) as reception:
+            clock.now += 7200
+            (late,) = reception._register
+            await late.show()  # is held, so that letting go of it takes a moment
+            shown = await reception.enter(None, {})
+            joins = reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
+            return await asyncio.gather(joins, reception.withdraw(shown.token, shown.lease)), reception.progress()
+
+    (_, shown), progress = asyncio.run(both())
+    assert (shown.scene.why, progress.withdrawn, progress.joined) == ("withdrawn", 1, 1)
+    assert len(list((tmp_path / "people").glob("*.jsonl"))) == 1
+
+
+@pytest.mark.parametrize("count", ['"x"', "null", "-1", "true", "1.5"])
+def test_a_count_that_is_none_is_found_out(tmp_path, count):
+    put(tmp_path / "people" / "withdrawn.json", {})
+    (tmp_path / "people" / "withdrawn.json").write_text(f'{{"withdrawn": {count}}}')
+    with pytest.raises(BadFile, match="withdrawals"):
+        withdrawn(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "note", ['{"participant": "../../x", "withdrawn": 1}', "{", "[]", '{"participant": "abcd"}', '{"withdrawn": 1}']
+)
 def test_a_note_that_is_none_deletes_nothing(tmp_path, note):
     with Journal.open(tmp_path, STUDY) as journal:
         put(tmp_path / "people" / "withdrawing.json", {})
@@ -164,7 +250,9 @@ def test_only_theirs_is_struck(tmp_path):
         for trial in (mine[0], *others, mine[1]):
             journal.append(trial, Timing(key=trial.key, seconds=1.0, steps=1))
         (tmp_path / "people").mkdir()
-        withdraw(journal, "aaaa")
-        withdraw(journal, "bbbb")  # of whom there is nothing
+        for identity in ("aaaa", "bbbb"):  # of the second there is nothing
+            note_withdrawal(journal, identity)
+            assert finish_withdrawal(journal) == identity
+        assert finish_withdrawal(journal) is None
     assert [trial.agent for trial in load(tmp_path)] == ["participant:aaaab", "random"]
     assert withdrawn(tmp_path) == 2

@@ -3,12 +3,17 @@
 import csv
 import io
 import json
+import statistics
 
 import pytest
 from builders import play_study, played_by_people, small_study, write_study
+from taking_part import take_part
 
+from lockprobe.people.flow import Flow
+from lockprobe.people.withdrawal import put
 from lockprobe.report import results, write_report
-from lockprobe.report.people import people_steps_table
+from lockprobe.report.people import flow_said, people_steps_table
+from lockprobe.studies.journal import load
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
 PLAYED = 14
@@ -100,7 +105,8 @@ def test_before_anybody_came_the_report_says_so(tmp_path):
     path = write_study(tmp_path / "study", study, play_study(small_study(("random",), (0.0,), 1, 3)))
     write_report(path)
     found = json.loads((path / "results.json").read_text("utf-8"))["people"]
-    assert found == {"planned": 3, "finished": 0, "owed": 3, "found": None, "said": []}
+    nothing = {"flow": None, "response_times": [], "found": None, "said": []}
+    assert found == {"planned": 3, "finished": 0, "owed": 3, **nothing}
     assert "0 of 3 boxes for people were played" in (path / "report.html").read_text("utf-8")
     assert not (path / "figures" / "people.png").exists()
     assert not (path / "tables" / "people.csv").exists()
@@ -114,6 +120,9 @@ def test_people_alone_are_reported_too(tmp_path):
     assert found["progress"] == {"planned": 0, "finished": 0, "partial": False}
     assert found["people"]["found"]["relative"] == []
     assert "3 people opened" in found["people"]["said"][0]
+    page = (path / "report.html").read_text("utf-8")
+    assert "people: 6 of 6</dd>" in page
+    assert "0 of 0 finished" not in page
 
 
 def test_without_people_nothing_is_said_of_them(tmp_path):
@@ -123,3 +132,42 @@ def test_without_people_nothing_is_said_of_them(tmp_path):
     write_report(path)
     page = (path / "report.html").read_text("utf-8")
     assert "eople" not in page.split("</style>")[-1]
+
+
+def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
+    study = small_study(("participant", "random"), (0.0, 0.4), 1, 3)
+    path = write_study(tmp_path / "study", study, [])
+    take_part(path, study, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
+    take_part(path, study, "bbbb02", [(0.0, 1, 1), (0.4, 1, 2)], left_after=1, check=False)
+    put(path / "people" / "withdrawn.json", {"withdrawn": 1})
+    write_report(path)
+    people = json.loads((path / "results.json").read_text("utf-8"))["people"]
+    flow = people["flow"]
+    assert (flow["joined"], flow["finished"], flow["left_open"], flow["withdrawn"]) == (2, 1, 1, 1)
+    assert [(row["p"], row["given"], row["left_open"]) for row in flow["boxes"]] == [(0.0, 2, 0), (0.4, 2, 1)]
+    page = (path / "report.html").read_text("utf-8")
+    assert (
+        "2 people joined: 1 finished all their boxes, 1 left boxes open or are still at them; "
+        "1 more withdrew, and nothing of theirs is kept." in page
+    )
+    assert "Boxes left open, by condition: 0 of 2 at p = 0, 1 of 2 at p = 0.4." in page
+    assert f"Attention checks: {flow['right']} of {flow['checks']} answered right." in page
+    took = {row["p"]: row for row in people["response_times"]}
+    steps = [step.step for trial in load(path) for step in trial.steps if trial.p == 0.4]
+    assert (took[0.4]["choices"], took[0.4]["first"]) == (len(steps), 1001.5)  # the diary says 1000.5 ms and the step
+    assert took[0.4]["median"] == 1000.5 + statistics.median(steps)
+    assert took[None]["choices"] == took[0.0]["choices"] + took[0.4]["choices"]
+    row = next(row for row in table(path, "people") if row["p"] == "0.4")
+    assert row["ms of first choices"] == "1002"
+    assert row["ms per choice"].startswith(f"{took[0.4]['median']:.0f} [")
+    assert "performance.now" in page
+
+
+def test_what_is_not_known_of_times_is_not_in_the_table(directory):
+    assert "ms per choice" not in table(directory, "people")[0]
+    assert "performance.now" not in (directory / "report.html").read_text("utf-8")
+
+
+def test_nobody_who_is_left_is_said_so():
+    said = [*flow_said(Flow(joined=0, finished=0, left_open=0, withdrawn=2, checks=0, right=0, boxes=()))]
+    assert said == ["Nobody is left of those who joined; 2 withdrew, and nothing of theirs is kept."]

@@ -281,3 +281,13 @@ def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(
 
     gather(tmp_path / "here", [source_of_directory(there)], beside)
     assert seen == [{trial.key for trial in load(there)}]
+
+
+def test_settings_that_cannot_be_written_are_one_line_and_no_trial_is_taken(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    before = (here / "trials.jsonl").read_bytes()
+    there = write_study(tmp_path / "there", only("human-inspired"))
+    (here / ".study.json.draft").mkdir()
+    with pytest.raises(BadFile, match="study.json: cannot be written"):
+        gather(here, [source_of_directory(there)])
+    assert (here / "trials.jsonl").read_bytes() == before

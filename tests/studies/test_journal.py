@@ -70,9 +70,9 @@ def test_what_was_paid_for_is_on_the_disk_no_later_than_its_trial(tmp_path, monk
         synced.append(next(path.name for path in tmp_path.iterdir() if path.stat().st_ino == number))
         fsync(descriptor)
 
-    monkeypatch.setattr("os.fsync", noted)
     trial = make_trial([0])
     with Journal.open(tmp_path, STUDY) as journal:
+        monkeypatch.setattr("os.fsync", noted)
         asyncio.run(journal.calls.of(trial.key).reserve(Usage()))
         journal.calls.write(Call(key=trial.key, step=1, turn=1, request="r", reply="said"))
         journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
@@ -194,6 +194,22 @@ def test_settings_can_be_mended_while_nothing_was_played(tmp_path):
     with Journal.open(tmp_path, study(Request(agent=["random"], trials=4, p=[0]))):
         pass
     assert len(resume(tmp_path)) == STUDY.size
+
+
+def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
+    people = study(Request(agent=["participant"], trials=4, p=[0]))
+    with Journal.open(tmp_path, people):
+        pass
+    (tmp_path / "people").mkdir()
+    (tmp_path / "people" / "aaaa01.jsonl").touch()
+    with (
+        pytest.raises(SettingsChanged, match=r"\(p is \[0.0\] there, \[0.4\] asked\)"),
+        Journal.open(tmp_path, replace(people, agents=("random",), p=(0.4,))),
+    ):
+        pass
+    with Journal.open(tmp_path, replace(people, agents=("random",))):
+        pass
+    assert read_settings(tmp_path)["agents"] == ["random", "participant"]
 
 
 def test_calls_are_held_until_their_trial_is_finished_and_no_longer(tmp_path):

@@ -88,3 +88,20 @@ def test_what_a_killed_draft_left_is_not_taken_along(tmp_path):
         new.write(b"c\n")
     assert path.read_bytes() == b"b\nc\n"
     assert not (tmp_path / "lines.draft").exists()
+
+
+@pytest.mark.parametrize(("agent", "stays"), [(ANN, 1.0), (BOB, 2.0)])
+def test_of_a_trial_that_two_have_played_the_reading_of_the_other_stays(tmp_path, agent, stays):
+    journal_of(tmp_path, trial(BOB, 1, broken="plant"), trial(ANN, 1))
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.strike(agent)
+    assert [timing.seconds for timing in read_timings(tmp_path)] == [stays]
+
+
+def test_a_reading_of_which_it_cannot_be_told_whose_it_is_goes(tmp_path):
+    journal_of(tmp_path, trial(BOB, 1, broken="plant"), trial(ANN, 1), trial(BOB, 2))
+    path = tmp_path / "timings.jsonl"
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[1:]))
+    with Journal.open(tmp_path, STUDY) as journal:
+        journal.strike(ANN)
+    assert [timing.seconds for timing in read_timings(tmp_path)] == [3.0]

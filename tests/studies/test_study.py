@@ -10,6 +10,7 @@ from builders import make_trial, modality_study, play_study, small_study
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
+from lockprobe.studies.study import beside_people
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
@@ -295,3 +296,21 @@ def test_trials_of_people_are_invited_and_planned_like_any():
     assert (alone.size, alone.invited) == (12, 0)
     assert modality_study(("viewer", "participant", "random"), trials=2).invited == 6
     assert next(people.plans("participant")).key == "flips/participant/p=0/rep=1/trial=1"
+
+
+@pytest.mark.parametrize(
+    ("there", "asked", "together"),
+    [
+        (["participant"], ["random", "round-robin"], ("random", "round-robin", "participant")),
+        (["participant"], ["participant"], ("participant",)),
+        (["random", "participant"], ["random"], ("random", "participant")),
+        (["participant", "random"], ["random", "participant"], ("participant", "random")),
+        (["random"], ["random", "participant"], ("random", "participant")),
+        (["random"], ["random"], ("random",)),
+        (["random", "participant"], ["round-robin"], None),
+        (["random", "participant"], ["participant"], None),
+        (["random", "round-robin"], ["round-robin", "random"], None),
+    ],
+)
+def test_people_are_neither_in_the_way_of_others_nor_asked_for_by_them(there, asked, together):
+    assert beside_people(there, asked) == together

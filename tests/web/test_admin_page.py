@@ -16,12 +16,13 @@ async def violations(page):
 
 
 async def check_looks(page):
-    """Nothing that axe finds, and nothing beside the screen."""
+    """Nothing that axe finds, and nothing beside the screen or cut off in a table."""
     assert await violations(page) == []
     assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert await page.evaluate("[...document.querySelectorAll('.scroll')].every(t => t.scrollWidth <= t.clientWidth)")
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (360, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (375, "light"), (360, "dark"), (320, "light")])
 def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
     async def visit():
         async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other, browser() as chromium:
@@ -42,6 +43,12 @@ def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
             assert page.url == f"{place.url}admin"
             assert await page.locator("#participants tbody tr").count() == 2
             await check_looks(page)
+            names = await page.locator("#conditions tbody th").all_inner_texts()
+            assert names == ["p = 0", "p = 0.4"]  # what all have in common is not said
+            both = "[{modality: 'symbolic', p: 0}, {modality: 'rgb', p: 0}]"
+            assert await page.evaluate(f"{both}.map((c, i, all) => conditionRow(c, i, all).cells[0].textContent)") == [
+                "symbolic, p = 0", "rgb, p = 0"
+            ]  # fmt: skip
             await button.focus()
             await page.keyboard.press("Enter")
             await page.get_by_role("dialog", name="Withdraw and delete").wait_for()

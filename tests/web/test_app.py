@@ -5,6 +5,7 @@ import gzip
 import json
 import random
 import re
+import resource
 from collections import Counter
 from contextlib import AsyncExitStack
 from dataclasses import replace
@@ -480,14 +481,15 @@ def test_ids_of_a_platform_that_are_none_are_not_kept(tmp_path):
             before = written(tmp_path)
             async with visiting(place, platform={"PROLIFIC_PID": SCRIPT}) as one:
                 answer = await one.post("/api/open", {"platform": one.platform})
-                if answer.status_code == 200:
-                    await one.open()
-                    await one.act(kind="agree", agreed=True)
-                else:
-                    assert answer.status_code in (400, 422)
-                    assert written(tmp_path) == before
+                assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
+                assert answer.json()["words"]["page"]["incomplete"] == read_words("en").page.incomplete
+                assert written(tmp_path) == before
 
     asyncio.run(visit())
+    (line,) = logged(tmp_path)
+    assert line.endswith(
+        " 400 incomplete POST /api/open PROLIFIC_PID in the URL is nothing that a recruitment platform sends"
+    )
     assert not any(b"alert" in path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
 
 
@@ -524,6 +526,30 @@ def test_what_a_full_disk_does_not_take_has_not_been_done(tmp_path, monkeypatch)
                 assert (answer.status_code, answer.json()["error"]) == (500, "broken")
                 assert str(tmp_path) not in answer.text
                 assert written(tmp_path) == before
+            await one.act(**act)
+            await one.play()
+
+    asyncio.run(visit())
+    for trial in load(tmp_path):
+        assert in_short(trial) == in_short(without_the_page(STUDY, trial, "human-inspired"))
+
+
+@pytest.mark.parametrize("room", [0, 20])
+def test_of_a_line_that_a_full_disk_takes_in_part_nothing_stays(tmp_path, room):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one, step=2)
+            (diary,) = (tmp_path / "people").glob("*.jsonl")
+            before, decision = written(tmp_path), await one.decide()
+            act = {"kind": "attempt", "joint": decision.joint, "claimed": decision.claimed, "claimed_rt": 1, "rt": 2}
+            soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (diary.stat().st_size + room, hard))
+            try:
+                answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
+            finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+            assert (answer.status_code, answer.json()["error"]) == (500, "broken")
+            assert written(tmp_path) == before
             await one.act(**act)
             await one.play()
 

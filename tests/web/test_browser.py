@@ -21,9 +21,9 @@ from browser import (
     trials_of,
     without_the_page,
 )
+from seated import diaries_of
 
 from lockprobe.lockbox.families import box
-from lockprobe.people.diary import read_diaries
 from lockprobe.studies.study import Study
 
 pytestmark = needs_a_browser
@@ -87,7 +87,7 @@ def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
     asyncio.run(_takes_part(tmp_path, study, strategy, how, **shown))
     trials = check_equal(tmp_path, study, strategy, "w1", 2, claims=strategy != "random")
     assert len(trials) == 2
-    (diary,) = read_diaries(tmp_path)
+    (diary,) = diaries_of(tmp_path)
     answers = {line.item: line for line in diary[1:] if line.item}
     assert answers["1"].right is True
     assert answers["how"].act.answer == "words"
@@ -115,7 +115,7 @@ def test_many_browsers_at_once_and_the_server_is_killed_meanwhile(tmp_path):
         trials = check_equal(tmp_path, study, _played_by(i), who, 2)
     assert len(trials) == 2 * AT_ONCE
     steps = sum(len(trial.steps) for trial in trials.values())
-    assert sum(line.scene == "box" and line.box > 0 for diary in read_diaries(tmp_path) for line in diary[1:]) == steps
+    assert sum(line.scene == "box" and line.box > 0 for diary in diaries_of(tmp_path) for line in diary[1:]) == steps
 
 
 def _played_by(i):
@@ -151,7 +151,7 @@ def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
     study = a_study()
     asyncio.run(_interrupted(tmp_path, study))
     check_equal(tmp_path, study, "human-inspired", "w1", 2)
-    acts = [line.turn for line in next(read_diaries(tmp_path))[1:]]
+    acts = [line.turn for line in diaries_of(tmp_path)[0][1:]]
     assert acts == list(range(2, 2 + len(acts)))
 
 
@@ -242,13 +242,13 @@ def test_nobody_takes_part_twice(tmp_path):
             return scenes
 
     assert asyncio.run(comes_again()) == ["page", "closed"]
-    assert len(list(read_diaries(tmp_path))) == 1
+    assert len(diaries_of(tmp_path)) == 1
 
 
 def test_a_double_click_is_one_choice(tmp_path):
     study = a_study(assessment=False)
     asyncio.run(_hasty(tmp_path, study))
-    steps = [line for line in next(read_diaries(tmp_path))[1:] if line.scene == "box"]
+    steps = [line for line in diaries_of(tmp_path)[0][1:] if line.scene == "box"]
     assert [line.act.joint for line in steps] == ["A", "B", "C"]
 
 
@@ -328,7 +328,7 @@ async def _viewing(directory, study):
 def test_withdrawing_deletes_and_says_so(tmp_path):
     study = a_study()
     asyncio.run(_withdraws(tmp_path, study))
-    assert list(read_diaries(tmp_path)) == []
+    assert diaries_of(tmp_path) == []
 
 
 async def _withdraws(directory, study):
@@ -369,3 +369,18 @@ async def _writes(directory, study):
         for page in (tab.page, admin):
             assert await page.evaluate("() => window.hurt") is None
             assert not await page.locator("img[src=x]").count()
+
+
+def test_whoever_took_part_in_another_study_under_this_name_begins_without_trouble(tmp_path):
+    async def visit():
+        async with (
+            browser() as chromium,
+            served(tmp_path / "a", a_study()) as one,
+            served(tmp_path / "b", a_study()) as b,
+        ):
+            tab = await new_tab(chromium)
+            assert (await tab.open(one)).scene == "consent"
+            assert (await tab.open(b)).scene == "consent"  # cookies know no ports
+            assert await tab.page.locator("dialog[open]").count() == 0
+
+    asyncio.run(visit())

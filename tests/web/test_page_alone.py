@@ -23,8 +23,14 @@ DOT = "data:image/gif;base64,R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAI
 LOST, DOWN, BUSY = "lost", (503, {}), (429, {"error": "busy", "message": "later"})
 
 
-def refusal(status, code):
-    return status, {"error": code, "message": f"it is {code}"}
+def of_the_page(language):
+    parts = {"language", "direction", "title", "consent", "debrief", "page"}
+    return read_words(language).model_dump(mode="json", include=parts)
+
+
+def refusal(status, code, language=None):
+    more = {"words": of_the_page(language)} if language else {}
+    return status, {"error": code, "message": f"it is {code}", **more}
 
 
 def joint(label, **more):
@@ -91,9 +97,7 @@ class Server:
         answer = {"lease": str(self.lease), "turn": self.turn, "scene": scene, "participant": None}
         answer["withdraw"] = scene["kind"] != "closed"
         if path == "open":
-            words = read_words("en")
-            parts = ("language", "direction", "title", "consent", "debrief", "page")
-            answer["words"] = words.model_dump(mode="json", include=set(parts))
+            answer["words"] = of_the_page("en")
         return answer
 
     def sent(self, path):
@@ -173,13 +177,67 @@ def test_where_it_is_open_in_another_tab_nothing_happens_before_it_is_to_go_on_h
     played(todo)
 
 
-def test_what_the_server_will_not_take_is_said_in_words_and_can_be_tried_again():
+@pytest.mark.parametrize("words", [None, "de"])
+def test_what_the_server_will_not_take_is_said_in_the_words_of_the_study_and_can_be_tried_again(words):
+    async def todo():
+        server = Server(a_page(), open=[refusal(400, "malformed", words)])
+        async with page_of(server) as page:
+            await page.wait_for_selector("dialog[open]")
+            assert await page.inner_text("dialog p") == read_words(words or "en").page.refused
+            assert await page.get_attribute("html", "lang") == (words or "en")
+            await page.click("[data-act=here]")
+            await shown(page, 1)
+
+    played(todo)
+
+
+def test_with_a_cookie_of_another_study_the_page_opens_once_more_by_itself():
     async def todo():
         server = Server(a_page(), open=[refusal(401, "forged")])
         async with page_of(server) as page:
-            await page.wait_for_selector("dialog[open]:has-text('it is forged')")
-            await page.click("[data-act=here]")
             await shown(page, 1)
+            assert await page.locator("dialog[open]").count() == 0
+        server = Server(a_page(), open=[refusal(401, "forged")] * 2)  # a browser that forgets nothing: not for ever
+        async with page_of(server) as page:
+            await page.wait_for_selector("dialog[open]")
+            assert len(server.sent("open")) == 2
+
+    played(todo)
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_a_link_that_the_platform_did_not_fill_in_is_said_and_not_tried_again(language):
+    async def todo():
+        server = Server(a_page(), open=[refusal(400, "incomplete", language)] * 9)
+        async with page_of(server, "?PROLIFIC_PID={{%PROLIFIC_PID%}}") as page:
+            await page.wait_for_selector("dialog[open]")
+            words = read_words(language)
+            assert await page.inner_text("dialog") == words.page.incomplete
+            assert await page.title() == words.title
+            assert await page.locator("button").count() == 0
+            await page.keyboard.press("Escape")
+            await page.keyboard.press("Escape")
+            await page.wait_for_timeout(300)
+            assert await page.locator("dialog[open]").count() == 1
+            assert len(server.sent("open")) == 1
+
+    played(todo)
+
+
+def test_an_option_is_sent_as_it_came_and_words_without_space_around_them():
+    async def todo():
+        check = {"kind": "check", "question": "Which?", "options": [" red", "blue "]}
+        ask = {"kind": "ask", "name": "how", "question": "How?", "options": [], "required": True, "longest": 100}
+        server = Server(check, ask, a_page())
+        async with page_of(server) as page:
+            await page.wait_for_selector("input")
+            await page.locator("input").last.check()
+            await page.click("[data-act=answer]")
+            await page.wait_for_selector("textarea")
+            await page.fill("textarea", " so \n")
+            await page.click("[data-act=answer]")
+            await shown(page, 3)
+            assert [body["act"]["answer"] for body in server.sent("act")] == ["blue ", "so"]
 
     played(todo)
 

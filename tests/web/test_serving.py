@@ -9,13 +9,14 @@ import socket
 
 import httpx
 import pytest
+from seated import diaries_of
 from served import EXPERIMENT, STUDY, at_the_box, served, visiting
 from visitor import Visitor, in_short, server, start, without_the_page
 from wire import Wire
 
 from lockprobe import load
 from lockprobe.errors import BadValue, DirectoryBusy, Missing
-from lockprobe.people.diary import Did, read_diaries
+from lockprobe.people.diary import Did
 from lockprobe.people.reception import Reception
 from lockprobe.people.words import read_words
 from lockprobe.studies.settings import read_study
@@ -67,7 +68,7 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
         said = strategy not in SILENT
         assert in_short(trial, assessed=said) == in_short(without_the_page(study, trial, strategy), assessed=said)
         played[trial.agent][trial.facts["position"]] = trial
-    for diary in read_diaries(directory):
+    for diary in diaries_of(directory):
         visitor = who[f"participant:{diary[0].identity}"]
         assert [line.turn for line in diary[1:]] == list(range(2, len(diary) + 1))
         assert all(isinstance(line, Did) for line in diary[1:])
@@ -195,7 +196,7 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
 
     answer, turn = asyncio.run(visit())
     assert (answer.status_code, answer.json()["turn"]) == (200, turn + 1)
-    (diary,) = read_diaries(tmp_path)
+    (diary,) = diaries_of(tmp_path)
     assert diary[-1].turn == turn
 
 

@@ -103,7 +103,9 @@ function room(scene) {
   );
 }
 
+/** An option exactly as it came, or words without space around them. */
 function given(field) {
   const chosen = field.querySelector("input:checked, textarea");
-  return chosen ? chosen.value.trim() : "";
+  if (!chosen) return "";
+  return chosen.type === "radio" ? chosen.value : chosen.value.trim();
 }

@@ -9,6 +9,7 @@ from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA, Proportion
 from lockprobe.analysis.robot import Verdicts
+from lockprobe.analysis.speaking import begun, called, of_people, verb
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
 __all__ = ["beside", "conclusions", "courses_said", "finding", "loop_finding", "modality_finding", "verdicts_said"]
@@ -18,22 +19,24 @@ def finding(agent: AgentSummary) -> str:
     """What false reports did to one agent's success."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted:
-        return f"No trial of {agent.name} has ended as solved or out of budget."
+        return f"No trial of {agent.called} has ended as solved or out of budget."
     share, contrast = counted[0].success, agent.contrast
     if agent.blind:
-        return f"{agent.name} acted the same whatever it was told: it solved {_of(share)} under every condition."
+        return f"{agent.called} acted the same whatever it was told: it solved {_of(share)} under every condition."
     if contrast is None:
         why = "No trial has been played under two conditions yet."
         if len(counted) == 1:
             why = (
                 f"With a single {'p' if agent.name != agent.agent else 'condition'} there is no difference to look for."
             )
-        return f"{agent.name} solved {_of(share)}, 95 % interval {_percent(share.low)} to {_percent(share.high)}. {why}"
+        interval = f"95 % interval {_percent(share.low)} to {_percent(share.high)}"
+        return begun(f"{agent.called} solved {_of(share)}, {interval}. {why}")
     first, second, found = contrast.baseline, contrast.other, contrast.difference
-    subject = f"No effect of false reports on the success of {agent.name} is detectable: it solved"
+    it, its = verb(agent.agent, "it", "they"), verb(agent.agent, "its", "their")
+    subject = f"No effect of false reports on the success of {agent.called} is detectable: {it} solved"
     if found.value == 0:
         return (
-            f"{subject} {_percent(share.value)} of its trials under every condition (n = {share.n} at "
+            f"{subject} {_percent(share.value)} of {its} trials under every condition (n = {share.n} at "
             f"p = {first.p:g}, 95 % interval {_percent(share.low)} to {_percent(share.high)})."
         )
     chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
@@ -47,8 +50,8 @@ def finding(agent: AgentSummary) -> str:
             f"the largest difference ({interval}). That is not evidence that there is none."
         )
     verdict = "more" if found.value > 0 else "less"
-    return (
-        f"{agent.name} solved the box {verdict} often {_told(second.p)} than {_told(first.p)}: "
+    return begun(
+        f"{agent.called} solved the box {verdict} often {_told(second.p)} than {_told(first.p)}: "
         f"{_of(second.success)} against {_of(first.success)} ({interval})."
     )
 
@@ -77,7 +80,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
         interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
         effect = "" if test.effect is None or question == "shape" else f"{test.unit} {test.effect:.2g}{interval}; "
         found = yes if isinstance(yes, str) else yes[test.direction > 0]
-        sentence = found if test.rejects else no
+        sentence = verb(agent.agent, found if test.rejects else no, of_people(found if test.rejects else no))
         said.append(f"{sentence} ({effect}{test.name}, {_p(test.p_value)}).")
     return said
 
@@ -115,7 +118,7 @@ _SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
 def beside(summary: StudySummary) -> str:
     """What the references reach at their lowest p; empty if the study has none beside its subjects."""
     shares = [
-        f"{agent.name} {_of(first.success)}"
+        f"{agent.called} {_of(first.success)}"
         for agent in summary.agents
         if agent not in summary.subjects and (first := agent.conditions[0]).success.n
     ]
@@ -129,7 +132,7 @@ def modality_finding(effect: ModalityEffect, summary: StudySummary) -> str:
         f"{_of(found[modality].success)} with {spoken(modality)}, {_steps_to_80(found[modality])}"
         for modality in effect.modalities
     )
-    return f"{effect.agent} solved {shown}. {_how_soon(effect)}"
+    return begun(f"{called(effect.agent)} solved {shown}. {_how_soon(effect)}")
 
 
 def _how_soon(effect: ModalityEffect) -> str:
@@ -137,18 +140,19 @@ def _how_soon(effect: ModalityEffect) -> str:
     p_value = effect.p_value if effect.differs_in_fidelity else effect.p_all
     if p_value is None:
         return "These are too few trials to compare how soon."
+    solves = verb(effect.agent, "it solves", "they solve")
     together = f"trials that share their luck kept together, {_p(p_value)}"
     if not effect.differs_in_fidelity:
         what, how = "the way in which it is shown", f"log-rank over all of them, {together}"
         if p_value < ALPHA:
-            return f"How soon it solves the box differs with {what} ({how})."
+            return f"How soon {solves} the box differs with {what} ({how})."
     else:
         what, how = "fidelity", f"log-rank for a trend over fidelity, {together}"
         if effect.detectable:
             sooner = "sooner" if effect.direction > 0 else "later or more rarely"
-            return f"The higher the fidelity, the {sooner} it solves the box ({how})."
+            return f"The higher the fidelity, the {sooner} {solves} the box ({how})."
     return (
-        f"That {what} changes how soon it solves the box is not detectable ({how}); "
+        f"That {what} changes how soon {solves} the box is not detectable ({how}); "
         "that is not evidence that it does not."
     )
 
@@ -183,10 +187,10 @@ def courses_said(summary: StudySummary) -> str:
     shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
     if len(summary.agents) < 2 or len(set(shown)) < 2:
         return ""
-    courses = [(agent.name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
+    courses = [(agent.called, agent.inference.course.kind) for agent in heeding if agent.inference.course]
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
     parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
-    blind = [agent.name for agent in summary.agents if agent.blind]
+    blind = [agent.called for agent in summary.agents if agent.blind]
     parts += [f"is the same at every p for {', '.join(blind)}"] if blind else []
     return f"From p = {min(shown):g} to {max(shown):g} success {'; '.join(parts)}." if parts else ""
 

@@ -28,6 +28,7 @@ from lockprobe.analysis.rivals.comparison import Comparison
 from lockprobe.analysis.rivals.ranking import Entrant, comparisons, ranked
 from lockprobe.analysis.rivals.standing import Standing, standing
 from lockprobe.analysis.robot import Verdicts, verdicts
+from lockprobe.analysis.speaking import called
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.options import PEOPLE
@@ -93,6 +94,11 @@ class AgentSummary:
     def name(self) -> str:
         """Its spec, and how the box was shown where that has to be said."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def called(self) -> str:
+        """The same in a sentence, in which people are called that."""
+        return called(self.agent, self.shown)
 
     @property
     def points(self) -> tuple[Point, ...]:

@@ -68,7 +68,8 @@ def main() -> None:
     except UserMistake as mistake:
         status = _complain(str(mistake))
     except TyperException as mistake:
-        status = _complain(getattr(mistake, "format_message", mistake.__str__)())
+        message = getattr(mistake, "format_message", mistake.__str__)()
+        status = _complain(message.replace("Value error, ", "").replace("Input should be", "it should be"))
     except (KeyboardInterrupt, typer.Abort):
         status = 130
     except BrokenPipeError:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.errors import BadValue
 from lockprobe.studies.study import LayoutKind
 
 __all__ = [
@@ -47,6 +48,14 @@ _ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written.
 _RETRIES = "How often a request that the provider did not answer is made again."
 _WORKERS = "Processes for local models and simulated plants (one a core)."
 
+
+def _directory(path: str) -> Path:
+    """Nothing is the current directory only for those who write a dot."""
+    if not path:
+        raise BadValue("out", path, "a directory")
+    return Path(path)
+
+
 Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
 Agents = Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")]
 BoxName = Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")]
@@ -64,7 +73,7 @@ Shuffle = Annotated[
 ]
 Assessment = Annotated[bool | None, typer.Option("--assessment/--no-assessment", help=_ASSESSMENT)]
 Full = Annotated[bool, typer.Option("--full", help="The paper's 7 x 3 x 10 trials per agent (flips).")]
-Out = Annotated[Path | None, typer.Option(help="Directory of the study.")]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help="Directory of the study.")]
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to a provider on their way at once.")]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a request that hangs is made again.")]

@@ -30,18 +30,22 @@ def take(
     """
     found = [source for path in sources for source in _sources(path, directory)]
     diaries = Arriving(directory, {source.path: source.trials for source in found if source.path.is_dir()})
-    people: list[int] = []
-    gathered = gather(directory, found, beside=lambda trials: people.append(diaries.take(trials)))
+    people: list[tuple[int, int]] = []
+    gathered = gather(
+        directory, found, beside=lambda trials: people.append((diaries.take(trials), diaries.lost(trials)))
+    )
+    ((came, lost),) = people
     if json:
-        print(json_.dumps({**asdict(gathered), "participants": sum(people)}))
+        print(json_.dumps({**asdict(gathered), "participants": came, "places_lost": lost}))
         return
     kept = f" They go on from {gathered.replies} replies that were taken along." if gathered.replies else ""
     agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
-    joined = f" {sum(people)} participants." if sum(people) else ""
+    joined = f" {came} participants." if came else ""
+    places = f" {lost} boxes of people who take part here were played by those who came." if lost else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
     print(
         f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
-        f"{kept}{agents}{joined}{missing} Report: lockprobe report {directory}"
+        f"{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
     )
 
 

@@ -14,7 +14,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.sketch import panel_lines
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
 
-__all__ = ["Left", "Person", "ViewKind"]
+__all__ = ["Ended", "Left", "Person", "ViewKind"]
 
 ViewKind = Literal["text", "panel"]
 """How reports are shown: in words as models read them, or drawn from what is told."""
@@ -33,6 +33,10 @@ _CLAIMS: dict[str, Outcome] = {"M": "moved", "N": "blocked"}
 
 class Left(LockprobeError):
     """Raised when somebody stops in the middle of a trial."""
+
+
+class Ended(Left):
+    """Raised when nothing more comes in the middle of a trial."""
 
 
 class Person:
@@ -59,7 +63,7 @@ class Person:
         """What the person chooses.
 
         Raises:
-            Left: If the person stops, or nothing more comes.
+            Left: If the person stops; as ``Ended`` if nothing more comes.
         """
         task, percept, step = situation.task, situation.percept, len(situation.past) + 1
         if step == 1:
@@ -98,7 +102,9 @@ class Person:
             self._screen.say(question, end="")
             key = self._keys.next()
             self._screen.say(key.strip() if key is not None else "")
-            if key is None or key == "Q":
+            if key is None:
+                raise Ended("nothing more comes")
+            if key == "Q":
                 raise Left("stopped")
             if key == "?":
                 self._rules(task)

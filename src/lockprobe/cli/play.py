@@ -13,7 +13,7 @@ from lockprobe.agents.participant import participant_spec
 from lockprobe.channels.noise import FlipKind
 from lockprobe.cli.afterwards import tell
 from lockprobe.cli.keys import Keys
-from lockprobe.cli.person import Left, Person, ViewKind
+from lockprobe.cli.person import Ended, Left, Person, ViewKind
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.jsonline import trial_to_json
@@ -53,8 +53,8 @@ def play(
 ) -> None:
     """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see what was true."""
     seed = secrets.randbelow(_SEEDS) if seed is None else seed
-    if record is not None and not record.absolute().parent.is_dir():
-        raise BadFile(record, "its directory does not exist")
+    if record is not None:
+        _check_record(record)
     study = Study(
         name="trial", agents=(PEOPLE,), box=find_box(box), p=(p,), flip=flip, repetitions=1, trials=1,
         max_steps=max_steps, seed=seed, shuffle=shuffle, layout=layout, assessment=assessment,
@@ -64,6 +64,9 @@ def play(
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
     try:
         trial = _played(plan, view, screen)
+    except Ended:
+        screen.say("The input ended before the trial did; nothing is kept.")
+        raise typer.Exit(1) from None
     except Left:
         screen.say("Stopped; nothing is kept.")
         return
@@ -98,6 +101,21 @@ def _of(spec: str, study: Study) -> Trial | None:
         )  # fmt: skip
     except BadValue:
         return None
+
+
+def _check_record(path: Path) -> None:
+    """Refuse a file to which nothing could be appended after the trial, and leave none behind."""
+    if not path.absolute().parent.is_dir():
+        raise BadFile(path, "its directory does not exist")
+    there = path.exists()
+    if there and not path.is_file():
+        raise BadFile(path, "not a regular file")
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise BadFile(path, f"cannot be written ({error.strerror})") from None
+    if not there:
+        path.unlink()
 
 
 def _append(path: Path, trial: Trial) -> None:

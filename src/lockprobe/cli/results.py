@@ -11,8 +11,8 @@ import typer
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.export import write_csv, write_jsonl, write_parquet
-from lockprobe.export.acts import response_times
 from lockprobe.export.writing import write_dataset
+from lockprobe.people.acts import times_of_steps
 from lockprobe.report import write_report
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.calls import ASKED, CALLS
@@ -64,7 +64,7 @@ def export(
         if format not in ("csv", "jsonl"):
             raise BadValue("--out", None, f"a file or a directory to write, since {format} is no text")
         trials = load(directory)
-        (write_csv if format == "csv" else write_jsonl)(trials, sys.stdout, response_times(directory, trials))
+        (write_csv if format == "csv" else write_jsonl)(trials, sys.stdout, times_of_steps(directory, trials))
         return
     if out.resolve().parent == directory.resolve() and out.name in STUDY_FILES:
         raise BadFile(out, "a file of the study itself; choose another")
@@ -88,7 +88,7 @@ def _write_logs(directory: Path, out: Path) -> list[Path]:
 
 def _write_steps(directory: Path, format: Literal["csv", "jsonl", "parquet"], out: Path) -> None:  # noqa: A002
     trials = load(directory)
-    times = response_times(directory, trials)
+    times = times_of_steps(directory, trials)
     try:
         if format == "parquet":
             write_parquet(trials, out, times)

@@ -22,7 +22,7 @@ from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
-from lockprobe.studies.studyfile import Request, parse_p, read_request, study
+from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
 
 __all__ = ["ALL_BROKE", "BUDGET_REACHED", "run"]
 
@@ -59,7 +59,7 @@ def run(
     estimate: asking.EstimateOnly = False,
     json: asking.AsJson = False,
 ) -> None:
-    """Play a study, or resume it, and write its report. The same command again resumes it.
+    """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 
     flips: what false reports do. Without options a short study of the embedded model beside random, round-robin and
     the human-inspired strategy; it ends in a few minutes on two cores.
@@ -145,6 +145,9 @@ def _owed(planned: Study, journal: Journal) -> int:
 
 def _planned(name: str, asked: Mapping[str, object]) -> Study:
     """The study of a name or file, with what was asked for on the command line before it."""
+    if name not in STUDIES and Path(name).is_dir():
+        expected = f"one of {', '.join(STUDIES)}, or FILE.toml; to go on, the same command with --out {name}"
+        raise BadValue("study", name, expected)
     if (flip := asked["flip"]) not in (None, "transient", "sticky", "outcome-only"):
         raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
     request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)

@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lockprobe.cli import asking
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.options import PEOPLE
-from lockprobe.people.experiment import Experiment, read_experiment
-from lockprobe.people.taking import kept_experiment
+from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
+from lockprobe.people.opening import words_to_read
 from lockprobe.people.words import read_words
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
@@ -44,8 +44,8 @@ _ALLOWED = "A name by which this machine is asked for on a local network; may be
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
 People = Annotated[Path | None, typer.Option(metavar="FILE.toml", help=_PEOPLE)]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
-View = Annotated[Literal["text", "panel"] | None, typer.Option(help="How reports are shown.")]
-TrialsEach = Annotated[int | None, typer.Option(min=1, max=1000, help=_EACH)]
+View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
+TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]
 Host = Annotated[str, typer.Option(help=_HOST)]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any that is free.")]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
@@ -91,8 +91,9 @@ def serve(
     if write_texts or write_people:
         _write(write_texts, write_people, texts)
         return
-    if name is None:
-        raise BadValue("study", "nothing", f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
+    if not host:
+        raise BadValue("host", host, "a name or IP address of this machine")
+    name = _named(name)
     asked = {
         "box": box,
         "p": None if p is None else parse_p(p),
@@ -123,7 +124,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     from lockprobe.web.serving import Door
     from lockprobe.web.serving import serve as until_stopped
 
-    words = read_words(experiment.language)
+    words = words_to_read(directory, experiment)
     token = os.environ.get(ADMIN_TOKEN) or None
     opening = until_stopped(
         directory,
@@ -152,6 +153,13 @@ def _announce(where: Where, planned: Study, experiment: Experiment, *, json: boo
     print("Ctrl-C ends; the same command goes on.", flush=True)
 
 
+def _named(name: str | None) -> str:
+    if not name:
+        known = f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study"
+        raise BadValue("study", "nothing" if name is None else name, known)
+    return name
+
+
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study, people among its agents, and its directory."""
     directory = Path(name)
@@ -175,10 +183,8 @@ def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """How people take part: as asked for, or as they do already in this directory."""
-    if path is None and not asked and (kept := kept_experiment(directory)) is not None:
-        return kept
-    given = Experiment() if path is None else read_experiment(path)
-    return given.model_copy(update=asked)
+    given = (kept_experiment(directory) or Experiment()) if path is None else read_experiment(path)
+    return experiment_with(given, asked)
 
 
 def _write(texts: Path | None, people: Path | None, language: str | None) -> None:

@@ -126,11 +126,13 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     yield "study", f"{facts['study']} in {directory}"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
-    yield "trials", f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved{extra}"
+    if facts["trials"] or not facts["people_trials"]:
+        done = f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
+        yield "trials", f"{done}{extra}"
     if facts["people_trials"]:
         who = f" by {facts['people']}" if facts["people"] else ""
         played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
-        yield "people", f"{played} (lockprobe serve {directory})"
+        yield "people", f"{played}{extra if not facts['trials'] else ''} (lockprobe serve {directory})"
     if facts["in_progress"]:
         kept = f"{facts['in_progress_calls']} replies kept for them"
         yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} begun and not finished, {kept}"

@@ -83,7 +83,7 @@ COLUMN: Mapping[str, Column] = {
     "at": Column(f"When it reached the server, since the participant agreed to take part, by {SERVER}.", "s", 0),
     "turn": _count("Number of the scene that was answered, one act each; agreeing to take part is the first."),
     "scene": Column(
-        "What kind of scene was answered: page, box, over, check or ask; broken where a box broke by itself."
+        "What kind of scene was answered: page, box, over, check or ask; broken where a box could not be played on."
     ),
     "label": Column("The label by which the participant knew the joint."),
     "recorded": _mark("whether the step belongs to a finished trial, which stands in the file of steps."),

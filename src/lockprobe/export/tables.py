@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.export.acts import acts_of_steps, key_of
 from lockprobe.export.columns import PLATFORM
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
 from lockprobe.options import PEOPLE, group_of
+from lockprobe.people.acts import acts_of_steps, key_of
 from lockprobe.people.diary import Broken, Did, Released
-from lockprobe.people.experiment import Experiment
+from lockprobe.people.experiment import Experiment, kept_experiment
+from lockprobe.people.kept import Kept, kept_diaries
 from lockprobe.people.scenes import Answer, Attempt
-from lockprobe.people.taking import Kept, kept_diaries, kept_experiment
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study

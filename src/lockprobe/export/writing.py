@@ -4,6 +4,7 @@
 
     dataset_description.json      what it is, and what stands in every column (schema.org, JSON-LD)
     README.md, CHANGES.md
+    materials/texts.toml          what the participants read, if it is still where it was
     data/study-flips_description-steps_data.csv, -participants_, -acts_, -checks_, -answers_
     records/                      the same as the directory of a study: `lockprobe import` and `report` take it
 
@@ -19,30 +20,34 @@ import os
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, UserMistake
 from lockprobe.export.columns import column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import EXPERIMENT
-from lockprobe.people.taking import without_traces, write_diaries
+from lockprobe.people.journey import fingerprint
+from lockprobe.people.kept import write_diaries
+from lockprobe.people.traces import without_traces
+from lockprobe.people.words import TEXTS, read_words, words_file
 from lockprobe.pictures.picture import PICTURE_NAME
 from lockprobe.record import Trial
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, read_timings
+from lockprobe.studies.placing import place
 from lockprobe.studies.study import Study
 
-__all__ = ["DATA", "DESCRIPTION", "PSYCH_DS", "RECORDS", "data_file", "write_dataset"]
+__all__ = ["DATA", "DESCRIPTION", "MATERIALS", "PSYCH_DS", "RECORDS", "data_file", "write_dataset"]
 
 PSYCH_DS = "Psych-DS 1.5.0"
 """The version of the data standard that is followed."""
 
-DESCRIPTION, DATA, RECORDS = "dataset_description.json", "data", "records"
+DESCRIPTION, DATA, MATERIALS, RECORDS = "dataset_description.json", "data", "materials", "records"
 
 
 def data_file(study: Study, table: str) -> str:
@@ -91,9 +96,13 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
         (draft / DATA).mkdir()
         for table in tables:
             (draft / DATA / data_file(given.study, table.name)).write_text(_as_csv(table), "utf-8", newline="")
+        if (texts := _texts_read(source)) is not None:
+            (draft / MATERIALS).mkdir()
+            (draft / MATERIALS / TEXTS).write_bytes(texts)
+            place(draft / RECORDS / PEOPLE_DIRECTORY / TEXTS, texts)
         described = _description(given, tables, everybody=everybody)
         (draft / DESCRIPTION).write_text(json.dumps(described, indent=2, ensure_ascii=False) + "\n", "utf-8")
-        (draft / "README.md").write_text(_readme(given, described), "utf-8")
+        (draft / "README.md").write_text(_readme(given, described, texts=texts is not None), "utf-8")
         (draft / "CHANGES.md").write_text(
             f"# Changes\n\n1.0.0: written by Lockprobe {version('lockprobe')}.\n", "utf-8"
         )
@@ -127,8 +136,7 @@ def _write_records(given: PeopleRecords, records: Path) -> None:
         language = Path(given.experiment.language).name
         kept = {"completion_url": "", "completion_code": "", "language": language}
         settings = given.experiment.model_copy(update=kept)
-        (records / PEOPLE_DIRECTORY).mkdir(mode=0o700, exist_ok=True)
-        (records / PEOPLE_DIRECTORY / EXPERIMENT).write_text(settings.model_dump_json(indent=2) + "\n", "utf-8")
+        place(records / PEOPLE_DIRECTORY / EXPERIMENT, f"{settings.model_dump_json(indent=2)}\n".encode())
 
 
 def _copy_pictures(trials: Iterable[Trial], album: Path, new: Path) -> None:
@@ -138,9 +146,21 @@ def _copy_pictures(trials: Iterable[Trial], album: Path, new: Path) -> None:
             shutil.copyfile(album / name, new / name)
 
 
+def _texts_read(source: PeopleRecords) -> bytes | None:
+    """The file with the texts that the participants read; None where it is gone, or others stand in it now."""
+    read = {kept.joined.words for kept in source.diaries}
+    language = "" if source.experiment is None else source.experiment.language
+    for name in (language, str(source.directory / PEOPLE_DIRECTORY / TEXTS)):
+        with suppress(UserMistake, OSError):
+            if fingerprint(read_words(name)) in read:
+                return words_file(name).read_bytes()
+    return None
+
+
 def _as_csv(table: Table) -> str:
+    """As RFC 4180 has it; with both characters in the end of a line, either of them alone in a text is quoted."""
     file = io.StringIO()
-    writer = csv.DictWriter(file, table.columns, restval="", lineterminator="\n")
+    writer = csv.DictWriter(file, table.columns, restval="", lineterminator="\r\n")
     writer.writeheader()
     writer.writerows(table.rows)
     return file.getvalue()
@@ -180,7 +200,8 @@ def _variable(name: str) -> dict[str, object]:
     return {"@type": "PropertyValue", "name": name, "description": about.meaning, **stated}
 
 
-def _readme(given: PeopleRecords, described: dict[str, object]) -> str:
+def _readme(given: PeopleRecords, described: dict[str, object], *, texts: bool) -> str:
+    read = f"`{MATERIALS}/{TEXTS}` holds the texts that the participants read.\n\n" if texts else ""
     names = {name: data_file(given.study, name) for name in ("steps", "participants", "acts", "checks", "answers")}
     return f"""# {described["name"]}
 
@@ -194,7 +215,7 @@ def _readme(given: PeopleRecords, described: dict[str, object]) -> str:
 | {names["checks"]} | an answer to an attention check |
 | {names["answers"]} | an answer to a question |
 
-Every column is described in {DESCRIPTION}, with its unit and its clock: two clocks are used, that of the
+{read}Every column is described in {DESCRIPTION}, with its unit and its clock: two clocks are used, that of the
 participant's browser for response times, and that of the server for when something came. No moment says at what time
 of day, or on which day, somebody took part. Read `state` as text: its leading zeros count. A text that a spreadsheet
 would take for a formula has an apostrophe in front; in `{RECORDS}/` it stands as it was written.

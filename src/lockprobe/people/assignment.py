@@ -1,16 +1,21 @@
 """Which boxes somebody plays who joins now, and in which order.
 
-Conditions are balanced: over all who take part none is played by more than one person more than another, as long as
-there are trials left of each. Orders are the rows of a Williams square: in every so many people each condition stands
-once in each place, and comes equally often after each other. Nobody meets the same luck (repetition and trial) twice,
-since labels, layout and flips would be the same again. All follows from the study's seed and from what is taken.
+As long as everybody plays what they were given and there are trials left of each condition, none is played by more than
+one person more than another. Orders are the rows of a Williams square: in every so many people who join each condition
+stands once in each place, and comes equally often after each other. That stays so whoever leaves early and whatever
+breaks; how often conditions are really played then differs as much as those differ who leave, for a row that is due is
+preferred only if it begins with what was played least. Where everybody plays only some of the conditions, or one, those
+that were really played least are given next, and what somebody left is made up for. Nobody meets the same luck
+(repetition and trial) twice, since labels, layout and flips would be the same again. All follows from the study's seed
+and from what was given and is taken.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -21,7 +26,7 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.seeds import generator
 from lockprobe.studies.study import Study
 
-__all__ = ["Condition", "assigned", "boxes_each", "conditions_of", "slots_of", "williams"]
+__all__ = ["Condition", "assigned", "boxes_each", "conditions_of", "williams"]
 
 Condition = tuple[float, str]
 """Flip probability and modality."""
@@ -38,12 +43,6 @@ def conditions_of(study: Study) -> tuple[Condition, ...]:
     return tuple((p, modality) for modality in study.modalities_of(PEOPLE) for p in study.p)
 
 
-def slots_of(study: Study) -> Iterable[Slot]:
-    """All trials that people play, in the order of the study."""
-    for plan in study.plans(PEOPLE):
-        yield Slot(p=plan.p, modality=plan.modality, repetition=plan.repetition, trial=plan.trial)
-
-
 def boxes_each(study: Study, experiment: Experiment) -> int:
     """How many boxes a participant plays as long as there are enough: never more than there is luck for.
 
@@ -57,70 +56,105 @@ def boxes_each(study: Study, experiment: Experiment) -> int:
 
 
 def assigned(
-    study: Study, experiment: Experiment, before: Sequence[Sequence[Slot]], taken: Collection[Slot]
+    study: Study,
+    experiment: Experiment,
+    given: Sequence[Sequence[Slot]],
+    taken: Collection[Slot],
+    kept: Sequence[Collection[Slot]] | None = None,
 ) -> tuple[Slot, ...]:
     """The trials of somebody who joins now, in the order in which they are played.
 
     Args:
         study: The study.
         experiment: How people take part.
-        before: The trials of everybody who takes part or has, in their order.
+        given: The trials that everybody was given who takes part or has, in their order.
         taken: Trials that cannot be given: finished, or somebody plays them.
+        kept: Of the same people, those of these trials that they have finished or still will; all if left out.
 
     Returns:
         So many as :func:`boxes_each` says; fewer where no more are left, and none where none is.
     """
     conditions = conditions_of(study)
     left = Counter(dict.fromkeys(conditions, study.repetitions * study.trials))
-    left.subtract((slot.p, slot.modality) for slot in set(taken))
-    orders = [[(slot.p, slot.modality) for slot in slots] for slots in before]
+    left.subtract(map(_condition, set(taken)))
+    before = _Before(
+        orders=[[_condition(slot) for slot in slots] for slots in given],
+        boxes=Counter(_condition(slot) for slots in (given if kept is None else kept) for slot in slots),
+    )
     length = boxes_each(study, experiment)
     if experiment.design == "between":
-        order = _one(conditions, length, orders, left)
+        order = _one(conditions, length, before, left)
     else:
-        order = _each(conditions, length, orders, left, study.seed)
+        order = _each(conditions, length, before, left, study.seed)
     return _with_luck(order, study, taken)
 
 
-def _one(
-    conditions: Sequence[Condition], length: int, before: Sequence[Sequence[Condition]], left: Counter[Condition]
-) -> list[Condition]:
-    """The condition that fewest have, of those of which most is left up to the length asked for."""
-    people = Counter(order[0] for order in before if order)
-    found = min(conditions, key=lambda one: (-min(left[one], length), people[one]))
+class _Before(NamedTuple):
+    """What people were given before, and what came of it.
+
+    Attributes:
+        orders: The conditions that each was given, in their order.
+        boxes: Boxes of each condition that were really played, or still will be.
+    """
+
+    orders: Sequence[Sequence[Condition]]
+    boxes: Counter[Condition]
+
+
+def _condition(slot: Slot) -> Condition:
+    return slot.p, slot.modality
+
+
+def _one(conditions: Sequence[Condition], length: int, before: _Before, left: Counter[Condition]) -> list[Condition]:
+    """The condition of which fewest boxes were played, of those of which most is left up to the length asked for."""
+    people = Counter(order[0] for order in before.orders if order)
+    found = min(conditions, key=lambda one: (-min(left[one], length), before.boxes[one], people[one]))
     return [found] * min(length, left[found])
 
 
 def _each(
-    conditions: Sequence[Condition],
-    length: int,
-    before: Sequence[Sequence[Condition]],
-    left: Counter[Condition],
-    seed: int,
+    conditions: Sequence[Condition], length: int, before: _Before, left: Counter[Condition], seed: int
 ) -> list[Condition]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least."""
     size = len(conditions)
     shuffled = [conditions[i] for i in generator(seed, "people", "orders").permutation(size)]
     rows = [[shuffled[i] for i in row] for row in williams(size)]
-    used = [sum(list(order[:size]) == row for order in before) for row in rows]
-    first = used.index(min(used))
-    order = [condition for block in range(length // size) for condition in rows[(first + block) % len(rows)]]
+    used = [sum(list(order[:size]) == row for order in before.orders) for row in rows]
+    start = min(range(len(rows)), key=lambda n: (used[n], [before.boxes[condition] for condition in rows[n]]))
+    order = [condition for block in range(length // size) for condition in rows[(start + block) % len(rows)]]
     order = [condition for n, condition in enumerate(order) if order[:n].count(condition) < left[condition]]
-    played = Counter(condition for earlier in before for condition in earlier)
-    rest = _least(shuffled, length - len(order), played + Counter(order), left - Counter(order))
-    return [*order, *_in_places(rest, [list(earlier[len(order) :]) for earlier in before])]
+    rests = [list(earlier[len(order) :]) for earlier in before.orders]
+    rest = _least(shuffled, length - len(order), Counter(order), before.boxes, rests, left)
+    return [*order, *_in_places(rest, rests)]
 
 
 def _least(
-    conditions: Sequence[Condition], count: int, played: Counter[Condition], left: Counter[Condition]
+    conditions: Sequence[Condition],
+    count: int,
+    theirs: Counter[Condition],
+    boxes: Counter[Condition],
+    rests: Sequence[Sequence[Condition]],
+    left: Counter[Condition],
 ) -> list[Condition]:
-    """So many conditions that were played least, one after the other, as long as any are left."""
+    """So many more conditions for somebody, one after the other, as long as any are left.
+
+    Args:
+        conditions: All of them.
+        count: How many.
+        theirs: What they have already.
+        boxes: How many boxes of each were played.
+        rests: What others were given in the same places: of those that were played alike, that comes which was given
+            least often together with what is found already.
+        left: How many trials are left of each.
+    """
     found: Counter[Condition] = Counter()
     for _ in range(count):
-        open_ones = [one for one in conditions if left[one] > found[one]]
+        have = theirs + found
+        open_ones = [one for one in conditions if left[one] > have[one]]
         if not open_ones:
             break
-        found[min(open_ones, key=lambda one: (found[one] + played[one], conditions.index(one)))] += 1
+        together = Counter(one for rest in rests for other in found if other in rest for one in rest)
+        found[min(open_ones, key=lambda one: (have[one], boxes[one], together[one]))] += 1
     return list(found.elements())
 
 

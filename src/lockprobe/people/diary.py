@@ -8,10 +8,9 @@ kept of one person can be deleted.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import IO, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -30,7 +29,6 @@ __all__ = [
     "Line",
     "Released",
     "Slot",
-    "read_diaries",
     "read_diary",
 ]
 
@@ -96,6 +94,7 @@ class Did(_Line):
         item: Of a page or a check: which, from 1; of a question its name.
         right: Of a check: whether the answer was right.
         ended: Of a step: how the trial ended with it; None where it goes on.
+        page: Of the first step of a box: version of the page on which it is played; empty for the practice box.
     """
 
     kind: Literal["did"] = "did"
@@ -109,10 +108,14 @@ class Did(_Line):
     item: str = ""
     right: bool | None = None
     ended: Ending | None = None
+    page: str = ""
 
 
 class Broken(_Line):
-    """A box broke before a joint could be chosen; the participant goes on with what comes after it."""
+    """A box cannot be played on: it broke before a joint could be chosen, or the trial came from elsewhere, finished.
+
+    The participant goes on with what comes after it.
+    """
 
     kind: Literal["broken"] = "broken"
     at: Seconds
@@ -135,33 +138,24 @@ _adapter: TypeAdapter[Entry] = TypeAdapter(Line)
 
 
 class Diary:
-    """The open file of one participant.
+    """The file of one participant. The line of who joins makes it; every other line needs one that is there.
 
     Args:
-        path: Where it lies; made if it is not there.
-
-    Raises:
-        BadFile: If it cannot be written.
+        path: Where it lies.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            new = not path.exists()
-            self._file = path.open("ab", buffering=0)
-            cut_torn_tail(self._file, path)
-            if new:
-                sync_directory(path.parent)
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        self._file: IO[bytes] | None = None
 
     def write(self, line: Entry) -> None:
         """Put a line on the disk itself.
 
         Raises:
-            BadFile: If it cannot be written; then nothing of it is there.
+            BadFile: If it cannot be written, or there is no diary of whoever it is about; then nothing of it is there.
         """
+        if self._file is None:
+            self._file = _opened(self.path, new=isinstance(line, Joined))
         end = os.fstat(self._file.fileno()).st_size
         append_line(self._file, self.path, _adapter.dump_json(line, exclude_defaults=False))
         try:
@@ -173,7 +167,24 @@ class Diary:
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        if self._file is not None:
+            self._file.close()
+
+
+def _opened(path: Path, *, new: bool) -> IO[bytes]:
+    """A diary for appending. One that was deleted in the meantime does not come back."""
+    try:
+        if new:
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        elif not path.exists():
+            raise BadFile(path, "is not there")
+        file = path.open("ab", buffering=0)
+        cut_torn_tail(file, path)
+        if new:
+            sync_directory(path.parent)
+    except OSError as error:
+        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+    return file
 
 
 def read_diary(path: Path) -> list[Entry]:
@@ -191,17 +202,3 @@ def read_diary(path: Path) -> list[Entry]:
     if found and not isinstance(found[0], Joined):
         raise BadFile(path, "line 1: does not say who takes part")
     return found
-
-
-def read_diaries(directory: Path) -> Iterator[list[Entry]]:
-    """The diaries of all participants of a study, in the order in which they joined; none where nobody takes part.
-
-    Args:
-        directory: Of the study.
-
-    Raises:
-        BadFile: If one is damaged.
-    """
-    diaries = [read_diary(path) for path in sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))]
-    kept = [diary for diary in diaries if diary]
-    yield from sorted(kept, key=lambda lines: (lines[0].at, getattr(lines[0], "identity", "")))

@@ -20,22 +20,43 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, UserMistake
 from lockprobe.lockbox.boxfile import read_toml
+from lockprobe.people.diary import PEOPLE_DIRECTORY
+from lockprobe.people.mistakes import said_of, seen
 
-__all__ = ["EXPERIMENT", "AttentionCheck", "Experiment", "Question", "experiment_from", "read_experiment"]
+__all__ = [
+    "EXPERIMENT",
+    "AttentionCheck",
+    "Experiment",
+    "Question",
+    "experiment_from",
+    "experiment_with",
+    "kept_experiment",
+    "read_experiment",
+]
 
 EXPERIMENT = "experiment.json"
 """Where beside the diaries of a study these settings stand."""
 
-Text = Annotated[str, Field(min_length=1, max_length=2000)]
-Options = Annotated[tuple[Annotated[str, Field(min_length=1, max_length=200)], ...], Field(max_length=20)]
+
+def _bare(text: str) -> str:
+    """Refuse what nobody sees: space around an option would make it another."""
+    if text != seen(text).strip():
+        raise ValueError(f"got {text!r}, expected words without space around them")
+    return text
+
+
+Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare)]
+Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
+Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
@@ -113,7 +134,7 @@ class Experiment(_Part):
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
     completion_url: Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")] = ""
-    completion_code: Annotated[str, Field(max_length=100)] = ""
+    completion_code: Annotated[str, Field(max_length=100), AfterValidator(seen)] = ""
     away_hours: Annotated[float, Field(gt=0, le=24 * 365)] = 24.0
     checks: Annotated[tuple[AttentionCheck, ...], Field(max_length=20)] = ()
     questions: Annotated[tuple[Question, ...], Field(max_length=40)] = ()
@@ -135,10 +156,19 @@ def experiment_from(settings: Mapping[str, object], path: Path) -> Experiment:
     try:
         return Experiment.model_validate(settings)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "settings"
-        known = f"; keys are {', '.join(Experiment.model_fields)}" if first["type"] == "extra_forbidden" else ""
-        raise BadFile(path, f"{where}: {first['msg']}{known}") from None
+        raise BadFile(path, said_of(error, Experiment)) from None
+
+
+def experiment_with(experiment: Experiment, settings: Mapping[str, object]) -> Experiment:
+    """The same with other settings.
+
+    Raises:
+        UserMistake: If one of them is none.
+    """
+    try:
+        return Experiment.model_validate({**experiment.model_dump(), **settings})
+    except ValidationError as error:
+        raise UserMistake(said_of(error, Experiment)) from None
 
 
 def read_experiment(path: Path) -> Experiment:
@@ -148,3 +178,21 @@ def read_experiment(path: Path) -> Experiment:
         BadFile: If it is none, with the key that is wrong.
     """
     return experiment_from(read_toml(path), path)
+
+
+def kept_experiment(directory: Path) -> Experiment | None:
+    """The settings with which people took part in a study; None where none are kept.
+
+    Raises:
+        BadFile: If the file is damaged.
+    """
+    path = directory / PEOPLE_DIRECTORY / EXPERIMENT
+    if not path.is_file():
+        return None
+    try:
+        settings = json.loads(path.read_bytes())
+    except (ValueError, RecursionError) as error:
+        raise BadFile(path, f"not JSON ({error})") from None
+    if not isinstance(settings, dict):
+        raise BadFile(path, "not the settings of an experiment")
+    return experiment_from(settings, path)

@@ -72,6 +72,7 @@ class Journey:
         practised: How the practice ended; None before.
         released: Whether the trials that were not finished are others' now.
         checks: For each check that was answered whether that was right.
+        pages: By its number, the version of the page on which each box was begun, as far as that was written down.
     """
 
     def __init__(self, joined: Joined, way: Sequence[Station]) -> None:
@@ -83,6 +84,7 @@ class Journey:
         self.practised: Ending | None = None
         self.released = False
         self.checks: list[bool] = []
+        self.pages: dict[int, str] = {}
         self._way = way
         self._places = {station: place for place, station in enumerate(way)}
         self._place = 0
@@ -145,6 +147,8 @@ class Journey:
             self.released = True
             return
         station = self._of(line)
+        if isinstance(line, Did) and line.page:
+            self.pages[station.box] = line.page
         self.turn, self.at = line.turn + 1, line.at
         self.last = line.act if isinstance(line, Did) else None
         if isinstance(line, Did) and line.right is not None:

@@ -13,29 +13,47 @@ from lockprobe.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.options import PEOPLE
 from lockprobe.people.assignment import boxes_each
-from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Entry, read_diaries
-from lockprobe.people.experiment import EXPERIMENT, Experiment
+from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Entry
+from lockprobe.people.experiment import EXPERIMENT, Experiment, kept_experiment
 from lockprobe.people.held import Played
-from lockprobe.people.journey import Journey
+from lockprobe.people.journey import Journey, fingerprint
+from lockprobe.people.kept import kept_diaries
 from lockprobe.people.scenes import Attempt
 from lockprobe.people.seat import Seat, Table
-from lockprobe.people.taking import kept_experiment
 from lockprobe.people.telling import Texts
 from lockprobe.people.withdrawal import finish_withdrawal, put
-from lockprobe.people.words import Words
+from lockprobe.people.words import LANGUAGES, TEXTS, Words, read_words, words_file
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.record import Trial
 from lockprobe.seeds import integer_seed
 from lockprobe.studies.journal import Journal, write_settings
+from lockprobe.studies.placing import place
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.stage import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial import here
 
-__all__ = ["opened", "practice_plan", "seats_on_disk"]
+__all__ = ["opened", "practice_plan", "seats_on_disk", "words_to_read"]
 
-_MAY_CHANGE = {"participants", "completion_url", "completion_code", "away_hours"}
-"""Settings that change nothing of what somebody is shown in a box."""
+_MAY_CHANGE = {"participants", "completion_url", "completion_code", "away_hours", "language"}
+"""Settings that change nothing of what somebody is shown in a box; of the language the texts themselves count."""
+
+
+def words_to_read(directory: Path, experiment: Experiment) -> Words:
+    """What people read here. A language that ships may change with a release: once somebody has joined its copy holds.
+
+    Raises:
+        UnknownName: If there is no such language.
+        BadFile: If something there is damaged, or the texts are none.
+    """
+    copy = directory / PEOPLE_DIRECTORY / TEXTS
+    held = (
+        experiment.language in LANGUAGES
+        and copy.is_file()
+        and any(kept.joined.token for kept in kept_diaries(directory))
+    )
+    return read_words(str(copy) if held else experiment.language)
 
 
 @contextmanager
@@ -66,11 +84,11 @@ def opened(
         plant.check(box)
     with (
         Journal.open(directory, replace(study, agents=known)) as journal,
-        own_thread() if study.simulated else nullcontext(here) as place,
+        own_thread() if study.simulated else nullcontext(here) as there,
     ):
         write_settings(directory, study)
         finish_withdrawal(journal)
-        _settle(directory, experiment)
+        _settle(directory, experiment, words)
         yield Table(
             study=study,
             experiment=experiment,
@@ -78,7 +96,7 @@ def opened(
             texts=Texts(words, study, experiment),
             practice=practice,
             journal=journal,
-            place=place,
+            place=there,
             clock=clock,
             page=page,
         )
@@ -122,34 +140,41 @@ async def seats_on_disk(table: Table) -> list[Seat]:
     """Everybody who takes part already. Trials that were over and not written down are played again and written.
 
     Raises:
-        BadFile: If a diary is damaged, or a trial is not told again as it was shown.
+        BadFile: If a diary is damaged or copied, tells of other steps than the record, or a trial is not told again as
+            it was shown.
     """
-    seats = []
-    for diary in read_diaries(table.journal.directory):
+    seats, whose = [], dict[str, str]()
+    for kept in kept_diaries(table.journal.directory):
+        kept.check_slots(table.study, table.journal.directory)
+        token, identity = kept.joined.token, kept.joined.identity
+        if token and whose.setdefault(token, identity) != identity:
+            raise BadFile(_diary(table, identity), f"a copy of the diary of {whose[token]}")
+        diary = (kept.joined, *kept.lines)
         journey = Journey.of(diary, table.experiment, table.words)
-        _check_slots(table, journey)
         seat = Seat(table, journey)
         for box, ending in journey.endings.items():
             slot = journey.joined.slots[box - 1]
             agent = participant_spec(journey.identity)
             plan = table.study.plan(agent, slot.p, slot.repetition, slot.trial, slot.modality)
-            if ending != "error" and table.journal.owes(plan.key):
-                await seat.record_again(box, *_steps(diary, box))
+            if ending == "error":
+                continue
+            played, began, ended = _steps(diary, box)
+            if table.journal.owes(plan.key):
+                await seat.record_again(box, played, began, ended)
+            elif not _as_recorded(played, table.journal.trials[plan.key], agent):
+                raise BadFile(_diary(table, identity), f"other steps than in the record of {plan.key}")
         seats.append(seat)
     return seats
 
 
-def _check_slots(table: Table, journey: Journey) -> None:
-    study = table.study
-    for slot in journey.joined.slots:
-        if (
-            slot.p not in study.p
-            or slot.modality not in study.modalities
-            or not 1 <= slot.repetition <= study.repetitions
-            or not 1 <= slot.trial <= study.trials
-        ):
-            path = table.journal.directory / PEOPLE_DIRECTORY / f"{journey.identity}.jsonl"
-            raise BadFile(path, "line 1: trials of another study")
+def _as_recorded(played: Sequence[Played], trial: Trial, agent: str) -> bool:
+    """Whether steps are those of a trial on record, if it is theirs and its steps are at hand."""
+    theirs = trial.agent == agent and bool(trial.steps)
+    return not theirs or [step.joint for step in played] == [step.decision.joint for step in trial.steps]
+
+
+def _diary(table: Table, identity: str) -> Path:
+    return table.journal.directory / PEOPLE_DIRECTORY / f"{identity}.jsonl"
 
 
 def _steps(diary: Sequence[Entry], box: int) -> tuple[list[Played], float, float]:
@@ -162,15 +187,25 @@ def _steps(diary: Sequence[Entry], box: int) -> tuple[list[Played], float, float
     return played, began, at
 
 
-def _settle(directory: Path, experiment: Experiment) -> None:
-    """Write the settings down, or hold them against those under which people have joined."""
+def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
+    """Write the settings down, or hold them and the texts against those under which people have joined.
+
+    Texts are the same wherever their file lies. Whoever came from elsewhere may have read others: they do not go on
+    here.
+    """
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
     asked, known = experiment.model_dump(mode="json"), kept_experiment(directory)
-    if known is not None and any(read_diaries(directory)):
+    diaries = kept_diaries(directory)
+    read = {kept.joined.words for kept in diaries if kept.joined.token}
+    different: dict[str, tuple[object, object]] = {}
+    if read - {fingerprint(words)}:
+        different["texts"] = (", ".join(sorted(read)), fingerprint(words))
+    if known is not None and diaries:
         there = known.model_dump(mode="json")
-        different = {
-            name: (there[name], asked[name]) for name in asked if name not in _MAY_CHANGE and there[name] != asked[name]
-        }
-        if different:
-            raise SettingsChanged(path.parent, different)
+        changed = (name for name in asked if name not in _MAY_CHANGE and there[name] != asked[name])
+        different |= {name: (there[name], asked[name]) for name in changed}
+    if different:
+        raise SettingsChanged(path.parent, different)
     put(path, asked)
+    if not diaries and (texts := words_file(experiment.language)).is_file():
+        place(directory / PEOPLE_DIRECTORY / TEXTS, texts.read_bytes())

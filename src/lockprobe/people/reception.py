@@ -6,6 +6,7 @@ scene an act is for: so no act counts twice, none is lost once its outcome was s
 
 from __future__ import annotations
 
+import asyncio
 import re
 import secrets
 import time
@@ -13,6 +14,7 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY
@@ -24,7 +26,7 @@ from lockprobe.people.register import Register
 from lockprobe.people.scenes import Act, Agree, Scene
 from lockprobe.people.seat import Seat, Table
 from lockprobe.people.tokens import Tokens
-from lockprobe.people.withdrawal import withdraw, withdrawn
+from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawn
 from lockprobe.people.words import Words
 from lockprobe.studies.study import Study
 
@@ -62,6 +64,8 @@ class Reception:
         self._table = table
         self._tokens = tokens
         self._register = register
+        self._door = asyncio.Lock()
+        """Held while somebody joins."""
 
     @classmethod
     @asynccontextmanager
@@ -92,8 +96,10 @@ class Reception:
             UserMistake: If the plant cannot be had.
         """
         with opened(directory, study, experiment, words, clock=clock, page=page) as table:
-            tokens = Tokens(directory / PEOPLE_DIRECTORY / "secret")
-            reception = cls(table, tokens, Register(table, await seats_on_disk(table)))
+            seats = await seats_on_disk(table)
+            given = any(seat.journey.joined.token for seat in seats)
+            tokens = Tokens(directory / PEOPLE_DIRECTORY / "secret", given=given)
+            reception = cls(table, tokens, Register(table, seats))
             try:
                 yield reception
             finally:
@@ -113,21 +119,22 @@ class Reception:
             platform: What the URL says, by parameter.
 
         Raises:
-            Refused: As ``forged``, or as ``malformed`` if a parameter that is kept has a value that it cannot have.
+            Refused: As ``forged``, or as ``incomplete`` if a parameter that is kept has a value that it cannot have.
             BadFile: If something cannot be written or read.
         """
         platform, lease = self._kept(platform), secrets.token_hex(16)
-        mark = None if token is None else self._tokens.mark(token)
-        await self._register.let_go_of_idle()
-        seat = None if mark is None else self._register.marked(mark)
+        seat = None if token is None else self._register.marked(self._tokens.mark(token))
+        await self._register.let_go_of_idle(seat)
         if token is None or (seat is not None and self._register.is_another(seat, platform)):
             token, seat = self._tokens.new(), None
         if seat is not None:
             async with seat.lock:
+                seat.lease = lease
                 if not seat.gone:
-                    seat.lease = lease
                     await self._release_if_late(seat)
                     return await self._shown(token, seat)
+                if self._register.called(seat.journey.identity) is seat:  # noted, and not finished yet
+                    return _outside(token, lease, self._table.texts.closed("withdrawn"))
         texts = self._table.texts
         why = self._register.why_not(platform)
         scene = texts.closed(why) if why else texts.consent(boxes_each(self.study, self._table.experiment))
@@ -145,23 +152,24 @@ class Reception:
 
         Raises:
             Refused: As ``forged``; ``elsewhere`` if a newer page was loaded; ``stale`` if another scene is shown;
-                ``impossible`` if it cannot be done in this one; ``malformed``. Then nothing is written.
+                ``impossible`` if it cannot be done in this one; ``malformed``; ``incomplete``. Then nothing is
+                written, but that a box broke, or that somebody was away too long, if that came out with it.
             BadFile: If something cannot be written or read; then it has not been done.
         """
         token, mark = self._proof(token, lease)
-        await self._register.let_go_of_idle()
-        if (seat := self._register.marked(mark)) is None:
-            return await self._join(token, lease, turn, act, self._kept(platform))
+        known = self._register.marked(mark)
+        await self._register.let_go_of_idle(known)
+        seat = known or await self._join(mark, lease, turn, act, self._kept(platform))
+        if not isinstance(seat, Seat):
+            return _outside(token, lease, self._table.texts.closed(seat))
         async with seat.lock:
             self._check_lease(seat, lease)
-            if seat.gone:
+            again = turn == seat.journey.turn - 1 and act == seat.journey.last  # its reply was lost
+            if seat.gone or not (again or turn == seat.journey.turn):
                 raise Refused("stale", "not the scene that is shown")
-            if turn == seat.journey.turn - 1 and act == seat.journey.last:  # its reply was lost
-                return await self._shown(token, seat)
-            if turn != seat.journey.turn:
-                raise Refused("stale", "not the scene that is shown")
-            if not await self._release_if_late(seat):
+            if not again and not await self._release_if_late(seat):
                 await seat.do(act)
+            seat.lease = lease
             return await self._shown(token, seat)
 
     async def withdraw(self, token: str | None, lease: str) -> Shown:
@@ -172,7 +180,9 @@ class Reception:
             BadFile: If it cannot be written; then it is finished when the study is next opened.
         """
         token, mark = self._proof(token, lease)
-        if (seat := self._register.marked(mark)) is not None:
+        async with self._door:  # they may be about to join
+            seat = self._register.marked(mark)
+        if seat is not None:
             async with seat.lock:
                 self._check_lease(seat, lease)
                 await self._delete(seat)
@@ -196,26 +206,30 @@ class Reception:
         gone = withdrawn(self._table.journal.directory)
         return progress_of(self.study, journeys, self._register.finished(), gone)
 
-    async def _join(self, token: str, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Shown:
-        """Somebody agrees to take part, or not; nothing is kept before."""
+    async def _join(
+        self, mark: str, lease: str, turn: int, act: Act, platform: Mapping[str, str]
+    ) -> Seat | Literal["declined", "taken", "full"]:
+        """Somebody agrees to take part, or not; nothing is kept before. Where they sit then, or why not."""
         if turn != 1:
             raise Refused("stale", "not the scene that is shown")
         if not isinstance(act, Agree):
             raise Refused("impossible", "nothing that can be done before somebody agrees to take part")
-        texts, register, mark = self._table.texts, self._register, self._tokens.mark(token)
         if not act.agreed:
-            return _outside(token, lease, texts.closed("declined"))
-        await register.make_room()
-        if register.marked(mark) is not None:  # in the meantime, by the same act sent twice
-            return await self.act(token, lease, turn, act, platform)
-        if (why := register.why_not(platform)) is not None:
-            return _outside(token, lease, texts.closed(why))
-        if not (slots := register.assigned()):
-            return _outside(token, lease, texts.closed("full"))
-        seat = register.add(mark, platform, slots)
-        async with seat.lock:
+            return "declined"
+        register = self._register
+        async with self._door:
+            if (seat := register.marked(mark)) is not None:  # in the meantime, by the same act sent twice
+                return seat
+            if (why := register.why_not(platform)) is not None:
+                return why
+            await register.make_room()
+            if (why := register.why_not(platform)) is not None:
+                return why
+            if not (slots := register.assigned()):
+                return "full"
+            seat = register.add(mark, platform, slots)
             seat.lease = lease
-            return await self._shown(token, seat)
+            return seat
 
     async def _shown(self, token: str, seat: Seat) -> Shown:
         scene, journey = await seat.show(), seat.journey
@@ -238,16 +252,16 @@ class Reception:
         return token, self._tokens.mark(token)
 
     def _check_lease(self, seat: Seat, lease: str) -> None:
-        """Only the page that was loaded last may act; after a restart the one that comes first goes on."""
-        seat.lease = seat.lease or lease
-        if not secrets.compare_digest(seat.lease, lease):
+        """Only the page that was loaded last may act; after a restart the one whose act is taken first goes on."""
+        if seat.lease is not None and not secrets.compare_digest(seat.lease, lease):
             raise Refused("elsewhere", "open in another page")
 
     def _kept(self, platform: Mapping[str, str]) -> dict[str, str]:
         """What the experimenter asked for of what the recruitment platform says."""
         kept = {name: platform[name] for name in self._table.experiment.recruitment if name in platform}
-        if not all(map(_PLATFORM_VALUE.fullmatch, kept.values())):
-            raise Refused("malformed", "a parameter of the URL is nothing that a recruitment platform sends")
+        for name, value in kept.items():
+            if not _PLATFORM_VALUE.fullmatch(value):
+                raise Refused("incomplete", f"{name} in the URL is nothing that a recruitment platform sends")
         return kept
 
     async def _release_if_late(self, seat: Seat) -> bool:
@@ -256,11 +270,18 @@ class Reception:
         return late
 
     async def _delete(self, seat: Seat) -> None:
-        identity = seat.journey.identity
-        if self._register.called(identity) is seat:
+        """Delete all that is kept of somebody, whose seat is locked. From the note on they cannot act."""
+        await seat.let_go()
+        self._finish()  # what was noted before and failed, perhaps this one
+        if self._register.called(seat.journey.identity) is seat:
+            note_withdrawal(self._table.journal, seat.journey.identity)
             seat.gone = True
-            await seat.let_go()
-            withdraw(self._table.journal, identity)
+            self._finish()
+
+    def _finish(self) -> None:
+        identity = finish_withdrawal(self._table.journal)
+        if identity is not None and (seat := self._register.called(identity)) is not None:
+            seat.gone = True
             self._register.remove(seat)
 
 

@@ -10,6 +10,7 @@ __all__ = ["Code", "Refused"]
 
 Code = Literal[
     "malformed",  # 400: no such body
+    "incomplete",  # 400: a parameter of the URL that is no ID; the recruitment platform did not fill it in
     "forged",  # 401: a token that was not given out here, or a wrong admin token
     "cross-site",  # 403: sent by a page of somebody else
     "unknown",  # 404
@@ -23,6 +24,7 @@ Code = Literal[
 
 _STATUS: dict[Code, int] = {
     "malformed": 400,
+    "incomplete": 400,
     "forged": 401,
     "cross-site": 403,
     "unknown": 404,

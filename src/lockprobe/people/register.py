@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import secrets
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Literal
 
 from lockprobe.options import PEOPLE, group_of
-from lockprobe.people.assignment import assigned, boxes_each
+from lockprobe.people.assignment import assigned, boxes_each, conditions_of
 from lockprobe.people.diary import Diary, Joined, Slot
 from lockprobe.people.journey import Journey, fingerprint, stations
 from lockprobe.people.seat import Seat, Table
+from lockprobe.plants.catalogue import resolve_plant
 
 __all__ = ["Register"]
 
@@ -20,6 +22,9 @@ _IDLE_SECONDS = 600.0
 """After so long without an act a trial is let go of; it is played again when somebody comes back."""
 
 _LOOK_SECONDS = 60.0
+
+_MOST_WITH_CAMERA = 32
+"""So many trials are held where each holds a plant with a camera, of 60 to 70 MiB."""
 
 
 class Register:
@@ -36,6 +41,7 @@ class Register:
         marked = ((seat.journey.joined.token, seat) for seat in self._seats.values())
         self._by_mark = {mark: seat for mark, seat in marked if mark}  # whoever came from elsewhere has none
         self._looked = table.clock()
+        self._most_waiting = _MOST_WITH_CAMERA if resolve_plant(table.study.plant).has_camera else sys.maxsize
 
     def __iter__(self) -> Iterator[Seat]:
         return iter(tuple(self._seats.values()))
@@ -90,19 +96,20 @@ class Register:
 
     def assigned(self) -> tuple[Slot, ...]:
         """What somebody would play who joined now; empty if nothing is left."""
+        given = [seat.journey.joined.slots for seat in self]
         kept = [seat.journey.slots_kept for seat in self]
         taken = self.finished().union(*kept)
-        return assigned(self._table.study, self._table.experiment, kept, taken)
+        return assigned(self._table.study, self._table.experiment, given, taken, kept)
 
     def why_not(self, platform: Mapping[str, str]) -> Literal["taken", "full"] | None:
         """Why somebody cannot join; None if they can, perhaps with trials of somebody who was away too long."""
         if (person := self._person(platform)) and any(self._person(s.journey.joined.platform) == person for s in self):
             return "taken"
-        late = [seat for seat in self if self.is_late(seat)]
+        late = sum(map(self.is_late, self))
         limit = self._table.experiment.participants
-        if limit is not None and self._taking_part() - len(late) >= limit:
+        if limit is not None and self._taking_part() - late >= limit:
             return "full"
-        return None if late or self.assigned() else "full"
+        return None if late or self._is_anything_left() else "full"
 
     async def make_room(self) -> None:
         """Release trials of those who were away too long, longest first, as far as somebody new needs them.
@@ -110,35 +117,41 @@ class Register:
         Raises:
             BadFile: If it cannot be written.
         """
-        enough = boxes_each(self._table.study, self._table.experiment)
-        limit = self._table.experiment.participants
         for seat in sorted(self, key=lambda seat: seat.journey.at):
-            there_is_room = limit is None or self._taking_part() < limit
-            if there_is_room and len(self.assigned()) >= enough:
-                return
-            if self.is_late(seat) and not seat.lock.locked():
-                async with seat.lock:
+            if not self.is_late(seat) or seat.lock.locked():
+                continue
+            async with seat.lock:
+                if self._is_enough_left():
+                    return
+                if self.is_late(seat):  # still, and not deleted while another was released
                     await seat.release()
 
     def is_late(self, seat: Seat) -> bool:
         """Whether somebody was away for so long that trials that they have not finished can be given to others."""
         journey = seat.journey
         away = self._table.clock() - journey.at
-        return not journey.released and not journey.boxes_done and away > self._table.experiment.away_hours * _HOUR
+        open_ones = not (seat.gone or journey.released or journey.boxes_done)
+        return open_ones and away > self._table.experiment.away_hours * _HOUR
 
     def is_another(self, seat: Seat, platform: Mapping[str, str]) -> bool:
         """Whether the recruitment platform says that it is another person who sits at the same browser now."""
         person = self._person(platform)
         return person is not None and self._person(seat.journey.joined.platform) not in (None, person)
 
-    async def let_go_of_idle(self) -> None:
-        """Let go of trials that wait for nobody."""
+    async def let_go_of_idle(self, comes: Seat | None) -> None:
+        """Let go of trials that wait for nobody, and of those that wait longest where too many do.
+
+        Args:
+            comes: Whose trial is needed next; None where somebody new comes.
+        """
         now = self._table.clock()
-        if now - self._looked < _LOOK_SECONDS:
-            return
-        self._looked = now
-        for seat in self:
-            if now - seat.used > _IDLE_SECONDS and not seat.lock.locked():
+        waiting = sorted((seat for seat in self if seat.holds and seat is not comes), key=lambda seat: seat.used)
+        surplus = max(0, len(waiting) - self._most_waiting + 1)
+        if now - self._looked >= _LOOK_SECONDS:
+            self._looked = now
+            surplus = max(surplus, sum(now - seat.used > _IDLE_SECONDS for seat in waiting))
+        for seat in waiting[:surplus]:
+            if not seat.lock.locked():
                 async with seat.lock:
                     await seat.let_go()
 
@@ -146,6 +159,25 @@ class Register:
         """Who somebody is on the recruitment platform."""
         names = self._table.experiment.recruitment
         return platform.get(names[0]) if names else None
+
+    def _is_enough_left(self) -> bool:
+        """Whether somebody new can have as many boxes as everybody without anybody being sent away."""
+        limit = self._table.experiment.participants
+        if limit is not None and self._taking_part() >= limit:
+            return False
+        return len(self.assigned()) >= boxes_each(self._table.study, self._table.experiment)
+
+    def _is_anything_left(self) -> bool:
+        """Whether there is a trial that nobody has."""
+        study = self._table.study
+        taken = {
+            (trial.p, trial.modality, trial.repetition, trial.trial)
+            for trial in self._table.journal.trials.values()
+            if group_of(trial.agent) == PEOPLE and not trial.owed_again
+        }
+        for seat in self:
+            taken.update((slot.p, slot.modality, slot.repetition, slot.trial) for slot in seat.journey.slots_kept)
+        return len(taken) < len(conditions_of(study)) * study.repetitions * study.trials
 
     def _taking_part(self) -> int:
         return sum(not seat.journey.released for seat in self)

@@ -35,6 +35,9 @@ Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 
 Label = Annotated[str, Field(min_length=1, max_length=8)]
 
+_LONGEST = 2000
+"""Characters of an answer in words."""
+
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -187,7 +190,7 @@ class Ask(_Part):
     question: str
     options: tuple[str, ...] = ()
     required: bool = False
-    longest: int = 2000
+    longest: int = _LONGEST
 
 
 class Debrief(_Part):
@@ -268,7 +271,7 @@ class Answer(_Part):
     """
 
     kind: Literal["answer"] = "answer"
-    answer: Annotated[str, Field(max_length=10_000)]
+    answer: Annotated[str, Field(max_length=_LONGEST)]
     rt: Milliseconds
 
 

@@ -95,6 +95,9 @@ class Seat:
         self.used = self._table.clock()
         self._record()
         while self.journey.station.kind == "box" and not self.journey.released:
+            if self._is_played():
+                await self._pass_over()
+                continue
             held = await self._hold()
             if held.situation is not None:
                 station, experiment = self.journey.station, self._table.experiment
@@ -145,6 +148,11 @@ class Seat:
         self._write(Released(at=self._table.clock()))
         await self.let_go()
 
+    @property
+    def holds(self) -> bool:
+        """Whether a trial is held."""
+        return self._held is not None
+
     async def let_go(self) -> None:
         """Let go of the trial that is held; it is played again when it is needed."""
         held, self._held = self._held, None
@@ -191,6 +199,7 @@ class Seat:
                     box=box,
                     step=scene.step,
                     told=told,
+                    page=self._table.page if box and scene.step == 1 else "",
                     ended=None if held.trial is None else held.trial.ending,
                 )
             )
@@ -226,13 +235,23 @@ class Seat:
         facts: dict[str, Fact] = {
             "view": view_of_modality(slot.modality, experiment.view),
             "words": self.journey.joined.words,
-            "page": self._table.page,
+            "page": self.journey.pages.get(box, self._table.page),
             "position": box,
             "design": experiment.design,
             "history": experiment.history,
             "feedback": experiment.feedback,
         }
         return self._table.study.plan(agent, slot.p, slot.repetition, slot.trial, slot.modality), facts
+
+    def _is_played(self) -> bool:
+        """Whether somebody elsewhere has finished the trial in which they stand, and it was taken in here."""
+        box = self.journey.station.box
+        return box > 0 and not self._table.journal.owes(self._plan(box)[0].key)
+
+    async def _pass_over(self) -> None:
+        """Go on with what comes after a box whose trial is on record already; what was done in it stays written."""
+        self._write(Broken(at=self._table.clock(), turn=self.journey.turn, box=self.journey.station.box))
+        await self.let_go()
 
     async def _broke(self, held: Held) -> None:
         """Go on with what comes after a box that nobody can play."""
@@ -248,9 +267,13 @@ class Seat:
         self._record()
 
     def _record(self) -> None:
-        """Put a trial on disk that is over, if there is one; where that failed it is tried again."""
+        """Put a trial on disk that is over, if there is one; where that failed it is tried again.
+
+        A trial that is finished on record stays there as it is, whoever played it.
+        """
         if self._unrecorded is not None:
-            self._table.journal.append(*self._unrecorded)
+            if self._table.journal.owes(self._unrecorded[0].key):
+                self._table.journal.append(*self._unrecorded)
             self._unrecorded = None
 
     def _write(self, line: Entry) -> None:
@@ -265,4 +288,4 @@ class Seat:
 def _answers(scene: Ask, act: Answer) -> bool:
     if not act.answer.strip():
         return not scene.required
-    return act.answer in scene.options if scene.options else len(act.answer) <= scene.longest
+    return not scene.options or act.answer in scene.options

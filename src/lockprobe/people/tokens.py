@@ -16,7 +16,6 @@ from lockprobe.people.refusals import Refused
 __all__ = ["Tokens", "mark_of"]
 
 _BYTES = 32
-_LENGTH = len(base64.urlsafe_b64encode(bytes(2 * _BYTES)))
 
 
 class Tokens:
@@ -24,15 +23,23 @@ class Tokens:
 
     Args:
         path: Of the secret, made where there is none; nobody else can read it.
+        given: Whether tokens were given out before, so that there has to be one.
 
     Raises:
         BadFile: If it cannot be read or made, or is none.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, given: bool = False) -> None:
+        if path.is_symlink() or (path.exists() and not path.is_file()) or (given and not path.exists()):
+            raise BadFile(
+                path,
+                "has to be there, a file of its own: without it nobody who takes part can go on. Put it back; "
+                f"where it is lost, {_BYTES} random bytes in its place let new people in",
+            )
         try:
             if not path.exists():
                 _make(path)
+            path.chmod(0o600)
             self._secret = path.read_bytes()
         except OSError as error:
             raise BadFile(path, f"cannot be used ({error.strerror})") from error
@@ -42,7 +49,7 @@ class Tokens:
     def new(self) -> str:
         """A token for somebody who has none."""
         chance = secrets.token_bytes(_BYTES)
-        return base64.urlsafe_b64encode(chance + self._sealed(chance)).decode("ascii")
+        return _written(chance + self._sealed(chance))
 
     def mark(self, token: str) -> str:
         """By what a token is known here: its SHA-256, from which it cannot be made.
@@ -54,7 +61,7 @@ class Tokens:
             raw = base64.b64decode(token.encode("ascii"), altchars=b"-_", validate=True)
         except (UnicodeEncodeError, binascii.Error, ValueError):
             raw = b""
-        right = len(token) == _LENGTH and len(raw) == 2 * _BYTES
+        right = len(raw) == 2 * _BYTES and _written(raw) == token  # one way only: bits that fill it up are none of it
         if not right or not hmac.compare_digest(raw[_BYTES:], self._sealed(raw[:_BYTES])):
             raise Refused("forged", "a token that was not given out here")
         return mark_of(token)
@@ -66,6 +73,10 @@ class Tokens:
 def mark_of(token: str) -> str:
     """SHA-256 of a token."""
     return hashlib.sha256(token.encode("ascii")).hexdigest()
+
+
+def _written(raw: bytes) -> str:
+    return base64.urlsafe_b64encode(raw).decode("ascii")
 
 
 def _make(path: Path) -> None:

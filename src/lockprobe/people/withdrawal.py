@@ -1,12 +1,11 @@
-"""Somebody withdraws: all that is kept of them is deleted. A deletion that is killed is finished at the next opening.
+"""Somebody withdraws: all that is kept of them is deleted. It is noted first, so that what is killed can be finished.
 
-What stays is how many have withdrawn.
+It is finished at the next opening, or before somebody else's deletion. What stays is how many have withdrawn.
 """
 
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 from lockprobe.agents.participant import check_participant, participant_spec
@@ -14,8 +13,9 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.lines import sync_directory
+from lockprobe.studies.placing import place
 
-__all__ = ["finish_withdrawal", "put", "withdraw", "withdrawn"]
+__all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawn"]
 
 _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
@@ -31,28 +31,33 @@ def withdrawn(directory: Path) -> int:
     return 0 if found is None else int(str(found["withdrawn"]))
 
 
-def withdraw(journal: Journal, identity: str) -> None:
-    """Delete all that is kept of a participant.
+def note_withdrawal(journal: Journal, identity: str) -> None:
+    """Note that all that is kept of a participant is to be deleted; from then on it can be finished at any time.
+
+    There is one such note: what was noted before has to be finished first.
 
     Raises:
-        BadFile: If it cannot be written. Once it is noted that somebody withdraws, it can be finished later.
+        BadFile: If it cannot be written, or something that was noted before is not finished.
     """
     people = journal.directory / PEOPLE_DIRECTORY
-    note = {"participant": identity, "withdrawn": withdrawn(journal.directory) + 1}
-    put(people / _UNDER_WAY, note)
-    finish_withdrawal(journal)
+    if (people / _UNDER_WAY).exists():
+        raise BadFile(people / _UNDER_WAY, "a deletion that is not finished")
+    put(people / _UNDER_WAY, {"participant": identity, "withdrawn": withdrawn(journal.directory) + 1})
 
 
-def finish_withdrawal(journal: Journal) -> None:
+def finish_withdrawal(journal: Journal) -> str | None:
     """Finish what was noted, if anything was.
 
+    Returns:
+        Who has withdrawn with it; None if nothing was noted.
+
     Raises:
-        BadFile: If it cannot be written.
+        BadFile: If it cannot be written; it stays noted.
     """
     people = journal.directory / PEOPLE_DIRECTORY
     if (note := _read(people / _UNDER_WAY)) is None:
-        return
-    agent = participant_spec(str(note["participant"]))
+        return None
+    agent = participant_spec(str(note.get("participant")))
     try:
         check_participant(agent)
     except BadValue as error:
@@ -66,6 +71,7 @@ def finish_withdrawal(journal: Journal) -> None:
         sync_directory(people)
     except OSError as error:
         raise BadFile(people, f"cannot be written ({error.strerror})") from error
+    return str(note["participant"])
 
 
 def put(path: Path, data: object) -> None:
@@ -74,17 +80,7 @@ def put(path: Path, data: object) -> None:
     Raises:
         BadFile: If it cannot be written.
     """
-    draft = path.with_suffix(".draft")
-    try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with draft.open("w", encoding="utf-8") as file:
-            file.write(json.dumps(data, indent=2) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-        sync_directory(path.parent)
-    except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+    place(path, f"{json.dumps(data, indent=2)}\n".encode())
 
 
 def _read(path: Path) -> dict[str, object] | None:
@@ -94,6 +90,6 @@ def _read(path: Path) -> dict[str, object] | None:
         return None
     except (OSError, ValueError) as error:
         raise BadFile(path, f"cannot be read ({error})") from error
-    if not isinstance(found, dict) or "withdrawn" not in found:
+    if not isinstance(found, dict) or type(found.get("withdrawn")) is not int or found["withdrawn"] < 0:
         raise BadFile(path, "is not what withdrawals are noted in")
     return found

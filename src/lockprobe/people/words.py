@@ -6,19 +6,23 @@ import re
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, UnknownName
 from lockprobe.lockbox.boxfile import read_toml
+from lockprobe.people.mistakes import said_of, seen
 
-__all__ = ["LANGUAGES", "Longer", "Words", "filled", "read_words"]
+__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "filled", "read_words", "words_file"]
 
 _TEXTS = Path(__file__).with_name("texts")
 
 LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
 """Those that ship."""
 
-Text = Annotated[str, Field(min_length=1, max_length=4000)]
+TEXTS = "texts.toml"
+"""Where beside the diaries the texts stand that were read."""
+
+Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(seen)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
@@ -94,6 +98,7 @@ class _OfThePage(_Part):
     withdraw_yes: Text
     withdraw_no: Text
     refused: Text
+    incomplete: Text
     reload: Text
     required: Text
 
@@ -145,14 +150,21 @@ def read_words(name: str) -> Words:
         UnknownName: If there is no such language.
         BadFile: If the file holds something else, or a text is missing; the message says which.
     """
-    if name.endswith(".toml") or "/" in name:
-        path = Path(name)
-    elif name in LANGUAGES:
-        path = _TEXTS / f"{name}.toml"
-    else:
-        raise UnknownName("language", name, [*LANGUAGES, "FILE.toml"])
+    path = words_file(name)
     try:
         return Words.model_validate(read_toml(path))
     except ValidationError as error:
-        first = error.errors()[0]
-        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        raise BadFile(path, said_of(error, Words)) from None
+
+
+def words_file(name: str) -> Path:
+    """Where the texts of a language that ships lie, or those of a file, whether it is there or not.
+
+    Raises:
+        UnknownName: If there is no such language.
+    """
+    if name.endswith(".toml") or "/" in name:
+        return Path(name)
+    if name in LANGUAGES:
+        return _TEXTS / f"{name}.toml"
+    raise UnknownName("language", name, [*LANGUAGES, "FILE.toml"])

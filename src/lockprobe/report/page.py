@@ -130,7 +130,7 @@ def _of_people(content: Content) -> dict[str, Table]:
         return {}
     names = {(row["agent"], row["modality"]): row["label"] for row in content["conditions"]}
     return {
-        "people": people_table(found),
+        "people": people_table(found, content["people"]["response_times"]),
         "people-steps": people_steps_table(found, names),
         "people-positions": positions_table(found),
     }

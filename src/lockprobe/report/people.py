@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
+from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.options import PEOPLE
+from lockprobe.people.flow import Flow
 from lockprobe.report.cells import NONE, Table, minus, percent
 
-__all__ = ["people_row", "people_said", "people_steps_table", "people_table", "positions_table"]
+__all__ = ["flow_said", "people_row", "people_said", "people_steps_table", "people_table", "positions_table"]
 
 Row = dict[str, Any]
 
 
-def people_row(summary: StudySummary, planned: int, finished: int) -> Row | None:
+def people_row(
+    summary: StudySummary,
+    planned: int,
+    finished: int,
+    flow: Flow | None = None,
+    times: Sequence[ResponseTimes] = (),
+) -> Row | None:
     """What ``results.json`` says of people; None where a study has none.
 
     Args:
         summary: The study.
         planned: Trials that the settings ask of people.
         finished: Those that were played.
+        flow: Who came to the end, where people took part here.
+        times: How long they took for a choice.
     """
     found = summary.people
     if not planned and found is None:
@@ -34,8 +44,28 @@ def people_row(summary: StudySummary, planned: int, finished: int) -> Row | None
         "finished": finished,
         "owed": planned - finished,
         "found": asdict(found) if found else None,
-        "said": people_said(summary),
+        "flow": asdict(flow) if flow else None,
+        "response_times": [asdict(one) for one in times],
+        "said": [*(flow_said(flow) if flow else ()), *people_said(summary)],
     }
+
+
+def flow_said(flow: Flow) -> Iterator[str]:
+    """Who came to the end and who did not, and how attention checks were answered."""
+    joined = f"{_people(flow.joined)} joined" if flow.joined else "Nobody is left of those who joined"
+    gone = f"; {flow.withdrawn} {'more ' if flow.joined else ''}withdrew, and nothing of theirs is kept"
+    ends = f": {flow.finished} finished all their boxes, {flow.left_open} left boxes open or are still at them"
+    ends = ends if flow.left_open else " and finished all their boxes" if flow.joined else ""
+    yield f"{joined}{ends}{gone if flow.withdrawn else ''}."
+    if flow.left_open and len({(one.left_open, one.given) for one in flow.boxes}) > 1:
+        several = len({one.modality for one in flow.boxes}) > 1
+        each = (
+            f"{one.left_open} of {one.given} at p = {one.p:g}{f' with {spoken(one.modality)}' if several else ''}"
+            for one in flow.boxes
+        )
+        yield f"Boxes left open, by condition: {', '.join(each)}."
+    if flow.checks:
+        yield f"Attention checks: {flow.right} of {flow.checks} answered right."
 
 
 def people_said(summary: StudySummary) -> list[str]:
@@ -121,10 +151,12 @@ _SEEN = {
 }
 
 
-def people_table(found: Mapping[str, Any]) -> Table:
-    """People by condition, and over all p last."""
+def people_table(found: Mapping[str, Any], times: Sequence[Mapping[str, Any]] = ()) -> Table:
+    """People by condition, and over all p last; with how long they took for a choice, where that is known."""
     several = len(found["over"]) > 1
+    took = {(row["modality"], row["p"]): row for row in times}
     head = ["p", "people", "trials", "solved", "success", "median steps", "mean steps"]
+    head += ["ms per choice", "ms of first choices"] if took else []
     rows = [*found["at"], *(found["over"] if len(found["at"]) > len(found["over"]) else [])]
     return [(["shown as"] if several else []) + head] + [
         ([row["modality"]] if several else [])
@@ -137,8 +169,16 @@ def people_table(found: Mapping[str, Any]) -> Table:
             _steps_cell(row["steps"]),
             f"{row['steps']['mean']:.1f}",
         ]
+        + (_took(took.get((row["modality"], row["p"]))) if took else [])
         for row in rows
     ]
+
+
+def _took(row: Mapping[str, Any] | None) -> list[str]:
+    if row is None:
+        return [NONE, NONE]
+    first = NONE if row["first"] is None else f"{row['first']:.0f}"
+    return [f"{row['median']:.0f} [{row['low']:.0f}, {row['high']:.0f}]", first]
 
 
 def people_steps_table(found: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Table:

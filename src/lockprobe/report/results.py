@@ -1,4 +1,4 @@
-"""A study directory as the numbers of ``results.json``. They depend on the records alone, not on any clock."""
+"""A study directory as the numbers of ``results.json``, which depend on what is on record and on no clock here."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ from lockprobe.analysis.finding import (
     modality_finding,
     verdicts_said,
 )
+from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.measured import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.options import PEOPLE
+from lockprobe.people.acts import times_of_steps
+from lockprobe.people.flow import Flow, flow_of
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
@@ -70,6 +73,8 @@ class LoadedStudy:
         invited: Trials that they ask of people.
         journal: What the journal leaves out.
         foreign: Trials on record that the settings do not ask for; they are in no other number.
+        flow: Who of people came to the end; None where nobody has taken part.
+        times: How long people took for a choice.
     """
 
     settings: Mapping[str, Any]
@@ -79,6 +84,8 @@ class LoadedStudy:
     invited: int
     journal: LeftOut
     foreign: int
+    flow: Flow | None = None
+    times: tuple[ResponseTimes, ...] = ()
 
     @property
     def finished(self) -> int:
@@ -105,7 +112,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         each: Works on one agent after the other, or on several at once.
 
     Raises:
-        BadFile: If it is not that of a study, or holds trials of another box.
+        BadFile: If it is not that of a study, holds trials of another box, or what people did is damaged.
     """
     study = read_study(directory)
     everything, left_out = read_journal(directory)
@@ -126,6 +133,8 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         invited=study.invited,
         journal=left_out,
         foreign=len(everything) - len(asked),
+        flow=flow_of(Path(directory)),
+        times=response_times(trials, times_of_steps(Path(directory), trials)),
     )
 
 
@@ -174,7 +183,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "judged": judged(summary),
         "paces": [pace_row(compared, names) for compared in summary.paces],
         "modalities": [modality_row(effect) for effect in summary.modalities],
-        "people": people_row(summary, study.invited, study.played_by_people),
+        "people": people_row(summary, study.invited, study.played_by_people, study.flow, study.times),
         "verdicts": asdict(summary.verdicts) if summary.verdicts else None,
         "verdicts_said": verdicts_said(summary.verdicts) if summary.verdicts else "",
         "fits": labelled(map(fit_row, agents), names),

@@ -21,7 +21,7 @@ from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
 from lockprobe.studies.album import ALBUM, Album
 from lockprobe.studies.calls import read_calls
-from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.journal import Journal, Timing, load, read_timings, write_settings
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 
@@ -129,7 +129,7 @@ def gather(
         for source in finished:
             same.check(source)
         if joined.agents != first.agents:
-            _write_settings(directory, joined)
+            write_settings(directory, joined)
         book = _Book(journal)
         counts = [_take(source, journal, book) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
@@ -221,14 +221,6 @@ class _Same:
                 if here is not None and value is not None and here != value:
                     why = f"{what} is not the same there ({name} is {value!r}, {here!r} in {self._directory})"
                     raise BadFile(source.path, why)
-
-
-def _write_settings(directory: Path, study: Study) -> None:
-    """The settings with agents that are new, on disk before the first of their trials."""
-    path = directory / "study.json"
-    draft = path.with_suffix(".draft")
-    draft.write_text(json.dumps(study.settings(), indent=2) + "\n", "utf-8")
-    draft.replace(path)
 
 
 class _Book:

@@ -1,9 +1,9 @@
-"""Finished trials on disk, one line each, appended and never rewritten, but where a person has them deleted.
+"""Finished trials on disk, one line each, appended; written anew only where a person has theirs deleted.
 
 A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records), ``timings.jsonl`` (clock
 readings, which are no part of a record) and, where a provider was asked, ``asked.jsonl`` and ``calls.jsonl`` (every
-call before it is made, and what came of it). A line that a crash tore is cut off before the next one is written, and
-its trial is owed again.
+call before it is made, and what came of it); where people take part, ``people`` holds what they did. A line that a
+crash tore is cut off before the next one is written, and its trial is owed again.
 Only one process writes at a time.
 """
 
@@ -24,8 +24,9 @@ from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
 from lockprobe.studies.calls import ASKED, CALLS, Calls
 from lockprobe.studies.lines import append_line, cut_torn_tail, sync_directory, whole_lines
+from lockprobe.studies.placing import place
 from lockprobe.studies.striking import rewritten, without
-from lockprobe.studies.study import LATER, Study
+from lockprobe.studies.study import LATER, Study, beside_people
 
 __all__ = [
     "Journal",
@@ -262,13 +263,7 @@ def write_settings(directory: Path, study: Study) -> None:
     Raises:
         BadFile: If they cannot be written.
     """
-    path = directory / "study.json"
-    draft = path.with_suffix(".draft")
-    try:
-        draft.write_text(json.dumps(study.settings(), indent=2) + "\n", "utf-8")
-        draft.replace(path)
-    except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+    place(directory / "study.json", f"{json.dumps(study.settings(), indent=2)}\n".encode())
 
 
 def _claim(directory: Path, study: Study) -> None:
@@ -278,17 +273,21 @@ def _claim(directory: Path, study: Study) -> None:
     played = [name for name in ("trials.jsonl", CALLS, ASKED) if _size(directory / name)]
     if not path.exists() and played:
         raise BadFile(directory, f"holds {played[0]} but no study.json: put it back, or give another --out")
-    if not played:
+    somebody = path.exists() and any((directory / "people").glob("*.jsonl"))  # who has joined plays this study
+    if not (played or somebody):
         write_settings(directory, study)
         return
     there, asked = {**LATER, **read_settings(directory)}, {**LATER, **asked}
+    agents = beside_people(there["agents"], study.agents)  # type: ignore[arg-type] # a list
     different = {
         name: (there.get(name), asked.get(name))
-        for name in sorted({*there, *asked})
+        for name in sorted({*there, *asked} - ({"agents"} if agents else set()))
         if there.get(name) != asked.get(name)
     }
     if different:
         raise SettingsChanged(directory, different)
+    if agents and list(agents) != there["agents"]:
+        write_settings(directory, replace(study, agents=agents))
 
 
 def _size(path: Path) -> int:

@@ -1,7 +1,8 @@
-"""Files of lines that are appended and never rewritten: a line that a crash tore is no line.
+"""Files of lines that are appended: a line that a crash tore is no line.
 
 What is written is handed to the system at once, line by line, so that a process that is killed loses nothing that it
-had written but its last line; when the machine itself goes down, as much is lost as had not reached the disk.
+had written but its last line; when the machine itself goes down, as much is lost as whoever writes did not wait for the
+disk to have. Only where a person has records deleted is a file written anew (:mod:`lockprobe.studies.striking`).
 """
 
 from __future__ import annotations

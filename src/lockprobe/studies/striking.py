@@ -1,7 +1,8 @@
 """Records of one agent are struck from a journal: the only time that its files are written anew.
 
 A file is written anew beside the old one and then takes its place, so that it is whole at every moment. Clock readings
-go first: as long as the records are there, it can be done again.
+go first: as long as the records are there, it can be done again, though a reading of somebody else that stands beside a
+deleted one of the same trial is then lost.
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import IO
@@ -28,23 +30,32 @@ def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Ite
         agent: Its spec.
 
     Returns:
-        The keys of its trials; the lines of clock readings that stay; the lines of records that stay. Of a trial that
-        somebody else played later, the last reading stays.
+        The keys of its trials; the lines of clock readings that stay; the lines of records that stay. A trial that
+        somebody else has played too has a reading for each record, in the same order, and the reading of theirs stays;
+        where there are not as many, it cannot be told whose they are, and none stays.
     """
     records, timings = directory / "trials.jsonl", directory / "timings.jsonl"
-    owners = [_owner(line) for line in _lines(records)]
-    theirs = {key for key, owner in owners if owner == agent}
-    others = {key for key, owner in owners if owner != agent}
-    last = {_key(line): number for number, line in enumerate(_lines(timings))}
-
-    def stays(number: int, key: str) -> bool:
-        return key not in theirs or (key in others and last[key] == number)
-
+    owners: dict[str, list[str]] = {}
+    for line in _lines(records):
+        key, owner = _owner(line)
+        owners.setdefault(key, []).append(owner)
     return (
-        theirs,
-        (line for number, line in enumerate(_lines(timings)) if stays(number, _key(line))),
+        {key for key, played in owners.items() if agent in played},
+        _readings(timings, owners, agent),
         (line for line in _lines(records) if _owner(line)[1] != agent),
     )
+
+
+def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) -> Iterator[bytes]:
+    """The lines of clock readings that are not an agent's."""
+    readings = Counter(_key(line) for line in _lines(timings))
+    met: Counter[str] = Counter()
+    for line in _lines(timings):
+        key = _key(line)
+        played = owners.get(key, ())
+        if agent not in played or (readings[key] == len(played) and played[met[key]] != agent):
+            yield line
+        met[key] += 1
 
 
 def rewritten(old: IO[bytes], path: Path, lines: Iterable[bytes]) -> IO[bytes]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, get_args
@@ -20,7 +20,7 @@ from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.studies.modality import SYMBOLIC, check_distinct, is_pictured, taken_in
 
-__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study"]
+__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "beside_people"]
 
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
@@ -232,3 +232,26 @@ class Study:
 
     def _size_of(self, agent: str) -> int:
         return len(self.modalities_of(agent)) * len(self.p) * self.repetitions * self.trials
+
+
+def beside_people(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...] | None:
+    """The agents of a study in whose directory others are asked for; people are no part of the question.
+
+    They are invited and not run, so that strategies and models come before them or after them.
+
+    >>> beside_people(["participant"], ["random"]), beside_people(["random", "participant"], ["random"])
+    (('random', 'participant'), ('random', 'participant'))
+
+    Args:
+        there: The agents that it has.
+        asked: Those asked for.
+
+    Returns:
+        None where the agents that are not people are others.
+    """
+    known, others = ([agent for agent in agents if agent != PEOPLE] for agents in (there, asked))
+    if list(there) != [PEOPLE] and known != others:
+        return None
+    if PEOPLE in there and known:
+        return tuple(there)
+    return (*others, PEOPLE) if PEOPLE in {*there, *asked} else tuple(others)

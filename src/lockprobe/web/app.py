@@ -8,7 +8,7 @@ The token that says which participant a browser is stands in a cookie that no sc
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import Annotated, TypeVar
 
@@ -88,7 +88,8 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
         log: Where refusals are written down.
         admin: The experimenter's page.
     """
-    desk = _Desk(reception, words, secure=address.secure)
+    texts = _of_the_page(words)
+    desk = _Desk(reception, texts, secure=address.secure)
     files = Files()
 
     def page(name: str) -> Callable[[Request], Response]:
@@ -107,7 +108,7 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
         Route("/robots.txt", _answering(lambda request: PlainTextResponse("User-agent: *\nDisallow: /\n"))),
         Route("/favicon.ico", _answering(lambda request: Response(status_code=HTTPStatus.NO_CONTENT))),
     ]
-    told = _Told(log)
+    told = _Told(log, texts)
     inner = Starlette(
         routes=routes,
         exception_handlers={Refused: told.refused, HTTPException: told.no_route, Exception: told.broken},
@@ -125,19 +126,23 @@ def _answering(answer: Callable[[Request], Response]) -> Callable[[Request], obj
     return answered
 
 
+def _of_the_page(words: Words) -> Mapping[str, object]:
+    """The texts that the page needs from the beginning; others come with their scenes."""
+    return {
+        "language": words.language,
+        "direction": words.direction,
+        "title": words.title,
+        "consent": words.consent.model_dump(include={"agree", "decline"}),
+        "debrief": words.debrief.model_dump(include={"completion", "code"}),
+        "page": words.page.model_dump(),
+    }
+
+
 class _Desk:
     """What participants can ask for."""
 
-    def __init__(self, reception: Reception, words: Words, *, secure: bool) -> None:
-        self._reception, self._secure = reception, secure
-        self._words = {
-            "language": words.language,
-            "direction": words.direction,
-            "title": words.title,
-            "consent": words.consent.model_dump(include={"agree", "decline"}),
-            "debrief": words.debrief.model_dump(include={"completion", "code"}),
-            "page": words.page.model_dump(),
-        }
+    def __init__(self, reception: Reception, words: Mapping[str, object], *, secure: bool) -> None:
+        self._reception, self._words, self._secure = reception, words, secure
 
     async def open(self, request: Request) -> Response:
         """A page was loaded."""
@@ -184,14 +189,16 @@ def _forget(answer: Response) -> None:
 class _Told:
     """What is answered, and written down, where something cannot be done."""
 
-    def __init__(self, log: Log) -> None:
-        self._log = log
+    def __init__(self, log: Log, words: Mapping[str, object]) -> None:
+        self._log, self._words = log, words
 
     async def refused(self, request: Request, refused: Exception) -> Response:
         """Nobody can do that."""
         assert isinstance(refused, Refused)
-        self._log.refused(request.scope, refused.status, refused.code)
-        answer = said(refused.code, str(refused), refused.status)
+        why = str(refused) if refused.code == "incomplete" else ""  # which parameter, and not what it held
+        self._log.refused(request.scope, refused.status, refused.code, why)
+        more = {"words": self._words} if request.url.path == "/api/open" else {}  # the page has none yet
+        answer = said(refused.code, str(refused), refused.status, **more)
         if refused.code == "forged":
             if request.url.path.startswith("/api/admin/"):
                 answer.headers["www-authenticate"] = "Bearer"

@@ -47,9 +47,9 @@ SECURITY_HEADERS: Mapping[str, str] = {
 """On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
 
 
-def said(code: str, message: str, status: int) -> JSONResponse:
+def said(code: str, message: str, status: int, **more: object) -> JSONResponse:
     """A refusal as the page gets it."""
-    return JSONResponse({"error": code, "message": message}, status)
+    return JSONResponse({"error": code, "message": message, **more}, status)
 
 
 class Guard:

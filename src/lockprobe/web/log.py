@@ -47,7 +47,7 @@ class Log:
         """
         path = directory / LOG
         try:
-            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror})") from error
         with os.fdopen(descriptor, "ab", buffering=0) as file:

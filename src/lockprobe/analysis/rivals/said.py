@@ -5,6 +5,7 @@ from __future__ import annotations
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rivals.comparison import Comparison
 from lockprobe.analysis.rivals.exchange import BlockMean
+from lockprobe.analysis.speaking import begun, verb
 from lockprobe.analysis.summary import StudySummary
 
 __all__ = ["comparison_said", "ranking_said"]
@@ -49,12 +50,13 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
         f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)})"
     )
     if one.verdict:
-        said = [f"{second} solves the box {'more' if one.verdict > 0 else 'less'} often than {first}: {shares}."]
+        solves = verb(one.second[0], "solves", "solve")
+        said = [f"{second} {solves} the box {'more' if one.verdict > 0 else 'less'} often than {first}: {shares}."]
     else:
         said = [f"{second} and {first} cannot be told apart by how often they solve the box: {shares}."]
     if one.interaction:
         said.append(_changes(one, second, first, pairs))
-    return [*said, _steps(one, second, first, pairs)]
+    return [*map(begun, said), begun(_steps(one, second, first, pairs))]
 
 
 def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
@@ -84,8 +86,9 @@ def _steps(one: Comparison, second: str, first: str, pairs: int) -> str:
     )
     test = f"{found.value:+.1f} steps{interval}; {_p(one.steps_adjusted, pairs)}".replace("-", "\N{MINUS SIGN}")
     if one.steps_verdict:
+        needs = verb(one.second[0], "needs", "need")
         return (
-            f"{second} needs {'fewer' if one.steps_verdict < 0 else 'more'} steps than {first}, an unsolved trial "
+            f"{second} {needs} {'fewer' if one.steps_verdict < 0 else 'more'} steps than {first}, an unsolved trial "
             f"counted with its whole budget ({test})."
         )
     return f"That one needs fewer steps than the other is not detectable ({test})."
@@ -96,7 +99,7 @@ def _test(one: Comparison) -> str:
 
 
 def _names(summary: StudySummary) -> dict[Name, str]:
-    return {(agent.agent, agent.modality): agent.name for agent in summary.agents}
+    return {(agent.agent, agent.modality): agent.called for agent in summary.agents}
 
 
 def _rank(low: int, high: int) -> str:

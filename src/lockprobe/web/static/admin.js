@@ -106,8 +106,9 @@ function showTotals(progress) {
   );
 }
 
-function conditionRow(condition) {
-  const name = `${condition.modality}, p = ${condition.p}`;
+function conditionRow(condition, _, all) {
+  const several = all.some((other) => other.modality !== condition.modality);
+  const name = `${several ? `${condition.modality}, ` : ""}p = ${condition.p}`;
   const row = document.createElement("tr");
   row.append(made("th", name, { scope: "row" }));
   for (const key of ["slots", "finished", "under_way", "free"]) {
@@ -134,11 +135,12 @@ function showParticipants(participants) {
 }
 
 function participantRow(identity) {
-  const row = document.createElement("tr");
+  const row = made("tr", "", { role: "row" }); // roles: on a phone rows are stacked, and browsers forget tables then
   row.dataset.participant = identity;
-  const name = made("th", "", { scope: "row" });
+  const name = made("th", "", { scope: "row", role: "rowheader" });
   name.append(made("code", identity));
-  const last = document.createElement("td");
+  const cell = (head, more = {}) => made("td", "", { role: "cell", "data-head": head, ...more });
+  const last = cell("");
   const button = made("button", "Withdraw …", {
     type: "button",
     class: "quiet",
@@ -146,7 +148,7 @@ function participantRow(identity) {
   });
   button.addEventListener("click", () => withdraw(identity));
   last.append(button);
-  row.append(name, made("td", "", { class: "number" }), made("td"), made("td"), made("td"), last);
+  row.append(name, cell("Boxes", { class: "number" }), cell("Where"), cell("Checks"), cell("Last act"), last);
   return row;
 }
 

@@ -6,15 +6,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from lockprobe.errors import BadFile
-from lockprobe.export.tidy import Times
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Slot
+from lockprobe.people.kept import Kept, kept_diaries
 from lockprobe.people.scenes import Attempt
-from lockprobe.people.taking import Kept, kept_diaries
 from lockprobe.record import Trial
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 
-__all__ = ["acts_of_steps", "key_of", "response_times"]
+__all__ = ["acts_of_steps", "key_of", "times_of_steps"]
 
 
 def key_of(study: Study, kept: Kept, box: int | None) -> str:
@@ -61,8 +60,8 @@ def acts_of_steps(
     return found
 
 
-def response_times(directory: Path, trials: Iterable[Trial]) -> Times:
-    """The response times of people in the directory of a study, in milliseconds; none where nobody takes part.
+def times_of_steps(directory: Path, trials: Iterable[Trial]) -> dict[tuple[str, int], float]:
+    """How long people took for each choice, ms, by key of the trial and step from 1; none where nobody takes part.
 
     Raises:
         BadFile: If a diary is damaged, or it and a record say different things.

@@ -7,8 +7,8 @@ from builders import small_study
 from taking_part import take_part
 
 from lockprobe.errors import BadFile
-from lockprobe.export.acts import acts_of_steps, key_of, response_times
-from lockprobe.people.taking import kept_diaries
+from lockprobe.people.acts import acts_of_steps, key_of, times_of_steps
+from lockprobe.people.kept import kept_diaries
 from lockprobe.studies.journal import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
@@ -44,12 +44,12 @@ def test_boxes_are_trials_of_the_study_and_the_practice_is_none(directory):
 
 def test_response_times_are_those_of_the_page(directory):
     trials = load(directory)
-    times = response_times(directory, trials)
+    times = times_of_steps(directory, trials)
     assert times == {(trial.key, step.step): 1000.5 + step.step for trial in trials for step in trial.steps}
 
 
 def test_where_nobody_takes_part_there_are_none(tmp_path):
-    assert response_times(tmp_path, []) == {}
+    assert times_of_steps(tmp_path, []) == {}
 
 
 def test_a_trial_that_somebody_else_played_has_no_acts_of_this_person(directory, tmp_path):

@@ -1,0 +1,77 @@
+"""How long people take for a choice: medians and quartiles, since times are skewed to the right."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lockprobe.analysis.outcomes import ended
+from lockprobe.options import PEOPLE
+from lockprobe.record import Trial
+
+__all__ = ["ResponseTimes", "response_times"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResponseTimes:
+    """Choices of people under one condition, or shown the box in one way under all.
+
+    Attributes:
+        modality: How the box was shown.
+        p: Flip probability, [0, 1]; None for all together.
+        choices: How many there are times of.
+        low: Lower quartile, ms.
+        median: Median, ms.
+        high: Upper quartile, ms.
+        first: Median of the first choices of boxes, before which there is a panel to look at, ms; None if no time of
+            one is known.
+    """
+
+    modality: str
+    p: float | None
+    choices: int
+    low: float
+    median: float
+    high: float
+    first: float | None
+
+
+def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], float]) -> tuple[ResponseTimes, ...]:
+    """For each way of showing the box: by p, ascending, then over all p where there are several.
+
+    Args:
+        trials: Of one study; those of people that did not end as error count.
+        times: By key of the trial and step from 1, ms.
+    """
+    own = [trial for trial in ended(trials) if trial.group == PEOPLE]
+    found = []
+    for modality in dict.fromkeys(trial.modality for trial in own):
+        shown = [trial for trial in own if trial.modality == modality]
+        values = sorted({trial.p for trial in shown})
+        for p in (*values, *([None] if len(values) > 1 else [])):
+            members = [trial for trial in shown if p in (None, trial.p)]
+            choices = {
+                (trial.key, step.step): times[trial.key, step.step]
+                for trial in members
+                for step in trial.steps
+                if (trial.key, step.step) in times
+            }
+            if choices:
+                found.append(_at(modality, p, choices))
+    return tuple(found)
+
+
+def _at(modality: str, p: float | None, choices: Mapping[tuple[str, int], float]) -> ResponseTimes:
+    low, median, high = np.quantile(list(choices.values()), (0.25, 0.5, 0.75))
+    first = [time for (_, step), time in choices.items() if step == 1]
+    return ResponseTimes(
+        modality=modality,
+        p=p,
+        choices=len(choices),
+        low=float(low),
+        median=float(median),
+        high=float(high),
+        first=float(np.median(first)) if first else None,
+    )

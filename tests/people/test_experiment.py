@@ -1,0 +1,25 @@
+"""The settings of an experiment are read back from where they are kept."""
+
+import pytest
+
+from lockprobe.errors import BadFile
+from lockprobe.people.experiment import EXPERIMENT, Experiment, kept_experiment
+
+
+def keep(directory, text):
+    (directory / "people").mkdir()
+    (directory / "people" / EXPERIMENT).write_text(text)
+
+
+def test_what_is_kept_reads_back_and_where_nothing_is_kept_there_are_none(tmp_path):
+    assert kept_experiment(tmp_path) is None
+    settings = Experiment(view="text", trials_each=3)
+    keep(tmp_path, settings.model_dump_json())
+    assert kept_experiment(tmp_path) == settings
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"view": "film"}', "[" * 100_000])
+def test_settings_that_are_none_are_refused(tmp_path, text):
+    keep(tmp_path, text)
+    with pytest.raises(BadFile):
+        kept_experiment(tmp_path)
