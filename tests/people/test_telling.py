@@ -75,3 +75,15 @@ def test_every_way_of_being_closed_has_its_text():
     texts = Texts(WORDS, people_study(), Experiment())
     whys = ("declined", "withdrawn", "full", "taken", "late")
     assert len({(texts.closed(why).why, texts.closed(why).title) for why in whys}) == len(whys)
+
+
+@pytest.mark.parametrize("p", [(0.0,), (0.0, 0.4)])
+def test_who_leaves_or_ends_is_told_that_reports_were_false_where_they_were(p):
+    texts = Texts(WORDS, people_study(p=p), Experiment())
+    way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
+    end = texts.at(Journey.of([JOINED, *way], Experiment(), WORDS))
+    false = any(p)
+    assert (WORDS.debrief.false_reports[0] in end.paragraphs) is false
+    for why in ("late", "withdrawn"):
+        assert (WORDS.closed.false_reports[0] in texts.closed(why).paragraphs) is false
+    assert WORDS.closed.false_reports[0] not in texts.closed("full").paragraphs

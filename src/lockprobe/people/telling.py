@@ -28,6 +28,7 @@ class Texts:
     def __init__(self, words: Words, study: Study, experiment: Experiment) -> None:
         self._words = words
         self._experiment = experiment
+        self._are_false = any(study.p)
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
 
     def consent(self, boxes: int) -> Consent:
@@ -40,9 +41,10 @@ class Texts:
         return Consent(title=title, paragraphs=paragraphs)
 
     def closed(self, why: Why) -> Closed:
-        """Nothing can be done."""
+        """Nothing can be done. Who leaves early learns too that reports were false, where they were."""
         text: Longer = getattr(self._words.closed, why)
-        title, paragraphs = self._filled(text, {})
+        then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
+        title, paragraphs = self._filled(text, {}, then)
         return Closed(why=why, title=title, paragraphs=paragraphs)
 
     def at(self, journey: Journey) -> Page | TrialOver | Check | Ask | Debrief:
@@ -60,7 +62,8 @@ class Texts:
         if station.kind == "ask":
             question = next(one for one in self._experiment.questions if one.name == station.item)
             return Ask(**question.model_dump())
-        title, paragraphs = self._filled(self._words.debrief, {"boxes": boxes})
+        debrief = self._words.debrief
+        title, paragraphs = self._filled(debrief, {"boxes": boxes}, debrief.false_reports)
         completion = self._experiment
         return Debrief(
             title=title,
@@ -81,6 +84,10 @@ class Texts:
             paragraphs = (filled(over.solved if solved else over.unsolved, **self._facts, **facts), *paragraphs)
         return TrialOver(practice=not number, number=number, of=of, solved=solved, title=title, paragraphs=paragraphs)
 
-    def _filled(self, text: Longer, facts: Mapping[str, object]) -> tuple[str, tuple[str, ...]]:
+    def _filled(
+        self, text: Longer, facts: Mapping[str, object], of_false_reports: tuple[str, ...] = ()
+    ) -> tuple[str, tuple[str, ...]]:
+        """A title and what stands under it, with what is said only where reports are false at times."""
         known = {**self._facts, **facts}
-        return filled(text.title, **known), tuple(filled(part, **known) for part in text.paragraphs)
+        paragraphs = (*text.paragraphs, *(of_false_reports if self._are_false else ()))
+        return filled(text.title, **known), tuple(filled(part, **known) for part in paragraphs)

@@ -48,11 +48,13 @@ class _Over(Longer):
 
 
 class _Debrief(Longer):
+    false_reports: Paragraphs
     completion: Text
     code: Text
 
 
 class _Closed(_Part):
+    false_reports: Paragraphs
     declined: Longer
     withdrawn: Longer
     full: Longer
