@@ -166,7 +166,8 @@ def test_where_it_is_open_in_another_tab_nothing_happens_before_it_is_to_go_on_h
             for key in ("Escape", "Escape", "Escape"):
                 await page.keyboard.press(key)
             await page.keyboard.press("a")
-            assert await page.locator("dialog[open]").count() == 1
+            await page.wait_for_timeout(300)
+            await page.wait_for_selector("dialog[open]")
             assert [path for path, _ in server.posts] == ["open", "act"]
             await page.click("[data-act=here]")
             await page.wait_for_selector("dialog[open]", state="detached")
