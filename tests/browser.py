@@ -6,6 +6,7 @@ A strategy plays by what the page *shows*: it reads words, names of joints for s
 import asyncio
 import base64
 import json
+import math
 import os
 import re
 import shutil
@@ -16,6 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from playwright.async_api import TimeoutError as Timeout
 from playwright.async_api import async_playwright
 from seated import diaries_of
 
@@ -33,6 +35,9 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 needs_a_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: browser tests are skipped")
 
 ADMIN_TOKEN = "for-the-admin-page-alone"
+
+DOUBLE_TAP = 100
+"""Pixels between two taps within which a browser may take them for a double tap."""
 
 PATIENCE = 60_000
 """Milliseconds in which the next scene has to come."""
@@ -112,15 +117,16 @@ class Tab:
     answers: dict = field(default_factory=dict)
     handles: tuple = ()
     _last: str = ""
+    _tapped: tuple = (-1000.0, -1000.0)
 
     async def open(self, url):
         """Load the page, and see what it shows first."""
         await self.page.goto(url)
         return await self.look()
 
-    async def look(self, after=-1):
+    async def look(self, after=-1, patience=PATIENCE):
         """The first scene that is shown after a turn."""
-        seen = await self.page.wait_for_function(LOOK, arg=after, timeout=PATIENCE, polling=40)
+        seen = await self.page.wait_for_function(LOOK, arg=after, timeout=patience, polling=40)
         return Look(**await seen.json_value())
 
     async def press(self, part, key=""):
@@ -134,17 +140,37 @@ class Tab:
             await asyncio.sleep(0.6)  # the same at once is taken for a key that bounced, or a double tap
         self._last = doing
         if self.how == "touch":
-            await self.page.locator(part).tap()
+            await self._tap(self.page.locator(part))
             return
         if key == "Enter":
             await self.page.locator(part).focus()
         await self.page.keyboard.press(key)
+
+    async def _tap(self, part):
+        """Tap, not so soon after a tap nearby that both are a double tap: the page takes its second half for a slip."""
+        place = await part.bounding_box()
+        at = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
+        if math.dist(at, self._tapped) < DOUBLE_TAP:
+            await asyncio.sleep(0.6)
+        self._tapped = at
+        await part.tap()
 
     async def choose(self, joint, claimed):
         """Say what the last action did, if that is asked, and choose a joint."""
         if claimed is not None:
             await self.press(f"[data-claim={claimed}]", "1" if claimed == "moved" else "2")
         await self.press(f"button[data-joint={joint}]", joint.lower())
+
+    async def next_look(self, look, joint, claimed):
+        """The scene that comes of a choice. A tap that was taken for half of a double tap is made again, as by a person."""
+        for _ in range(3 if self.how == "touch" else 0):
+            with suppress(Timeout):
+                return await self.look(after=look.turn, patience=10_000)
+            chosen = await self.page.locator("[data-busy], [data-chosen]").count()
+            if not chosen and not await self.page.locator("#trouble p, dialog[open]").count():
+                said = await self.page.locator("[data-claim][aria-pressed=true]").count()
+                await self.choose(joint, None if said else claimed)
+        return await self.look(after=look.turn)
 
     async def go_on(self, look):
         """Do what has to be done in a scene that is no box; the next scene."""
@@ -248,7 +274,7 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
         claimed = (decision.claimed or "blocked") if look.asks else None
         reader.decision = replace(decision, claimed=claimed)
         await tab.choose(decision.joint, claimed)
-        look = await tab.look(after=look.turn)
+        look = await tab.next_look(look, decision.joint, claimed)
     return look, reader, rng
 
 
