@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion
-from lockprobe.analysis.inference.peak import any_difference
+from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.people import people
 from lockprobe.analysis.proportions import ALPHA

@@ -79,7 +79,8 @@ def test_courses_are_said_of_several_agents_only():
     blind = play_study(small_study(("random",), p=(0.0, 0.4)))
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "From p = 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every p for random."
+        "From p = 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every p for random "
+        "(Holm, corrected for looking at 2 agents)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 
@@ -99,9 +100,27 @@ def test_an_agent_that_was_never_told_otherwise_is_not_called_blind():
     told_otherwise = [
         make_trial((3, 2, 1, 0), agent=AGENT, p=p, trial=t, false_at=(1,) if p else ())
         for p in (0.0, 0.4)
-        for t in (1, 2)
+        for t in range(10)
     ]
     assert only(told_otherwise).blind
+    assert not only([trial for trial in told_otherwise if trial.trial < 9]).blind
+
+
+def test_of_the_last_report_nobody_can_say_what_the_agent_would_have_done():
+    trials = [
+        make_trial((1,), agent=AGENT, p=p, trial=t, budget=1, false_at=(1,) if p else ())
+        for p in (0.0, 0.4)
+        for t in range(30)
+    ]
+    assert not only(trials).blind
+    assert "whatever it was told" not in finding(only(trials))
+
+
+def test_an_agent_that_heeds_reports_is_not_called_blind_in_small_studies():
+    for seed in range(15):
+        study = replace(small_study(("human-inspired",), p=(0.0, 0.05), repetitions=1, trials=2), seed=seed)
+        (agent,) = summarise(play_study(study)).agents
+        assert not agent.blind
 
 
 def test_the_interval_of_a_chosen_difference_is_wider():
@@ -111,8 +130,6 @@ def test_the_interval_of_a_chosen_difference_is_wider():
     assert several.contrast.choices == 3
     assert several.contrast.difference.low < one.contrast.difference.low
     assert several.contrast.difference.high > one.contrast.difference.high
-    assert several.contrast.paired.low < one.contrast.paired.low < one.contrast.paired.high
-    assert several.contrast.paired.high > one.contrast.paired.high
 
 
 def test_a_clear_rise_is_called_one():
@@ -130,7 +147,7 @@ def test_a_clear_fall_is_called_one():
 def test_chance_is_not_called_an_effect():
     agent = only([*condition(0.0, 10, 30), *condition(0.2, 12, 30), *condition(0.4, 14, 30)])
     assert not agent.contrast.detectable
-    assert agent.contrast.p_adjusted == agent.inference.difference.p_value
+    assert agent.contrast.difference.p_value == agent.inference.difference.p_value
     assert finding(agent).startswith("No effect of false reports on the success of llm:local is detectable")
     assert "not evidence that there is none" in finding(agent)
 
@@ -194,6 +211,6 @@ def test_a_known_box_gives_every_curve_its_place_between_chance_and_the_optimum(
 def test_the_contrast_is_the_permutation_test_of_the_inference():
     agent = only([*condition(0.0, 7, 30), *condition(0.4, 20, 30)])
     (recommended,) = (t for t in agent.inference.tests if t.question == "success" and t.recommended)
-    assert recommended.p_value == agent.contrast.p_adjusted < 0.05
+    assert recommended.p_value == agent.contrast.difference.p_value < 0.05
     assert recommended.effect == pytest.approx(13 / 30)
-    assert agent.contrast.paired.n == 30
+    assert agent.contrast.difference.pairs.n == 30

@@ -5,8 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from lockprobe.analysis.outcomes import outcomes
-from lockprobe.audit.simulate import BUDGET, simulate, simulate_outcomes
+from lockprobe.analysis.outcomes import broken_off, outcomes
+from lockprobe.audit.simulate import BUDGET, simulate, simulate_columns, simulate_outcomes
 from lockprobe.audit.worlds import WORLDS, Design, world
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.jsonline import trial_from_json, trial_to_json
@@ -18,20 +18,26 @@ LARGE = Design(repetitions=1, trials=3000)
 @pytest.mark.parametrize("name", WORLDS)
 def test_records_are_possible_and_say_what_the_columns_say(name):
     made = world(name)
-    trials = simulate(made, Design(), generator(1, name))
-    assert len(trials) == len({trial.key for trial in trials}) == 210
+    design = made.design
+    trials = simulate(made, design, generator(1, name))
+    assert len(trials) == len({trial.key for trial in trials}) == len(design.p) * design.clusters
     for trial in trials:
         assert trial_from_json(trial_to_json(trial)) == trial
         assert all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False)) or made.trap[0] or made.lost
-    read, drawn = outcomes(trials), simulate_outcomes(world(name), Design(), generator(1, name))
-    for field in fields(read):
-        assert np.array_equal(getattr(read, field.name), getattr(drawn, field.name))
+    columns = simulate_columns(made, design, generator(1, name))
+    for read, drawn in zip((outcomes(trials), broken_off(trials)), columns, strict=True):
+        for field in fields(read):
+            assert np.array_equal(getattr(read, field.name), getattr(drawn, field.name))
 
 
-@pytest.mark.parametrize("name", [name for name, made in WORLDS.items() if made.harm == 1 and not made.lost])
+AS_STATED = [n for n, made in WORLDS.items() if made.harm == 1 and not (made.lost or made.people or made.breaks)]
+
+
+@pytest.mark.parametrize("name", AS_STATED)
 def test_where_loops_are_irrelevant_success_is_as_stated(name):
-    drawn = simulate_outcomes(WORLDS[name], LARGE, generator(2, name))
-    for p, stated in zip(LARGE.p, WORLDS[name].success, strict=True):
+    design = replace(LARGE, p=WORLDS[name].design.p)
+    drawn = simulate_outcomes(WORLDS[name], design, generator(2, name))
+    for p, stated in zip(design.p, WORLDS[name].success, strict=True):
         share = drawn.solved[drawn.p == p].mean()
         assert abs(share - stated) < 4 * (stated * (1 - stated) / LARGE.clusters) ** 0.5
     assert drawn.length[drawn.solved].min() == 4
@@ -63,6 +69,32 @@ def test_shared_luck_makes_a_share_of_trials_alike_at_every_p():
     lengths = drawn.length.reshape(len(LARGE.p), -1)
     alike = ((onsets == onsets[0]) & (lengths == lengths[0])).all(axis=0)
     assert abs(alike.mean() - 0.5) < 0.04
+
+
+def test_unequal_luck_is_one_luck_for_all_p_but_the_lowest():
+    drawn = simulate_outcomes(WORLDS["unequal-luck"], LARGE, generator(6))
+    solved = drawn.solved.reshape(len(LARGE.p), -1)
+    assert (solved[1:] == solved[1]).all()
+    assert abs(np.corrcoef(solved[0], solved[1])[0, 1]) < 0.06
+
+
+def test_people_are_unequally_good_and_as_good_as_stated_on_average():
+    made = replace(WORLDS["people"], people=1000)
+    drawn = simulate_outcomes(made, LARGE, generator(7))
+    assert abs(drawn.solved.mean() - 0.5) < 0.02
+    assert len(set(drawn.person)) == 7000
+    of_one = drawn.solved.reshape(7000, 3).mean(axis=1)
+    assert of_one.var() > 1.5 * 0.25 / 3
+
+
+def test_calls_that_fail_break_long_trials_under_one_condition():
+    drawn, broken = simulate_columns(WORLDS["broken-trials"], LARGE, generator(8))
+    assert set(broken.p) == {0.6}
+    assert 0.5 < len(broken) / LARGE.clusters < 0.75
+    here = drawn.p == 0.6
+    assert drawn.solved[here].mean() > drawn.solved[~here].mean() + 0.15
+    assert not broken.solved.any()
+    assert broken.length.min() == 0
 
 
 def test_equal_seeds_give_equal_studies_and_others_do_not():

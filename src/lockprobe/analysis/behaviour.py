@@ -14,10 +14,11 @@ from statistics import fmean
 from typing import get_args
 
 from lockprobe.analysis.chance import Chance
+from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.loops import Symbol, any_loop, cover, symbols
 from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
-from lockprobe.analysis.outcomes import ended, numbered, onset
-from lockprobe.analysis.proportions import Proportion, proportion
+from lockprobe.analysis.outcomes import ended, numbered, onset, outcomes
+from lockprobe.analysis.proportions import Proportion
 from lockprobe.record import Trial
 
 __all__ = ["Behaviour", "behaviour", "has_loop", "loop_coverage", "policy_entropy", "redundant_share"]
@@ -75,10 +76,10 @@ class Behaviour:
 
 def behaviour(trials: Sequence[Trial]) -> Behaviour:
     """Measure the trials of one condition."""
-    counted = ended(trials)
+    counted, found = ended(trials), outcomes(trials)
     entropies = [bits for trial in counted for bits in policy_entropy(trial)]
     return Behaviour(
-        loops=proportion(sum(map(has_loop, counted)), len(counted)),
+        loops=share_of(found.looped, found.person, found.luck),
         chance={null: _chance(counted, null) for null in get_args(TrialNull)} if counted else {},
         by_symbol=(
             {symbol: fmean(any_loop(symbols(trial, symbol)) for trial in counted) for symbol in get_args(Symbol)}

@@ -8,15 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.analysis.proportions import LEVEL
+from lockprobe.analysis.proportions import LEVEL, Proportion, proportion
 
 __all__ = [
+    "ClusteredDifference",
     "ClusteredMean",
     "ClusteredProportion",
     "cluster_bootstrap",
+    "clustered_difference",
     "clustered_proportion",
     "crossed_proportion",
     "crossed_spread",
+    "share_of",
 ]
 
 RESAMPLES = 2000
@@ -43,6 +46,23 @@ class ClusteredProportion:
     design_effect: float
     low: float
     high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClusteredDifference:
+    """How far two shares lie apart, of trials that come in clusters of two kinds.
+
+    Attributes:
+        value: Second less first, [-1, 1].
+        low: Lower end of the interval, [-1, 1]; -1 where there are too few clusters.
+        high: Upper end.
+        interval_p: The p-value that belongs to the interval: below 0.05 if one at 95 % leaves out 0.
+    """
+
+    value: float
+    low: float
+    high: float
+    interval_p: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +124,57 @@ def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, se
     count, n, k = int(solved.sum()), int(trials.sum()), min(len(np.unique(one)), len(np.unique(two)))
     share = count / n if n else math.nan
     return _wilson(count, n, k, crossed_spread(solved - share * trials, one, two) / n**2 if k > 1 else 0.0)
+
+
+def clustered_difference(
+    happened: ArrayLike, later: ArrayLike, first: ArrayLike, second: ArrayLike, *, choices: int = 1
+) -> ClusteredDifference:
+    """How far the share of one group lies above that of another, with trials of two kinds of clusters in both.
+
+    The variance is that of :func:`crossed_spread`, and never less than that of independent trials with one more of
+    each kind (Agresti and Caffo 2000), about whose difference the interval lies; Student's t has two degrees of
+    freedom less than there are clusters of the kind that has fewer.
+
+    Args:
+        happened: Whether it happened, shape (trials,); both groups have a trial at least.
+        later: Whether the trial is of the second group, of the same shape.
+        first: Its cluster of one kind, of the same shape.
+        second: Its cluster of the other kind, of the same shape.
+        choices: Number of groups that the second was chosen from; the interval has the level 1 - 0.05 / choices.
+    """
+    events, group = np.asarray(happened, dtype=np.float64), np.asarray(later).astype(np.int64)
+    n, count = np.bincount(group, minlength=2), np.bincount(group, weights=events, minlength=2)
+    shares, smooth = count / n, (count + 1) / (n + 2)
+    value, middle = float(shares[1] - shares[0]), float(smooth[1] - smooth[0])
+    freedom = min(len(np.unique(np.asarray(kind))) for kind in (first, second)) - 2
+    if freedom < 1:
+        return ClusteredDifference(value=value, low=-1.0, high=1.0, interval_p=1.0)
+    from scipy.stats import t
+
+    spread = crossed_spread((events - shares[group]) * (2 * group - 1) / n[group], first, second)
+    error = math.sqrt(max(spread, float(np.sum(smooth * (1 - smooth) / (n + 2)))))
+    half = float(t.isf((1 - LEVEL) / choices / 2, freedom)) * error
+    return ClusteredDifference(
+        value=value,
+        low=max(-1.0, middle - half),
+        high=min(1.0, middle + half),
+        interval_p=min(1.0, float(2 * t.sf(abs(middle) / error, freedom))),
+    )
+
+
+def share_of(happened: ArrayLike, person: ArrayLike, luck: ArrayLike) -> Proportion:
+    """A share of the trials of one condition: Wilson's interval, of people with those of one person taken together.
+
+    Args:
+        happened: Whether it happened, shape (trials,).
+        person: Who played it, of the same shape; empty for an agent, whose trials of one condition are independent.
+        luck: Its luck, of the same shape.
+    """
+    events = np.asarray(happened, dtype=np.float64)
+    if not len(np.asarray(person)):
+        return proportion(int(events.sum()), len(events))
+    found = crossed_proportion(events, np.ones(len(events)), person, luck)
+    return Proportion(count=found.count, n=found.n, value=found.value, low=found.low, high=found.high)
 
 
 def crossed_spread(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lockprobe.analysis.behaviour import Behaviour, behaviour
+from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
-from lockprobe.analysis.inference.peak import AnyDifference
+from lockprobe.analysis.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.analysis.outcomes import Outcomes, Point, outcomes, points, solved_in_pairs
-from lockprobe.analysis.proportions import ALPHA, Difference, Paired, Proportion, difference, paired, proportion
+from lockprobe.analysis.outcomes import Point, outcomes, points
+from lockprobe.analysis.proportions import ALPHA, Proportion, difference
 from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference
 from lockprobe.record import Trial
@@ -28,7 +29,7 @@ class ConditionSummary:
         agent: Agent spec.
         modality: How the box was shown.
         p: Flip probability, [0, 1].
-        success: Solved trials of those that ended as solved or out of budget.
+        success: Solved trials of those that ended as solved or out of budget; of people those of one person together.
         errors: Trials that ended as error, by boundary; in no other number.
         curve: Success by step.
         relative: The same between a random agent and the optimum; None where the box is not known.
@@ -54,68 +55,71 @@ class ConditionSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrast:
-    """The condition with the fewest flips against the one whose success lies farthest from it.
+    """The condition with the fewest flips against the one whose success differs from it most clearly.
 
     Attributes:
         baseline: The lower p.
-        other: The p whose success differs most.
-        difference: Success at ``other`` minus success at ``baseline``, taken as independent.
-        paired: The same over trials that both have, which share their luck; intervals are corrected for the choice.
+        other: The p with the smallest p-value; of several the farthest.
+        difference: Success at ``other`` less success at ``baseline`` in one sample, corrected for the choice.
         choices: Number of conditions that ``other`` was chosen from.
-        p_adjusted: Permutation within trials that share their luck, corrected for the choice.
+        farthest: Whether no other p differs by more.
+        fisher: Fisher's exact test of the same sample, which takes the two as independent; not corrected.
     """
 
     baseline: ConditionSummary
     other: ConditionSummary
-    difference: Difference
-    paired: Paired
+    difference: DifferenceAt
     choices: int
-    p_adjusted: float
+    farthest: bool
+    fisher: float
 
     @property
     def detectable(self) -> bool:
         """Whether the difference is more than chance and the choice of the best would explain."""
-        return self.p_adjusted < ALPHA
+        return self.difference.p_value < ALPHA
+
+    @property
+    def whole(self) -> bool:
+        """Whether the sample holds all trials of both conditions that ended."""
+        compared = self.difference.first.n, self.difference.second.n
+        return compared == (self.baseline.success.n, self.other.success.n)
 
 
 def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> ConditionSummary:
     """The numbers of the trials of one agent, modality and p."""
     first = trials[0]
-    curve = success_curve(trials)
+    curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
     return ConditionSummary(
         key=first.condition,
         agent=first.group,
         modality=first.modality,
         p=first.p,
-        success=proportion(len(curve.solved_at), curve.n),
+        success=share_of(found.solved, found.person, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
         relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
         behaviour=behaviour(trials),
         claims=misinterpretations(trials),
         rationality=rationality(trials),
-        points=tuple(points(outcomes(trials))),
+        points=tuple(points(found)),
     )
 
 
-def contrast(conditions: Sequence[ConditionSummary], counted: Outcomes, tested: AnyDifference) -> Contrast | None:
-    """The lowest p against the one farthest from it; None with fewer than two that have trials that ended."""
-    played = [condition for condition in conditions if condition.success.n]
-    if len(played) < 2:
+def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:
+    """The lowest p against the one that differs from it most clearly; None where no two can be compared."""
+    found = tested.clearest
+    if found is None:
         return None
-    baseline, *others = played
-    other = max(others, key=lambda condition: abs(condition.success.value - baseline.success.value))
-    found = difference(baseline.success, other.success, choices=len(others))
-    adjusted = next((at.p_value for at in tested.at if at.p == other.p), None)
-    if found is None or adjusted is None:
-        return None
-    pairs = solved_in_pairs(*(counted.at(counted.p == condition.p) for condition in (baseline, other)))
+    by_p = {condition.p: condition for condition in conditions}
+    independent = difference(found.first, found.second)
+    assert tested.lowest is not None
+    assert independent is not None
     return Contrast(
-        baseline=baseline,
-        other=other,
+        baseline=by_p[tested.lowest],
+        other=by_p[found.p],
         difference=found,
-        paired=paired(pairs[:, 0], pairs[:, 1], choices=len(others)),
-        choices=len(others),
-        p_adjusted=adjusted,
+        choices=len(tested.at),
+        farthest=abs(found.value) >= max(abs(one.value) for one in tested.at) - 1e-9,
+        fisher=independent.p_value,
     )

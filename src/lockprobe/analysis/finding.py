@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lockprobe.analysis.behaviour import Behaviour
-from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.modalities import ModalityEffect, spoken
@@ -16,43 +16,92 @@ __all__ = ["beside", "conclusions", "courses_said", "finding", "loop_finding", "
 
 
 def finding(agent: AgentSummary) -> str:
-    """What false reports did to one agent's success."""
+    """What false reports did to one agent's success; where broken trials select, that comes first."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted:
         return f"No trial of {agent.called} has ended as solved or out of budget."
-    share, contrast = counted[0].success, agent.contrast
     if agent.blind:
-        return f"{agent.called} acted the same whatever it was told: it solved {_of(share)} under every condition."
-    if contrast is None:
-        why = "No trial has been played under two conditions yet."
-        if len(counted) == 1:
-            why = (
-                f"With a single {'p' if agent.name != agent.agent else 'condition'} there is no difference to look for."
-            )
-        interval = f"95 % interval {_percent(share.low)} to {_percent(share.high)}"
-        return begun(f"{agent.called} solved {_of(share)}, {interval}. {why}")
-    first, second, found = contrast.baseline, contrast.other, contrast.difference
+        return _blind_said(agent, counted)
+    if agent.contrast is None:
+        return _one_condition(agent, counted)
+    return " ".join(filter(None, (_broken_said(agent), begun(_contrast_said(agent, agent.contrast)))))
+
+
+def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
+    first = counted[0]
+    said = f"{agent.called} acted the same whatever it was told: it solved {_of(first.success)}"
+    if all(condition.success.n == first.success.n for condition in counted):
+        return f"{said} under every condition."
+    return f"{said} {_told(first.p)}, and ended each of them alike under every other condition in which it has it."
+
+
+def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
+    share = counted[0].success
+    why = "No trial has been played under two conditions yet."
+    if len(counted) == 1:
+        why = f"With a single {'p' if agent.name != agent.agent else 'condition'} there is no difference to look for."
+    interval = f"95 % interval {_percent(share.low)} to {_percent(share.high)}"
+    return begun(f"{agent.called} solved {_of(share)}, {interval}. {why}")
+
+
+def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
+    """The clearest difference from the lowest p, and whether it is shown."""
+    found, first, second = contrast.difference, _told(contrast.baseline.p), _told(contrast.other.p)
     it, its = verb(agent.agent, "it", "they"), verb(agent.agent, "its", "their")
-    subject = f"No effect of false reports on the success of {agent.called} is detectable: {it} solved"
-    if found.value == 0:
+    counts = f"{_of(found.second)} against {_of(found.first)}"
+    sample = "" if contrast.whole else f", of the trials that {it} finished under both conditions"
+    if contrast.detectable:
+        verdict = "more" if found.value > 0 else "less"
         return (
-            f"{subject} {_percent(share.value)} of {its} trials under every condition (n = {share.n} at "
-            f"p = {first.p:g}, 95 % interval {_percent(share.low)} to {_percent(share.high)})."
+            f"{agent.called} solved the box {verdict} often {second} than {first}: "
+            f"{counts}{sample} ({_interval(contrast)})."
         )
-    chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
-    interval = (
-        f"{_points(found.value)} points, 95 % interval {_points(contrast.paired.low)} to "
-        f"{_points(contrast.paired.high)}; permutation test, {_p(contrast.p_adjusted)}{chosen}"
+    risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
+    subject = f"No effect of false reports on the success of {agent.called} is detectable"
+    if risen:
+        subject = f"No single p is shown to change the success of {agent.called}; for the course over all p see below"
+    if not any(one.value for one in agent.inference.difference.at):
+        share = found.first
+        interval = f"95 % interval {_percent(share.low)} to {_percent(share.high)}"
+        if contrast.whole:
+            return (
+                f"{subject}: {it} solved {_percent(share.value)} of {its} trials under every condition "
+                f"(n = {share.n} at p = {contrast.baseline.p:g}, {interval})."
+            )
+        return f"{subject}: of the trials that {it} finished under both conditions {it} solved equally many, {counts}."
+    size = "the largest difference" if contrast.farthest else "the clearest difference"
+    return (
+        f"{subject}: {it} solved {_of(found.first)} {first} and {_of(found.second)} {second}{sample}, "
+        f"{size} ({_interval(contrast)}). That is not evidence that there is none."
     )
-    if not contrast.detectable:
-        return (
-            f"{subject} {_of(first.success)} {_told(first.p)} and {_of(second.success)} {_told(second.p)}, "
-            f"the largest difference ({interval}). That is not evidence that there is none."
-        )
-    verdict = "more" if found.value > 0 else "less"
-    return begun(
-        f"{agent.called} solved the box {verdict} often {_told(second.p)} than {_told(first.p)}: "
-        f"{_of(second.success)} against {_of(first.success)} ({interval})."
+
+
+def _interval(contrast: Contrast) -> str:
+    """The difference, its interval, its p-value, and what they are corrected for."""
+    found = contrast.difference
+    chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
+    said = (
+        f"{_points(found.value)} points, 95 % interval {_points(found.low)} to {_points(found.high)}; "
+        f"permutation test and interval, {_p(found.p_value)}{chosen}"
+    )
+    if found.if_unsolved is None or found.if_solved is None:
+        return said
+    return (
+        f"{said}; with broken trials counted as unsolved {_points(found.if_unsolved.value)} points, as solved "
+        f"{_points(found.if_solved.value)}, of which the p-value is the largest"
+    )
+
+
+def _broken_said(agent: AgentSummary) -> str:
+    """That broken trials select, where their share is shown to differ between conditions."""
+    broken = agent.inference.broken
+    if broken is None or not broken.differ or broken.p_value is None:
+        return ""
+    shares = "; ".join(f"{share.count} of {share.n} {_told(p)}" for p, share in broken.at)
+    return (
+        f"Trials of {agent.called} broke under some conditions more often than under others ({shares}; permutation "
+        f"test, {_p(broken.p_value)}), so that those that remain are a selection. A difference is concluded only if it "
+        "holds with all broken trials counted as unsolved, and with all counted as solved."
     )
 
 
@@ -85,6 +134,9 @@ def conclusions(agent: AgentSummary) -> list[str]:
     return said
 
 
+_AS_THE_REST = "if trials that were solved would have gone on to loop like those still running"
+"""What a log-rank test of loops assumes, which the records cannot show."""
+
 _SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
     "speed": (
         (
@@ -99,8 +151,8 @@ _SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
     ),
     "looping": (
         (
-            "False reports make the agent loop later or not at all",
-            "False reports make the agent loop sooner",
+            f"False reports make the agent loop later or not at all, {_AS_THE_REST}",
+            f"False reports make the agent loop sooner, {_AS_THE_REST}",
         ),
         "That false reports change how soon the agent loops is not detectable",
     ),
@@ -192,7 +244,8 @@ def courses_said(summary: StudySummary) -> str:
     parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
     blind = [agent.called for agent in summary.agents if agent.blind]
     parts += [f"is the same at every p for {', '.join(blind)}"] if blind else []
-    return f"From p = {min(shown):g} to {max(shown):g} success {'; '.join(parts)}." if parts else ""
+    many = "" if len(courses) < 2 else f" (Holm, corrected for looking at {len(courses)} agents)"
+    return f"From p = {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}." if parts else ""
 
 
 _SAID_OF: dict[CourseKind, str] = {
@@ -200,7 +253,7 @@ _SAID_OF: dict[CourseKind, str] = {
     "falls": "falls for",
     "rises and falls": "rises and then falls for",
     "falls and rises": "falls and then rises for",
-    "no change detectable": "does not change detectably for",
+    "no change detectable": "is not shown to change for",
     "not tested": "is not tested for",
 }
 _COURSES = list(_SAID_OF)

@@ -15,7 +15,9 @@ from lockprobe.record import Trial
 __all__ = [
     "Outcomes",
     "Point",
+    "appended",
     "beside_people",
+    "broken_off",
     "ended",
     "joined",
     "numbered",
@@ -139,7 +141,15 @@ def _onset(actions: tuple[int, ...]) -> int:
 
 def outcomes(trials: Sequence[Trial]) -> Outcomes:
     """The columns of one agent's trials; error trials are left out."""
-    counted = ended(trials)
+    return _columns(ended(trials))
+
+
+def broken_off(trials: Sequence[Trial]) -> Outcomes:
+    """The same columns of the trials that ended as error, as far as they were played."""
+    return _columns([trial for trial in trials if trial.ending == "error"])
+
+
+def _columns(counted: Sequence[Trial]) -> Outcomes:
     people = [trial.agent if trial.agent != trial.group else "" for trial in counted]
     return Outcomes(
         p=np.array([trial.p for trial in counted], dtype=np.float64),
@@ -150,6 +160,14 @@ def outcomes(trials: Sequence[Trial]) -> Outcomes:
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
         person=np.array(people if any(people) else [], dtype=np.str_),
     )
+
+
+def appended(first: Outcomes, second: Outcomes) -> Outcomes:
+    """Trials of the same agent, one group after the other."""
+    if not len(first) or not len(second):
+        return first if len(first) else second
+    columns = {name: np.concatenate([getattr(group, name) for group in (first, second)]) for name in Outcomes.__slots__}
+    return Outcomes(**columns)
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:

@@ -112,6 +112,7 @@ class Paired:
         value: Share solved the second time less the first, [-1, 1]; not a number without pairs.
         low: Lower end of the interval of the difference, second less first (Agresti & Min 2005), [-1, 1].
         high: Upper end.
+        interval_p: The p-value that belongs to the interval: below 0.05 if one at 95 % leaves out 0.
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
     """
 
@@ -121,6 +122,7 @@ class Paired:
     value: float
     low: float
     high: float
+    interval_p: float
     p_value: float
 
 
@@ -247,13 +249,14 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
     one, two = int(np.sum(first & ~second)), int(np.sum(second & ~first))
     n = len(first) + 2  # half a pair more of each of the four kinds
     middle, z = (two - one) / n, float(norm.isf((1 - LEVEL) / choices / 2))
-    half = z * math.sqrt(max(0.0, one + two + 1 - (two - one) ** 2 / n)) / n
+    error = math.sqrt(max(0.0, one + two + 1 - (two - one) ** 2 / n)) / n
     return Paired(
         only_first=one,
         only_second=two,
         n=len(first),
         value=(two - one) / len(first) if len(first) else math.nan,
-        low=max(-1.0, middle - half),
-        high=min(1.0, middle + half),
+        low=max(-1.0, middle - z * error),
+        high=min(1.0, middle + z * error),
+        interval_p=min(1.0, float(2 * norm.sf(abs(middle) / error))) if error else 1.0,
         p_value=float(binomtest(one, one + two).pvalue) if one + two else 1.0,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, groupby
 from operator import call
@@ -16,10 +16,11 @@ import numpy as np
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
+from lockprobe.analysis.inference.course import course_kind, levels
 from lockprobe.analysis.inference.peak import Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
-from lockprobe.analysis.outcomes import Point, ended, outcomes
+from lockprobe.analysis.outcomes import Point, broken_off, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
@@ -41,6 +42,9 @@ __all__ = [
     "StudySummary",
     "summarise",
 ]
+
+REPORTS = 10
+"""Reports that differ between conditions, each with an action after it, before an agent is said to ignore them."""
 
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
 """Agents that stand in a study to be compared with, by the head of their spec."""
@@ -172,7 +176,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
         *(partial(_agent, members, reference, several=shown[members[0].group] > 1) for members in by_agent),
     ]
     compared, *found = each(call, jobs)
-    agents = tuple[AgentSummary, ...](found)
+    agents = _courses_corrected(tuple[AgentSummary, ...](found))
     rows = [standing(members, agent.conditions, reference) for members, agent in zip(by_agent, agents, strict=True)]
     return StudySummary(
         agents=agents,
@@ -184,6 +188,23 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
         verdicts=verdicts(trials),
         people=people(ordered),
     )
+
+
+def _courses_corrected(agents: tuple[AgentSummary, ...]) -> tuple[AgentSummary, ...]:
+    """Of several agents that heed reports, courses at levels corrected for their number."""
+    heeding = [agent for agent in agents if not agent.blind and agent.inference.course]
+    if len(heeding) < 2:
+        return agents
+    tests = [(agent.inference.difference, agent.inference.lines) for agent in heeding]
+    level = dict(zip(map(id, heeding), levels(tests), strict=True))
+    return tuple(_at_level(agent, level[id(agent)]) if id(agent) in level else agent for agent in agents)
+
+
+def _at_level(agent: AgentSummary, level: float) -> AgentSummary:
+    found = agent.inference
+    assert found.course
+    kind = course_kind(found.course, found.difference, found.lines, level)
+    return replace(agent, inference=replace(found, course=replace(found.course, kind=kind)))
 
 
 def _entrant(trials: Sequence[Trial]) -> Entrant:
@@ -232,9 +253,10 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: boo
     distinct = conditions[:1] if blind else conditions
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
-    counted = outcomes([trial for trial in trials if trial.p in shown])
+    looked_at = [trial for trial in trials if trial.p in shown]
+    counted = outcomes(looked_at)
     draws = resample(counted, _stream(first, "bootstrap"))
-    inference = infer(counted, _stream(first, "permutation"))
+    inference = infer(counted, _stream(first, "permutation"), broken_off(looked_at))
     return AgentSummary(
         agent=first.group,
         modality=first.modality,
@@ -247,7 +269,7 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: boo
         correlation=correlation(shares, draws.loop_rate, draws.success),
         peak=peak(counted, _stream(first, "peak")),
         inference=inference,
-        contrast=None if blind else contrast(conditions, counted, inference.difference),
+        contrast=None if blind else contrast(conditions, inference.difference),
     )
 
 
@@ -256,16 +278,21 @@ def _stream(first: Trial, use: str) -> np.random.Generator:
 
 
 def _is_blind(trials: Sequence[Trial]) -> bool:
-    """Whether the same repetition and trial went alike at every p, though it was told otherwise at least once.
+    """Whether the same repetition and trial went alike at every p, though the agent had been told otherwise.
 
-    People are not: at each p somebody else played it.
+    What counts are reports that were followed by another action: of the last report of a trial nobody can say what it
+    would have done. They have to be ``REPORTS`` at least, since an agent may act alike for once after a false report.
+    People are not blind: at each p somebody else played it.
     """
     if trials[0].group == PEOPLE:
         return False
     acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
-    told: dict[tuple[int, int], set[tuple[bool, ...]]] = {}
+    told: dict[tuple[int, int], list[tuple[object, ...]]] = {}
     for trial in ended(trials):
         luck = trial.repetition, trial.trial
         acted.setdefault(luck, set()).add(trial.actions)
-        told.setdefault(luck, set()).add(tuple(step.told_moved for step in trial.steps))
-    return all(len(ways) == 1 for ways in acted.values()) and any(len(ways) > 1 for ways in told.values())
+        told.setdefault(luck, []).append(tuple((step.told_moved, step.told_state) for step in trial.steps[:-1]))
+    if any(len(ways) > 1 for ways in acted.values()):
+        return False
+    differing = sum(len(set(reports)) > 1 for ways in told.values() for reports in zip(*ways, strict=False))
+    return differing >= REPORTS

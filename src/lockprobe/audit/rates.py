@@ -15,9 +15,9 @@ from multiprocessing import get_context
 
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.verdict import Question
-from lockprobe.analysis.outcomes import outcomes
+from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulate import simulate, simulate_outcomes
+from lockprobe.audit.simulate import simulate, simulate_columns
 from lockprobe.audit.worlds import Design, World
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
@@ -104,7 +104,7 @@ def measure(
     *,
     studies: int,
     seed: int = 1,
-    designs: Sequence[Design] = (Design(),),
+    designs: Sequence[Design] = (),
     processes: int = 1,
     records: bool = True,
     progress: Progress = lambda done, of: None,
@@ -115,7 +115,7 @@ def measure(
         worlds: Simulated agents with known truth.
         studies: Studies per world and design, at least 1.
         seed: Seed of everything; the number of processes changes nothing.
-        designs: How much a study plays; the paper's flip study by default.
+        designs: How much a study plays; by default what its world says.
         processes: Worker processes.
         records: Whether studies are written and read as records; False is quicker and gives the same.
         progress: Told how many studies are done.
@@ -125,13 +125,13 @@ def measure(
     """
     if studies < 1:
         raise BadValue("studies", studies, "at least 1")
-    kinds = [(made.name, design.clusters) for made in worlds for design in designs]
+    kinds = [(made.name, design.clusters) for made in worlds for design in designs or (made.design,)]
     if len(set(kinds)) < len(kinds):
         raise BadValue("worlds and designs", sorted(kinds), "every one once")
     jobs = [
         _Job(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
         for w in worlds
-        for d in designs
+        for d in designs or (w.design,)
         for first in range(0, studies, BATCH)
     ]
     counts, early = Counter[Row](), Counter[Row]()
@@ -142,7 +142,7 @@ def measure(
             counts[row] += rejects
             early[row] += rejects and job.first < EARLY
         done += job.end - job.first
-        progress(done, studies * len(worlds) * len(designs))
+        progress(done, studies * len(kinds))
     truths = {made.name: made.truths for made in worlds}
     return [
         Rate(
@@ -176,9 +176,10 @@ def _batch(job: _Job) -> list[Verdict]:
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
         rng = generator(*place)
         if job.records:
-            found = outcomes(simulate(job.truth, job.design, rng))
+            trials = simulate(job.truth, job.design, rng)
+            found, broken = outcomes(trials), broken_off(trials)
         else:
-            found = simulate_outcomes(job.truth, job.design, rng)
-        tests = infer(found, generator(*place, "tests")).tests
+            found, broken = simulate_columns(job.truth, job.design, rng)
+        tests = infer(found, generator(*place, "tests"), broken).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
     return verdicts

@@ -6,6 +6,8 @@ every step, so that solved trials are shorter whether or not loops matter. The j
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,9 +15,10 @@ from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.audit.worlds import Design, World
 from lockprobe.errors import BadValue
-from lockprobe.record import Decision, Step, Trial
+from lockprobe.options import PEOPLE
+from lockprobe.record import Decision, Step, Trial, TrialError
 
-__all__ = ["BUDGET", "simulate", "simulate_outcomes"]
+__all__ = ["BUDGET", "simulate", "simulate_columns", "simulate_outcomes"]
 
 BUDGET = 20
 JOINTS = ("A", "B", "C", "D")
@@ -34,6 +37,26 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Played:
+    """A study, one row a trial, by p, repetition and trial.
+
+    Attributes:
+        actions: As if no trial ended early, shape (trials, BUDGET).
+        solved: The step that solves each, 0 if none does or it breaks before, shape (trials,).
+        broken: The step whose call fails, 0 if none does before the end, shape (trials,).
+    """
+
+    actions: Integers
+    solved: Integers
+    broken: Integers
+
+    @property
+    def length(self) -> Integers:
+        """Steps played."""
+        return np.where(self.broken > 0, self.broken - 1, np.where(self.solved > 0, self.solved, BUDGET))
+
+
 def simulate(truth: World, design: Design, rng: np.random.Generator) -> list[Trial]:
     """One study of a simulated agent.
 
@@ -45,46 +68,77 @@ def simulate(truth: World, design: Design, rng: np.random.Generator) -> list[Tri
     Returns:
         Trials by p, repetition and trial.
     """
-    actions, ends = _play(truth, design, rng)
-    return [
-        _trial(truth.name, design, place, actions[place, : end or BUDGET].tolist(), solved=end > 0)
-        for place, end in enumerate(ends.tolist())
-    ]
+    played = _play(truth, design, rng)
+    return [_trial(truth, design, played, place) for place in range(len(played.solved))]
 
 
 def simulate_outcomes(truth: World, design: Design, rng: np.random.Generator) -> Outcomes:
     """The same study as columns: ``outcomes(simulate(...))``, without the records between."""
-    actions, ends = _play(truth, design, rng)
-    length, onset = np.where(ends > 0, ends, BUDGET), onset_batch(actions)
+    return simulate_columns(truth, design, rng)[0]
+
+
+def simulate_columns(truth: World, design: Design, rng: np.random.Generator) -> tuple[Outcomes, Outcomes]:
+    """The same with the trials that broke: ``outcomes(...)`` and ``broken_off(...)`` of the records."""
+    played = _play(truth, design, rng)
+    length, onset = played.length, onset_batch(played.actions)
     cluster = np.tile(np.arange(design.clusters), len(design.p))
-    return Outcomes(
+    everything = Outcomes(
         p=np.repeat(np.array(design.p, dtype=np.float64), design.clusters),
         repetition=cluster // design.trials + 1,
         trial=cluster % design.trials + 1,
         length=length,
-        solved=ends > 0,
+        solved=played.solved > 0,
         onset=np.where(onset <= length, onset, 0),
+        person=np.array([_person(truth, design, place) for place in range(len(cluster))] if truth.people else [], str),
     )
+    return everything.at(played.broken == 0), everything.at(played.broken > 0)
 
 
-def _play(truth: World, design: Design, rng: np.random.Generator) -> tuple[Integers, Integers]:
-    """Actions as if no trial ended early, shape (trials, BUDGET), and the step that solves each, 0 if none does."""
+def _person(truth: World, design: Design, place: int) -> str:
+    """Who plays a trial: each of the people at one p has equally many there, one after the other."""
+    condition, cluster = divmod(place, design.clusters)
+    return f"{PEOPLE}:{condition}-{cluster * truth.people // design.clusters}"
+
+
+def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
     if len(truth.success) != len(design.p) or len(truth.trap) != len(design.p):
         raise BadValue(f"world {truth.name}", f"{len(truth.success)} shares", f"one for each of {len(design.p)} p")
     conditions = np.repeat(np.arange(len(design.p)), design.clusters)
-    luck = _luck(truth.shared, len(design.p), design.clusters, rng)
+    luck = _luck(truth, len(design.p), design.clusters, rng)
     lost = rng.random(len(conditions)) < truth.lost
     actions = _actions(np.where(lost, LOST_TRAP, np.array(truth.trap)[conditions]), luck)
     success = np.where(lost, LOST_SUCCESS, np.array(truth.success)[conditions])
-    return actions, _solved_at(success, truth.harm, onset_batch(actions), luck[:, :, 2])
+    if truth.people:
+        success = _of_people(success, truth, design, rng)
+    solved = _solved_at(success, truth.harm, onset_batch(actions), luck[:, :, 2])
+    broken = np.zeros_like(solved)
+    if truth.breaks:
+        failed = rng.random((len(solved), BUDGET)) < np.array(truth.breaks)[conditions, None]
+        step = np.where(failed.any(axis=1), failed.argmax(axis=1) + 1, 0)
+        broken = np.where((solved == 0) | (step <= solved), step, 0)
+    return _Played(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
 
 
-def _luck(shared: float, conditions: int, clusters: int, rng: np.random.Generator) -> Floats:
+def _of_people(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:
+    """Each trial's chance, given how good the person is who plays it; the mean over people is as stated."""
+    from scipy.special import ndtr, ndtri
+
+    names = np.array([_person(truth, design, place) for place in range(len(success))])
+    who = np.unique(names, return_inverse=True)[1]
+    able = rng.standard_normal(int(who.max()) + 1)[who]
+    found: Floats = ndtr((ndtri(success) + truth.likeness**0.5 * able) / (1 - truth.likeness) ** 0.5)
+    return found
+
+
+def _luck(truth: World, conditions: int, clusters: int, rng: np.random.Generator) -> Floats:
     """Uniform numbers of shape (conditions x clusters, BUDGET, 3): for choosing, for cycling, for solving."""
     own = rng.random((conditions, clusters, BUDGET, 3))
     common = rng.random((clusters, BUDGET, 3))
-    alike = rng.random(clusters) < shared
-    return np.where(alike[:, None, None], common, own).reshape(-1, BUDGET, 3)
+    alike = rng.random(clusters) < truth.shared
+    luck = np.where(alike[:, None, None], common, own)
+    if truth.apart:
+        luck[0] = own[0]
+    return luck.reshape(-1, BUDGET, 3)
 
 
 def _actions(trap: Floats, luck: Floats) -> Integers:
@@ -118,16 +172,18 @@ def _solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> I
 _DECISIONS = tuple(Decision(joint=joint) for joint in JOINTS)
 
 
-def _trial(name: str, design: Design, place: int, actions: list[int], *, solved: bool) -> Trial:
+def _trial(truth: World, design: Design, played: _Played, place: int) -> Trial:
     """One record. The box opens at the joint attempted last, which therefore is the target."""
     condition, cluster = divmod(place, design.clusters)
     repetition, trial = (number + 1 for number in divmod(cluster, design.trials))
+    actions = played.actions[place, : played.length[place]].tolist()
+    solved, broken = bool(played.solved[place]), int(played.broken[place])
     last = len(actions) - 1
     p = design.p[condition]
     return Trial(
-        key=f"audit/{name}/p={p:g}/rep={repetition}/trial={trial}",
+        key=f"audit/{truth.name}/p={p:g}/rep={repetition}/trial={trial}",
         study="audit",
-        agent=f"simulated:{name}",
+        agent=_person(truth, design, place) if truth.people else f"simulated:{truth.name}",
         facts={},
         box="clock",
         modality="symbolic",
@@ -141,7 +197,7 @@ def _trial(name: str, design: Design, place: int, actions: list[int], *, solved:
         joints=JOINTS,
         labels=JOINTS,
         listing=JOINTS,
-        target=JOINTS[actions[-1]],
+        target=JOINTS[actions[-1]] if actions else JOINTS[0],
         opening="",
         steps=tuple(
             Step(
@@ -156,5 +212,6 @@ def _trial(name: str, design: Design, place: int, actions: list[int], *, solved:
             )
             for i, action in enumerate(actions)
         ),
-        ending="solved" if solved else "budget",
+        ending="error" if broken else "solved" if solved else "budget",
+        error=TrialError(boundary="model", message="simulated", step=broken) if broken else None,
     )

@@ -16,32 +16,7 @@ from lockprobe.errors import UnknownName
 __all__ = ["WORLDS", "Design", "P", "World", "world"]
 
 P = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class World:
-    """What is true of a simulated agent. ``success`` and ``trap`` are given at each p of the design, ascending.
-
-    Attributes:
-        name: Its name.
-        says: The truth in one sentence.
-        success: Probability to solve the box within the budget as long as loops do no harm, [0, 1).
-        trap: Chance per step to fall into a cycle of three or four actions, [0, 1]; 0 acts at random throughout.
-        harm: Factor on the chance to solve once a loop is complete; 1 if loops are irrelevant, below 1 if they hurt.
-        shared: Share of trials that have the same luck at every p, [0, 1].
-        lost: Share of trials in which the agent is lost: it falls into cycles and hardly ever solves the box, whatever
-            p is, [0, 1].
-        truths: Questions whose true answer is yes: ``success``, ``speed``, ``shape``, ``looping``, ``harm``.
-    """
-
-    name: str
-    says: str
-    success: tuple[float, ...]
-    truths: frozenset[Question]
-    trap: tuple[float, ...] = (0.0,) * len(P)
-    harm: float = 1.0
-    shared: float = 0.0
-    lost: float = 0.0
+MANY_P = tuple(i / 20 for i in range(21))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +37,44 @@ class Design:
     def clusters(self) -> int:
         """Trials per p."""
         return self.repetitions * self.trials
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class World:
+    """What is true of a simulated agent. ``success`` and ``trap`` are given at each p of the design, ascending.
+
+    Attributes:
+        name: Its name.
+        says: The truth in one sentence.
+        success: Probability to solve the box within the budget as long as loops do no harm, [0, 1).
+        trap: Chance per step to fall into a cycle of three or four actions, [0, 1]; 0 acts at random throughout.
+        harm: Factor on the chance to solve once a loop is complete; 1 if loops are irrelevant, below 1 if they hurt.
+        shared: Share of trials that have the same luck at every p, [0, 1].
+        apart: Whether the lowest p has a luck of its own all the same: success is equal at every p, and not in the
+            same trials.
+        people: People who play at each p, every one at a single p; 0 for an agent.
+        likeness: How alike the trials of one person are: the share of the variance behind an outcome that is the
+            person's, [0, 1).
+        breaks: Chance that a call fails and ends the trial as error, at each p, [0, 1).
+        lost: Share of trials in which the agent is lost: it falls into cycles and hardly ever solves the box, whatever
+            p is, [0, 1].
+        design: How much is played.
+        truths: Questions whose true answer is yes: ``success``, ``speed``, ``shape``, ``looping``, ``harm``.
+    """
+
+    name: str
+    says: str
+    success: tuple[float, ...]
+    truths: frozenset[Question]
+    trap: tuple[float, ...] = (0.0,) * len(P)
+    harm: float = 1.0
+    shared: float = 0.0
+    apart: bool = False
+    people: int = 0
+    likeness: float = 0.0
+    breaks: tuple[float, ...] = ()
+    lost: float = 0.0
+    design: Design = Design()
 
 
 WORLDS: Mapping[str, World] = {
@@ -114,8 +127,68 @@ WORLDS: Mapping[str, World] = {
             lost=0.5,
             truths=frozenset({"harm"}),
         ),
+        World(
+            name="many-p",
+            says="Nothing depends on p, of which there are 21, and loops are irrelevant.",
+            success=(0.5,) * 21,
+            trap=(0.0,) * 21,
+            design=Design(p=MANY_P),
+            truths=frozenset(),
+        ),
+        World(
+            name="unequal-luck",
+            says="Success is the same at every p, but other trials are solved at the lowest p than at all others, "
+            "which go alike.",
+            success=(0.5,) * 7,
+            shared=1.0,
+            apart=True,
+            truths=frozenset(),
+        ),
+        World(
+            name="unequal-luck-many-p",
+            says="The same with 21 values of p.",
+            success=(0.5,) * 21,
+            trap=(0.0,) * 21,
+            shared=1.0,
+            apart=True,
+            design=Design(p=MANY_P),
+            truths=frozenset(),
+        ),
+        World(
+            name="people",
+            says="Nothing depends on p; at each p six people play five boxes each, and are unequally good (0.5).",
+            success=(0.5,) * 7,
+            people=6,
+            likeness=0.5,
+            truths=frozenset(),
+        ),
+        World(
+            name="people-60",
+            says="The same with ten boxes each.",
+            success=(0.5,) * 7,
+            people=6,
+            likeness=0.5,
+            design=Design(trials=20),
+            truths=frozenset(),
+        ),
+        World(
+            name="broken-trials",
+            says="Nothing depends on p and loops are irrelevant, but at p = 0.6 a call fails with probability 0.08, "
+            "which breaks long trials.",
+            success=(0.5,) * 7,
+            breaks=(0.0,) * 6 + (0.08,),
+            truths=frozenset(),
+        ),
+        World(
+            name="seldom-broken",
+            says="The same with a probability of 0.02, so that few trials break.",
+            success=(0.5,) * 7,
+            breaks=(0.0,) * 6 + (0.02,),
+            truths=frozenset(),
+        ),
     )
 }
+"""The paper's design, but where a world has its own."""
 
 
 def world(name: str) -> World:

@@ -198,23 +198,32 @@ def course_row(agent: AgentSummary) -> Row | None:
 
 
 def contrast_row(agent: AgentSummary, contrast: Contrast) -> Row:
-    """The lowest p against the p whose success lies farthest from it."""
+    """The lowest p against the p whose success differs from it most clearly, in one sample of trials."""
+    found, pairs = contrast.difference, contrast.difference.pairs
     return {
         "agent": agent.agent,
         "modality": agent.modality,
         "baseline_p": contrast.baseline.p,
         "other_p": contrast.other.p,
         "choices": contrast.choices,
-        "difference": contrast.difference.value,
-        "difference_of_pairs": contrast.paired.value,
-        "difference_low": contrast.paired.low,
-        "difference_high": contrast.paired.high,
-        "pairs": contrast.paired.n,
-        "only_baseline": contrast.paired.only_first,
-        "only_other": contrast.paired.only_second,
-        "mcnemar": contrast.paired.p_value,
-        "fisher": contrast.difference.p_value,
-        "p_value": contrast.p_adjusted,
+        "farthest": contrast.farthest,
+        "all_trials": contrast.whole,
+        "baseline_solved": found.first.count,
+        "baseline_trials": found.first.n,
+        "other_solved": found.second.count,
+        "other_trials": found.second.n,
+        "difference": found.value,
+        "difference_low": found.low,
+        "difference_high": found.high,
+        "pairs": pairs.n if pairs else None,
+        "only_baseline": pairs.only_first if pairs else None,
+        "only_other": pairs.only_second if pairs else None,
+        "mcnemar": pairs.p_value if pairs else None,
+        "fisher": contrast.fisher,
+        "exchange_p_value": found.exchange,
+        "p_value": found.p_value,
+        "if_broken_unsolved": asdict(found.if_unsolved) if found.if_unsolved else None,
+        "if_broken_solved": asdict(found.if_solved) if found.if_solved else None,
         "detectable": contrast.detectable,
     }
 

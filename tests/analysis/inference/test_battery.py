@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lockprobe.analysis.inference.battery import infer
+from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.hazard import loop_hazard
-from lockprobe.analysis.inference.peak import any_difference
 from lockprobe.analysis.inference.verdict import QUESTIONS, TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.audit.simulate import simulate_outcomes
@@ -16,11 +16,9 @@ from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
-PAPER = Design()
 
-
-def drawn(name, seed=1, design=PAPER):
-    return simulate_outcomes(WORLDS[name], design, generator(seed, name))
+def drawn(name, seed=1, design=None):
+    return simulate_outcomes(WORLDS[name], design or WORLDS[name].design, generator(seed, name))
 
 
 @pytest.mark.parametrize("name", WORLDS)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lockprobe.analysis.inference.course import course
-from lockprobe.analysis.inference.peak import any_difference
+from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.ushape import two_lines
 from lockprobe.analysis.outcomes import Outcomes, points
 

@@ -1,128 +1,13 @@
-"""The permutation test against all permutations, its level under shared luck; the bootstrap of the best p."""
+"""The bootstrap of the best p: whole clusters, honest estimates, sets that hold the best."""
 
-import itertools
 import json
 from dataclasses import asdict
 
 import numpy as np
 import pytest
+from solved import TRUTH, drawn, rng, study
 
-from lockprobe.analysis.inference.peak import any_difference, peak
-from lockprobe.analysis.outcomes import Outcomes
-
-TRUTH = np.array([7, 12, 16, 19, 20, 18, 15]) / 30
-
-
-def study(solved, p=None):
-    """Outcomes from an array (p, repetition, trial) of solved or not."""
-    solved = np.asarray(solved, dtype=bool)
-    i, r, t = np.indices(solved.shape).reshape(3, -1)
-    p = np.arange(len(solved)) / 10 if p is None else np.asarray(p)
-    return Outcomes(
-        p=p[i],
-        repetition=r + 1,
-        trial=t + 1,
-        length=np.full(i.size, 20),
-        solved=solved.reshape(-1),
-        onset=np.zeros(i.size, dtype=np.int64),
-    )
-
-
-def drawn(rng, success=0.5, shape=(7, 3, 10), shared=0.0):
-    """Solved or not: with the given chance all values of p of a cluster share one draw, else each has its own."""
-    luck = np.where(rng.random((1, *shape[1:])) < shared, rng.random((1, *shape[1:])), rng.random(shape))
-    return luck < np.broadcast_to(success, shape[:1])[:, None, None]
-
-
-def rng(seed=1):
-    return np.random.default_rng(seed)
-
-
-def everything(solved):
-    """Exact p-values over all permutations inside clusters: the largest difference, each difference, the omnibus."""
-    table = np.asarray(solved, dtype=float).reshape(len(solved), -1).T
-    each = [set(itertools.permutations(row)) for row in table]
-    weights = [[1 / len(options)] * len(options) for options in each]
-    found = []
-    for rows, chances in zip(itertools.product(*each), itertools.product(*weights), strict=True):
-        success = np.mean(rows, axis=0)
-        away = np.abs(success[1:] - success[0])
-        found.append((np.prod(chances), away.max(), len(rows) * np.sum((success - success.mean()) ** 2)))
-    chance, largest, spread = np.array(found).T
-    seen = table.mean(axis=0)
-    away = np.abs(seen[1:] - seen[0])
-    at = [chance[largest >= value - 1e-9].sum() for value in away]
-    omnibus = chance[spread >= len(table) * np.sum((seen - seen.mean()) ** 2) - 1e-9].sum()
-    return at, omnibus
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_permutation_test_is_what_all_permutations_give(seed):
-    solved = drawn(rng(seed), success=np.array([0.2, 0.5, 0.8]), shape=(3, 1, 6))
-    at, omnibus = everything(solved)
-    found = any_difference(study(solved), rng(9), permutations=20000)
-    assert [difference.p_value for difference in found.at] == pytest.approx(at, abs=0.015)
-    assert found.p_value == min(difference.p_value for difference in found.at)
-    assert found.omnibus == pytest.approx(omnibus, abs=0.015)
-
-
-def test_differences_are_from_the_lowest_p():
-    solved = drawn(rng(), TRUTH)
-    found = any_difference(study(solved), rng())
-    success = solved.mean(axis=(1, 2))
-    assert found.lowest == 0.0
-    assert [difference.p for difference in found.at] == pytest.approx(np.arange(1, 7) / 10)
-    assert [difference.value for difference in found.at] == pytest.approx(success[1:] - success[0])
-
-
-@pytest.mark.parametrize("shared", [0.0, 0.5, 1.0])
-def test_the_level_holds_whatever_luck_is_shared(shared):
-    rejected = []
-    for seed in range(300):
-        found = any_difference(study(drawn(rng(seed), shared=shared)), rng(seed), permutations=199)
-        rejected.append((found.p_value <= 0.05, found.omnibus <= 0.05))
-    assert (np.mean(rejected, axis=0) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 300)).all()
-
-
-def test_one_luck_for_all_p_leaves_nothing_to_find():
-    found = any_difference(study(drawn(rng(), shared=1.0)), rng())
-    assert (found.p_value, found.omnibus) == (1.0, 1.0)
-    assert {difference.value for difference in found.at} == {0.0}
-
-
-def test_shared_luck_makes_a_difference_surer():
-    """Six clusters rescued, none harmed: found among clusters that are else alike, not among unlike ones."""
-    alike = np.zeros((2, 1, 30), dtype=bool)
-    alike[:, 0, :15] = True
-    alike[1, 0, 15:21] = True
-    unlike = alike.copy()
-    unlike[1] = np.roll(alike[1], 12)
-    assert any_difference(study(alike), rng()).p_value < 0.05
-    assert any_difference(study(unlike), rng()).p_value > 0.1
-
-
-def test_the_effect_of_the_paper_is_found():
-    found = [any_difference(study(drawn(rng(seed), TRUTH)), rng(seed), permutations=199) for seed in range(60)]
-    assert np.mean([one.p_value <= 0.05 for one in found]) > 0.7
-
-
-def test_missing_trials_are_left_where_they_are():
-    whole = study(drawn(rng(), 0.5))
-    rejected = []
-    for seed in range(200):
-        missing = rng(seed).random(len(whole)) < np.where(whole.p == 0, 0.1, 0.4)
-        some = study(drawn(rng(seed + 1000), 0.3)).at(~missing)
-        rejected.append(any_difference(some, rng(seed), permutations=99).p_value <= 0.05)
-    assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 200)
-
-
-def test_nothing_to_compare():
-    one = any_difference(study(np.ones((1, 3, 10))), rng())
-    assert (one.p_value, one.at, one.lowest) == (None, (), 0.0)
-    assert "No test" in one.note
-    apart = study(drawn(rng()))
-    assert any_difference(apart.at((apart.trial % 7) == np.round(apart.p * 10)), rng()).p_value is None
-    assert any_difference(apart.at(apart.p < 0), rng()).lowest is None
+from lockprobe.analysis.inference.peak import peak
 
 
 def test_the_best_of_several_is_seen_too_high_and_the_honest_estimate_less_so():
@@ -183,7 +68,6 @@ def test_few_trials():
 
 def test_same_seed_same_numbers_and_all_of_them_are_plain():
     data = study(drawn(rng(), TRUTH))
-    for test in (any_difference, peak):
-        assert test(data, rng(5)) == test(data, rng(5))
-        assert test(data, rng(5)) != test(data, rng(6))
-        assert json.loads(json.dumps(asdict(test(data, rng())), allow_nan=False))
+    assert peak(data, rng(5)) == peak(data, rng(5))
+    assert peak(data, rng(5)) != peak(data, rng(6))
+    assert json.loads(json.dumps(asdict(peak(data, rng())), allow_nan=False))

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from scipy.stats import norm
+from solved import people
 from statsmodels.genmod.families import Binomial
 from statsmodels.genmod.generalized_linear_model import GLM
 
@@ -129,3 +130,22 @@ def test_two_lines_find_a_decline_and_lind_mehlum_a_mere_levelling_off(monkeypat
     assert rejected(lind_mehlum, SATURATING, studies=150) > 0.08
     monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
     assert rejected(two_lines, np.array(EXPECTED) / 30, n=100) > 0.5
+
+
+def test_people_who_play_at_one_p_only_are_no_u():
+    """Six people with ten boxes at each p: as independent trials a rise and fall is seen in a quarter of studies."""
+    seen = []
+    for seed in range(150):
+        columns = people(np.random.default_rng(seed), 6, 10, 0.5)
+        alone = two_lines(columns.p, columns.solved)
+        together = two_lines(columns.p, columns.solved, columns.cluster)
+        assert together.p_value >= alone.p_value
+        seen.append((alone.direction is not None, together.direction is not None))
+    independent, clustered = np.mean(seen, axis=0)
+    assert independent > 0.15
+    assert clustered <= 0.05
+
+
+def test_a_rise_and_fall_that_few_people_show_strongly_is_found():
+    columns = people(np.random.default_rng(1), 10, 6, 0.35, success=np.array([0.05, 0.3, 0.7, 0.95, 0.7, 0.3, 0.05]))
+    assert two_lines(columns.p, columns.solved, columns.cluster).direction == "inverted U"

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lockprobe.analysis.inference.association import Correlation, pearson
+from lockprobe.analysis.inference.broken import (
+    BrokenShares,
+    agreed_difference,
+    agreed_lines,
+    agreed_tests,
+    broken_shares,
+    completed,
+)
 from lockprobe.analysis.inference.course import Course, course
+from lockprobe.analysis.inference.difference import AnyDifference, any_difference
 from lockprobe.analysis.inference.hazard import (
     LoopEffect,
     NaiveAssociation,
@@ -16,7 +25,6 @@ from lockprobe.analysis.inference.hazard import (
     naive_association,
 )
 from lockprobe.analysis.inference.logrank import LogRanks, loop_onset_logrank, solution_logrank
-from lockprobe.analysis.inference.peak import AnyDifference, any_difference
 from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.analysis.inference.trend import trend_fit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, two_lines
@@ -51,6 +59,7 @@ class Inference:
         whole: Naive: looped against solved by whole trials.
         fine: Naive: correlation of looping and success over repetitions.
         coarse: Naive: the same over values of p.
+        broken: Trials that ended as error, by p; None if none did.
         tests: All of them in one form, by question, the recommended one first.
     """
 
@@ -66,26 +75,49 @@ class Inference:
     whole: NaiveAssociation
     fine: Correlation
     coarse: Correlation
+    broken: BrokenShares | None
     tests: tuple[TestResult, ...]
 
 
-def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
+def infer(outcomes: Outcomes, rng: np.random.Generator, broken: Outcomes | None = None) -> Inference:
     """All tests of one agent's trials over p.
+
+    Where trials broke, the recommended tests conclude only what holds without them, with all of them unsolved, and with
+    all of them solved (:mod:`lockprobe.analysis.inference.broken`).
 
     Args:
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
+        broken: Its trials that ended as error.
 
     Raises:
         BadValue: If a p is no probability.
     """
     if not ((outcomes.p >= 0) & (outcomes.p <= 1)).all():
         raise BadValue("p of the trials", outcomes.p[~((outcomes.p >= 0) & (outcomes.p <= 1))][0], "from 0 to 1")
+    found = _tested(outcomes, rng)
+    if broken is None or not len(broken):
+        return found
+    shares = broken_shares(outcomes, broken, rng)
+    ends = [_tested(whole, rng) for whole in completed(outcomes, broken)]
+    difference = agreed_difference(found.difference, *(end.difference for end in ends))
+    lines = agreed_lines(found.lines, *(end.lines for end in ends))
+    return replace(
+        found,
+        difference=difference,
+        lines=lines,
+        course=course(points(outcomes, by_repetition=False), difference, lines),
+        broken=shares,
+        tests=agreed_tests(found.tests, *(end.tests for end in ends)),
+    )
+
+
+def _tested(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng)
     speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
-    lines, bend = two_lines(outcomes.p, outcomes.solved), lind_mehlum(outcomes.p, outcomes.solved)
+    lines, bend = two_lines(outcomes.p, outcomes.solved, outcomes.cluster), lind_mehlum(outcomes.p, outcomes.solved)
     hazard, landmark, whole = loop_hazard(outcomes), loop_landmark(outcomes), naive_association(outcomes)
     fine, coarse = pearson(repetitions), pearson(conditions)
     return Inference(
@@ -101,6 +133,7 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
         whole=whole,
         fine=fine,
         coarse=coarse,
+        broken=None,
         tests=(
             *success_tests(difference, conditions),
             *speed_tests(speed),

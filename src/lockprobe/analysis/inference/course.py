@@ -6,15 +6,16 @@ of it, so that a course says little of its cause; a study of several agents is r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from lockprobe.analysis.inference.peak import AnyDifference
+from lockprobe.analysis.inference.difference import AnyDifference
 from lockprobe.analysis.inference.ushape import TwoLines
 from lockprobe.analysis.outcomes import Point
 from lockprobe.analysis.proportions import ALPHA
 
-__all__ = ["Course", "CourseKind", "course"]
+__all__ = ["Course", "CourseKind", "course", "course_kind", "levels"]
 
 CourseKind = Literal["rises", "falls", "rises and falls", "falls and rises", "no change detectable", "not tested"]
 
@@ -45,9 +46,6 @@ class Course:
 def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) -> Course | None:
     """The course of an agent's success over p; None without trials.
 
-    A rise is a p at which success is above that at the lowest p, a fall one at which it is below (permutation test,
-    corrected for looking at every p), at the 5 % level; or both by two lines.
-
     Args:
         conditions: One point per p, ascending.
         difference: The test of the differences from the lowest p.
@@ -56,8 +54,8 @@ def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) 
     if not conditions:
         return None
     best, worst = (pick(conditions, key=lambda point: point.success) for pick in (max, min))
-    return Course(
-        kind=_kind(best.p < worst.p, difference, lines),
+    found = Course(
+        kind="not tested",
         first=conditions[0].success,
         highest=best.success,
         highest_p=best.p,
@@ -65,15 +63,47 @@ def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) 
         lowest_p=worst.p,
         last=conditions[-1].success,
     )
+    return replace(found, kind=course_kind(found, difference, lines))
 
 
-def _kind(best_first: bool, difference: AnyDifference, lines: TwoLines) -> CourseKind:
+def levels(tests: Sequence[tuple[AnyDifference, TwoLines]]) -> list[float]:
+    """The level for each of several agents at which 5 % of studies say anything false of one of them (Holm 1979).
+
+    An agent's smallest p-value is doubled, since a course can be seen by either of two tests.
+
+    Args:
+        tests: The two tests of each agent.
+    """
+    smallest = [
+        min((2 * p for p in (difference.p_value, lines.p_value) if p is not None), default=1.0)
+        for difference, lines in tests
+    ]
+    found, passed = [0.0] * len(tests), True
+    for before, i in enumerate(sorted(range(len(tests)), key=smallest.__getitem__)):
+        level = ALPHA / (len(tests) - before)
+        passed = passed and smallest[i] < level
+        found[i] = level / 2 if passed else 0.0
+    return found
+
+
+def course_kind(seen: Course, difference: AnyDifference, lines: TwoLines, level: float = ALPHA) -> CourseKind:
+    """The course in words.
+
+    A rise is a p at which success is above that at the lowest p, a fall one at which it is below (permutation test and
+    interval, corrected for looking at every p); or both by two lines.
+
+    Args:
+        seen: Where success is highest and lowest.
+        difference: The test of the differences from the lowest p.
+        lines: The two-lines test.
+        level: Level of both tests, [0, 1); for one of several agents what :func:`levels` gives it.
+    """
     if difference.p_value is None:
         return "not tested"
-    if lines.direction is not None:
+    if lines.direction is not None and lines.p_value is not None and lines.p_value < level:
         return "rises and falls" if lines.direction == "inverted U" else "falls and rises"
-    differs = [at.value for at in difference.at if at.p_value < ALPHA]
+    differs = [at.value for at in difference.at if at.p_value < level]
     rises, falls = any(value > 0 for value in differs), any(value < 0 for value in differs)
     if rises and falls:
-        return "rises and falls" if best_first else "falls and rises"
+        return "rises and falls" if seen.highest_p < seen.lowest_p else "falls and rises"
     return "rises" if rises else "falls" if falls else "no change detectable"

@@ -11,10 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from lockprobe.analysis.inference.association import Correlation
+from lockprobe.analysis.inference.difference import AnyDifference
 from lockprobe.analysis.inference.hazard import LoopEffect, NaiveAssociation
 from lockprobe.analysis.inference.logrank import LogRanks
-from lockprobe.analysis.inference.peak import AnyDifference
 from lockprobe.analysis.inference.shape import BinomialOrders
 from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
@@ -86,7 +88,7 @@ class TestResult:
 
 def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestResult]:
     """Whether success depends on p."""
-    largest = max((at.value for at in found.at), key=abs, default=None)
+    clearest = found.clearest
     chosen = _chosen(conditions, "success", highest=True)
     return [
         TestResult(
@@ -94,16 +96,21 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
             question="success",
             recommended=True,
             p_value=found.p_value,
-            effect=largest,
+            effect=clearest.value if clearest else None,
+            low=clearest.low if clearest else None,
+            high=clearest.high if clearest else None,
             unit="difference in success",
-            note=found.note or "Corrected for looking at every p; trials that share their luck stay together.",
+            direction=int(np.sign(clearest.value)) if clearest else 0,
+            note=found.note
+            or "Corrected for looking at every p; trials that share their luck stay together. It says yes only if the "
+            "interval, at a level corrected alike, leaves out 0.",
         ),
         TestResult(
             name="any difference, permutation",
             question="success",
             recommended=False,
             p_value=found.omnibus,
-            note="Valid as well; it looks at every pair of p.",
+            note="It looks at every pair of p. Not valid where p changes which trials are solved but not how many.",
         ),
         _naive(chosen, "success", "highest success, chosen by eye, Fisher", "difference in success"),
     ]

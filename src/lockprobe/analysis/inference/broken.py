@@ -1,0 +1,121 @@
+"""Trials that broke: whether they select, and what one may conclude all the same.
+
+A trial that ends as error counts neither as solved nor as failed. Where trials break more often under one condition
+than under another, those that remain are a selection: a call that fails with the same chance at every step breaks long
+trials, and long trials are those that are seldom solved. So everything is tested three times: without the broken
+trials, with all of them unsolved from where they broke, and with all of them solved there. Only what all three agree
+on is concluded (bounds as of Manski 1990, at the two ends that treat conditions alike).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.analysis.inference.difference import AnyDifference, Bound, DifferenceAt, any_difference
+from lockprobe.analysis.inference.ushape import TwoLines
+from lockprobe.analysis.inference.verdict import TestResult
+from lockprobe.analysis.outcomes import Outcomes, appended
+from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
+
+__all__ = ["BrokenShares", "agreed_difference", "agreed_lines", "agreed_tests", "broken_shares", "completed"]
+
+PERMUTATIONS = 999
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BrokenShares:
+    """Which trials broke.
+
+    Attributes:
+        at: Broken of those that were begun, by p, rising.
+        p_value: Whether the shares differ between p: permutation within trials that share their luck; None where no
+            two p share a trial.
+    """
+
+    at: tuple[tuple[float, Proportion], ...]
+    p_value: float | None
+
+    @property
+    def differ(self) -> bool:
+        """Whether the share of broken trials is shown to depend on p."""
+        return self.p_value is not None and self.p_value < ALPHA
+
+
+def broken_shares(counted: Outcomes, broken: Outcomes, rng: np.random.Generator) -> BrokenShares | None:
+    """How many trials broke at each p; None if none did.
+
+    Args:
+        counted: The ended trials of one agent.
+        broken: Its trials that ended as error.
+        rng: The stream of the permutations.
+    """
+    if not len(broken):
+        return None
+    begun = appended(counted, broken)
+    broke = replace(begun, solved=np.arange(len(begun)) >= len(counted))
+    here = [(float(p), broke.solved[broke.p == p]) for p in np.unique(broke.p)]
+    return BrokenShares(
+        at=tuple((p, proportion(int(which.sum()), len(which))) for p, which in here),
+        p_value=any_difference(broke, rng, PERMUTATIONS).omnibus,
+    )
+
+
+def completed(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, Outcomes]:
+    """All trials: those that broke unsolved, censored at their last step; and those that broke solved at the next."""
+    unsolved = replace(broken, solved=np.zeros(len(broken), dtype=np.bool_))
+    solved = replace(broken, solved=np.ones(len(broken), dtype=np.bool_), length=broken.length + 1)
+    return appended(counted, unsolved), appended(counted, solved)
+
+
+def agreed_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
+    """The differences without the broken trials, with p-values that hold whatever became of those."""
+    bounds = [{one.p: one for one in other.at} for other in (unsolved, solved)]
+    at = tuple(_agreed_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
+    return replace(found, at=at, p_value=min((one.p_value for one in at), default=None))
+
+
+def _agreed_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: DifferenceAt | None) -> DifferenceAt:
+    if unsolved is None or solved is None:
+        return replace(found, p_value=1.0)
+    three = (found, unsolved, solved)
+    alike = len({np.sign(one.value) for one in three}) == 1
+    return replace(
+        found,
+        p_value=max(one.p_value for one in three) if alike else 1.0,
+        if_unsolved=Bound(value=unsolved.value, p_value=unsolved.p_value),
+        if_solved=Bound(value=solved.value, p_value=solved.p_value),
+    )
+
+
+def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
+    """The two lines without the broken trials, with a shape only where all three show it."""
+    three = (found, *others)
+    if any(one.p_value is None for one in three):
+        return replace(found, p_value=None, direction=None)
+    same = len({one.direction for one in three}) == 1
+    return replace(
+        found,
+        p_value=max(one.p_value or 0.0 for one in three) if same else 1.0,
+        direction=found.direction if same else None,
+    )
+
+
+def agreed_tests(
+    found: Sequence[TestResult], unsolved: Sequence[TestResult], solved: Sequence[TestResult]
+) -> tuple[TestResult, ...]:
+    """The recommended tests with the largest of three p-values, or 1 where their directions differ; the rest as is."""
+    return tuple(
+        _agreed(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
+    )
+
+
+def _agreed(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
+    first, values = three[0], [test.p_value for test in three if test.p_value is not None]
+    if len(values) < len(three):
+        return replace(first, p_value=None, note="No test: too few trials remain of those that did not break.")
+    note = f"{first.note} Trials broke: the largest p-value without them, with all unsolved, and with all solved."
+    same = len({test.direction for test in three}) == 1
+    return replace(first, p_value=max(values) if same else 1.0, note=note.strip())

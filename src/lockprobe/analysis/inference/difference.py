@@ -1,0 +1,230 @@
+"""Does success at any p differ from that at the lowest p, once one has looked at all of them?
+
+An estimate, its interval and its p-value come from one sample. Of an agent that is the trials that both p have: trials
+of equal repetition and trial share their luck, and a study that is not finished has some of them at one p only. Of
+people, who meet no luck twice, it is all trials, and those of one person belong together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.clustered import ClusteredDifference, clustered_difference
+from lockprobe.analysis.outcomes import Outcomes, solved_in_pairs
+from lockprobe.analysis.proportions import Paired, Proportion, paired, proportion
+
+__all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference"]
+
+PERMUTATIONS = 2000
+
+Array = NDArray[np.float64]
+Groups = dict[tuple[int, ...], list[NDArray[np.bool_]]]
+
+_TIE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bound:
+    """The same difference, had all broken trials ended in one way.
+
+    Attributes:
+        value: Success at the higher p less success at the lowest, [-1, 1].
+        p_value: As :attr:`DifferenceAt.p_value`.
+    """
+
+    value: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferenceAt:
+    """Success at one p against the lowest p, in one sample of trials.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        first: Solved at the lowest p, of the trials compared.
+        second: Solved at this p, of the trials compared.
+        value: Success at this p less success at the lowest p, [-1, 1].
+        low: Lower end of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest).
+        high: Upper end.
+        pairs: The trials that both have, pair by pair; None of people.
+        exchange: Permutation p-value, corrected for every p looked at (Westfall & Young's single-step maximum).
+        p_value: The larger of ``exchange`` and the corrected p-value that belongs to the interval, so that it is
+            below 0.05 only if the interval leaves out 0. Where trials broke, the largest over what they may have been.
+        if_unsolved: The difference if every broken trial had ended unsolved; None where no trial broke.
+        if_solved: The difference if every broken trial had been solved.
+    """
+
+    p: float
+    first: Proportion
+    second: Proportion
+    value: float
+    low: float
+    high: float
+    pairs: Paired | None
+    exchange: float
+    p_value: float
+    if_unsolved: Bound | None = None
+    if_solved: Bound | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnyDifference:
+    """Whether success differs between values of p.
+
+    Attributes:
+        lowest: The p that the others are compared with; None without trials.
+        at: The other values that share trials with it, rising.
+        p_value: The smallest of theirs, each of which is corrected for looking at all.
+        omnibus: p-value of ``sum n_p (success_p - success)^2``, which looks at every pair of values.
+        permutations: How many were drawn.
+        note: Why there is no test, in words.
+    """
+
+    lowest: float | None
+    at: tuple[DifferenceAt, ...]
+    p_value: float | None
+    omnibus: float | None
+    permutations: int
+    note: str
+
+    @property
+    def clearest(self) -> DifferenceAt | None:
+        """The difference with the smallest p-value, of several the largest; None without one."""
+        return min(self.at, key=lambda one: (one.p_value, -abs(one.value)), default=None)
+
+
+def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS) -> AnyDifference:
+    """Test whether false reports change success, whatever luck the trials share and whichever p turned out best.
+
+    Two conditions must hold. First, outcomes are exchanged at random between the values of p of a cluster, and
+    ``(1 + those at least as extreme) / (1 + permutations)`` is the p-value. That is exact whether the luck decides
+    all, some or nothing, if p changes nothing at all. If p changes which trials are solved, but not how many, it
+    rejects in up to a third of studies, the more the more values of p there are. Second, therefore, the interval of
+    the difference, corrected for the number of differences (Bonferroni), leaves out 0.
+
+    Args:
+        outcomes: The ended trials of one agent.
+        rng: The stream of the permutations.
+        permutations: How many to draw.
+    """
+    values, place = np.unique(outcomes.p, return_inverse=True)
+    lowest = float(values[0]) if len(values) else None
+    groups = _groups(outcomes, place)
+    apart = not any(len(set(labels)) > 1 for labels in groups)
+    if apart and not (outcomes.of_people and len(values) > 1):
+        note = "No test: no two values of p were met by the same trial."
+        return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
+    n = np.bincount(place).astype(np.float64)
+    if apart:
+        solved, size = _whole(outcomes, place, permutations, rng)
+        away = solved / size - (solved / size)[:, :1]
+        compared = n
+    else:
+        solved, away, compared = _exchanged(groups, len(values), permutations, rng)
+        size = np.broadcast_to(n, solved.shape)
+        if outcomes.of_people:
+            away, compared = solved / size - (solved / size)[:, :1], n
+    tested = np.flatnonzero(compared[1:] > 0) + 1
+    spread = (n * (solved / size - solved[0].sum() / n.sum()) ** 2).sum(axis=1)
+    largest = np.abs(away[:, tested]).max(axis=1, initial=0.0)
+    exchanged = {i: _share(largest[1:], abs(float(away[0, i]))) for i in tested.tolist()}
+    at = tuple(
+        _at(outcomes, (float(values[0]), float(values[i])), exchange, choices=len(tested))
+        for i, exchange in exchanged.items()
+    )
+    return AnyDifference(
+        lowest=lowest,
+        at=at,
+        p_value=min((one.p_value for one in at), default=None),
+        omnibus=_share(spread[1:], spread[0]),
+        permutations=permutations,
+        note="" if at else "No test: no trial at a higher p was met at the lowest p.",
+    )
+
+
+def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choices: int) -> DifferenceAt:
+    """The difference at the second of two p from the first, from the trials that may be compared."""
+    together = outcomes.at(np.isin(outcomes.p, both))
+    later = together.p == both[1]
+    if outcomes.of_people:
+        found: Paired | ClusteredDifference = clustered_difference(
+            together.solved, later, together.person, together.luck, choices=choices
+        )
+        pairs, shares = None, [together.solved[~later], together.solved[later]]
+    else:
+        shares = list(solved_in_pairs(together.at(~later), together.at(later)).T)
+        pairs = found = paired(shares[0], shares[1], choices=choices)
+    first, second = (proportion(int(one.sum()), len(one)) for one in shares)
+    return DifferenceAt(
+        p=float(both[1]),
+        first=first,
+        second=second,
+        value=found.value,
+        low=found.low,
+        high=found.high,
+        pairs=pairs,
+        exchange=exchange,
+        p_value=max(exchange, min(1.0, choices * found.interval_p)),
+    )
+
+
+def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
+    """Clusters by the places of p that they have trials at: solved or not, one array a cluster."""
+    clusters = outcomes.cluster
+    order = np.lexsort((place, clusters))
+    groups: Groups = {}
+    for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):
+        groups.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
+    return groups
+
+
+def _exchanged(
+    groups: Groups, places: int, permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array, NDArray[np.float64]]:
+    """Outcomes exchanged inside clusters; the first row is as observed.
+
+    Returns:
+        Solved trials per place, shape (1 + permutations, places); share solved at each place less that at the first,
+        over the clusters that have both, of the same shape; and how many clusters have both, shape (places,).
+    """
+    solved, away = np.zeros((2, 1 + permutations, places))
+    both = np.zeros(places)
+    for labels, rows in groups.items():
+        members, at = np.array(rows), list(labels)
+        found = np.vstack([members.sum(axis=0), _permuted(members, permutations, rng)])
+        solved += found @ np.eye(places)[at]
+        if at and at[0] == 0:
+            away += (found - found[:, :1]) @ np.eye(places)[at]
+            both[at] += len(members)
+    return solved, away / np.maximum(both, 1), both
+
+
+def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
+    """Solved trials per place, shape (permutations, places), each cluster of (clusters, places) shuffled by itself."""
+    varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
+    shuffled: NDArray[np.uint8] = rng.permuted(np.broadcast_to(varied, (permutations, *varied.shape)), axis=2)
+    totals: Array = shuffled.sum(axis=1, dtype=np.float64)
+    return totals + np.count_nonzero(members.all(axis=1))
+
+
+def _whole(
+    outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Whole clusters shuffled among the places: solved trials and trials per place, the first row as observed.
+
+    Both have the shape (1 + permutations, places).
+    """
+    clusters = outcomes.cluster
+    _, first, sizes = np.unique(clusters, return_index=True, return_counts=True)
+    labels = place[first]
+    shuffled = np.vstack([labels, rng.permuted(np.broadcast_to(labels, (permutations, len(labels))), axis=1)])
+    member = (shuffled[..., None] == np.arange(int(place.max()) + 1)).swapaxes(1, 2)
+    return member @ np.bincount(clusters, weights=outcomes.solved), member @ (1.0 * sizes)
+
+
+def _share(drawn: Array, observed: float) -> float:
+    return float((1 + np.count_nonzero(drawn >= observed - _TIE)) / (1 + len(drawn)))

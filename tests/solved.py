@@ -1,0 +1,51 @@
+"""Columns of trials for tests of success over p, made of arrays of solved or not."""
+
+import numpy as np
+
+from lockprobe.analysis.outcomes import Outcomes
+
+TRUTH = np.array([7, 12, 16, 19, 20, 18, 15]) / 30
+"""A rise and a fall like the paper's."""
+
+
+def study(solved, p=None):
+    """Outcomes from an array (p, repetition, trial) of solved or not."""
+    solved = np.asarray(solved, dtype=bool)
+    i, r, t = np.indices(solved.shape).reshape(3, -1)
+    p = np.arange(len(solved)) / max(10, len(solved)) if p is None else np.asarray(p)
+    return Outcomes(
+        p=p[i],
+        repetition=r + 1,
+        trial=t + 1,
+        length=np.full(i.size, 20),
+        solved=solved.reshape(-1),
+        onset=np.zeros(i.size, dtype=np.int64),
+    )
+
+
+def drawn(rng, success=0.5, shape=(7, 3, 10), shared=0.0):
+    """Solved or not: with the given chance all values of p of a cluster share one draw, else each has its own."""
+    luck = np.where(rng.random((1, *shape[1:])) < shared, rng.random((1, *shape[1:])), rng.random(shape))
+    return luck < np.broadcast_to(success, shape[:1])[:, None, None]
+
+
+def unequal_luck(rng, p=7, trials=30):
+    """Half solved at every p, alike at all p but the lowest: p changes which trials are solved, and not how many."""
+    solved = rng.random((p, 1, trials)) < 0.5
+    solved[1:] = solved[1]
+    return solved
+
+
+def people(rng, per_p, boxes, likeness, p=7, success=0.5):
+    """Columns of people each of whom plays boxes at one p only, alike within a person by a share of the variance."""
+    from scipy.stats import norm
+
+    able = np.repeat(rng.standard_normal((p, per_p)), boxes, axis=1)
+    hidden = likeness**0.5 * able + (1 - likeness) ** 0.5 * rng.standard_normal((p, per_p * boxes))
+    columns = study((hidden < norm.ppf(np.broadcast_to(success, p))[:, None])[:, None])
+    who = [f"{place}-{number // boxes}" for place in range(p) for number in range(per_p * boxes)]
+    return Outcomes(**{name: getattr(columns, name) for name in Outcomes.__slots__} | {"person": np.array(who)})
+
+
+def rng(seed=1):
+    return np.random.default_rng(seed)
