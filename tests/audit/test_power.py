@@ -87,3 +87,20 @@ def test_impossible_designs_are_refused():
 def test_p_a_millionth_apart_are_a_design():
     for low in (0.0, 0.1, 0.3, 0.7):
         assert stated_world((0.5, 0.6), p=(low, low + 1e-6)).success == (0.5, 0.6)
+
+
+def test_the_number_of_trials_has_the_error_of_its_simulation():
+    few, many = (needed(ladder(*(k * n // 100 for k in (20, 80, 99)), studies=n), 0.8) for n in (100, 10_000))
+    assert few.low < 30 < few.high
+    assert few.low < many.low <= many.trials == few.trials == 30 <= many.high < few.high
+    open_ended = needed(ladder(20, 50, 82), 0.8)
+    assert (open_ended.trials, open_ended.high) == (58, None)
+    at_once = needed(ladder(78, 90, 99), 0.8)
+    assert (at_once.low, at_once.below) == (None, False)
+
+
+def test_intervals_of_two_seeds_meet_though_their_numbers_differ():
+    """The effect of the paper: 27 or 37 trials by the luck of the simulation."""
+    effect = stated_world((7 / 30, 20 / 30), p=P2)
+    found = [power([effect], p=P2, trials=(12, 18, 24, 30, 48), studies=80, seed=seed)[0] for seed in (1, 2, 3)]
+    assert max(one.low or 0 for one in found) <= min(one.high for one in found)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from lockprobe.analysis.inference.verdict import Question
+from lockprobe.analysis.proportions import proportion
 from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.worlds import WORLDS, Design, P, World
 from lockprobe.errors import BadValue
@@ -34,6 +35,9 @@ class Needed:
         recommended: Whether the report concludes from it.
         measured: Its power at every number of trials, ascending.
         trials: Trials per p at which the target is reached, interpolated; None if it never was.
+        low: Lower end of its 95 % interval: where the upper ends of the Wilson intervals of power reach the target.
+            None where they do at the smallest number measured already.
+        high: Upper end: where the lower ends do; None where they never do.
         below: Whether the smallest number measured reached it already.
     """
 
@@ -43,6 +47,8 @@ class Needed:
     recommended: bool
     measured: tuple[Rate, ...]
     trials: int | None
+    low: int | None
+    high: int | None
     below: bool
 
 
@@ -122,6 +128,9 @@ def power(
 ) -> list[Needed]:
     """Power of every test whose question has the answer yes, and the trials per p that it needs.
 
+    The simulated trials share no luck over p, as those of a model that is sampled. Of an agent that acts alike in some
+    trials whatever p is, differences of success need fewer trials, and those of speed and loops other numbers.
+
     Args:
         worlds: Effects; each gives success at every ``p``.
         p: Flip probabilities.
@@ -155,17 +164,28 @@ def power(
 def needed(measured: Sequence[Rate], target: float) -> Needed:
     """Where one test's power first reaches the target; linear in the logarithm of the number of trials between."""
     first = measured[0]
-    trials = first.trials if first.rate >= target else None
-    for low, high in pairwise(measured):
-        if trials is None and high.rate >= target:
-            way = (target - low.rate) / (high.rate - low.rate)
-            trials = math.ceil(math.exp(math.log(low.trials) + way * math.log(high.trials / low.trials)) - 1e-9)
+    trials = [rate.trials for rate in measured]
+    shares = [proportion(rate.rejected, rate.studies) for rate in measured]
+    low = _crossing(trials, [share.high for share in shares], target)
     return Needed(
         world=first.world,
         question=first.question,
         test=first.test,
         recommended=first.recommended,
         measured=tuple(measured),
-        trials=trials,
+        trials=_crossing(trials, [share.value for share in shares], target),
+        low=None if low == first.trials else low,
+        high=_crossing(trials, [share.low for share in shares], target),
         below=first.rate >= target,
     )
+
+
+def _crossing(trials: Sequence[int], power_at: Sequence[float], target: float) -> int | None:
+    """The first number of trials at which a line through powers reaches the target; None if it never does."""
+    if power_at[0] >= target:
+        return trials[0]
+    for (n, low), (more, high) in pairwise(zip(trials, power_at, strict=True)):
+        if high >= target:
+            way = (target - low) / (high - low)
+            return math.ceil(math.exp(math.log(n) + way * math.log(more / n)) - 1e-9)
+    return None

@@ -67,7 +67,7 @@ def power(
     workers: Workers = None,
     json: AsJson = False,
 ) -> None:
-    """How many trials per p a test needs to find a stated effect, by simulation.
+    """How many trials per p a test needs to find a stated effect, by simulation, with the error of the simulation.
 
     Without an effect two are taken: a rise and fall of success like the paper's (0.23 at p = 0, 0.67 at 0.4, then
     0.5), and an agent that loops trap when it is told the truth.
@@ -168,6 +168,8 @@ def _row(one: Needed) -> dict[str, object]:
         "test": one.test,
         "recommended": one.recommended,
         "trials_needed": one.trials,
+        "trials_needed_low": one.low,
+        "trials_needed_high": one.high,
         "at_most": one.below,
         "measured": [
             {"trials": rate.trials, "power": rate.rate, "error": rate.error, "studies": rate.studies}
@@ -194,9 +196,18 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
         console.print("There is nothing to find: at this effect every question has the answer no.")
     else:
         console.print("\n* recommended. The others reject more often than they may, or are there to be compared.")
+        console.print(
+            "In brackets: the 95 % interval that the number of simulated studies leaves; --studies makes it narrower.\n"
+            "Assumed: trials of one p share no luck with those of another, as of a model that is sampled."
+        )
 
 
 def _needed(one: Needed) -> str:
+    most = one.measured[-1].trials
     if one.trials is None:
-        return f"more than {one.measured[-1].trials}"
-    return f"at most {one.trials}" if one.below else str(one.trials)
+        return f"more than {most}"
+    low = f"{one.low}" if one.low else f"at most {one.measured[0].trials}"
+    high = f"{one.high}" if one.high else f"more than {most}"
+    if one.below:
+        return f"at most {one.trials}"
+    return f"{one.trials} [{low}, {high}]"
