@@ -147,7 +147,7 @@ def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
         return NOT_MEASURED
     said = f"{share.count} of {share.n} actions after a blocked report try a joint again that was just blocked, "
     said += f"{100 * share.value:.0f} % [{100 * share.low:.0f}, {100 * share.high:.0f}]; "
-    said += f"random actions would {100 * chance:.0f} %"
+    said += f"random actions would do so in {100 * chance:.0f} %"
     shown = pattern(p_value, found.repeated_direction)
     return said, borne_out(shown), "Student's t over trials told the truth, against random actions", p_value
 
