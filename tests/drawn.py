@@ -5,9 +5,17 @@ from matplotlib.collections import PathCollection, PolyCollection
 
 
 def lines(axes):
-    """The data of every line, apart from entries of the legend."""
-    found = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axes.lines]
+    """The data of every line, apart from entries of the legend and figures of the paper."""
+    own = [line for line in axes.lines if line.get_gid() != "paper"]
+    found = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in own]
     return [(x, y) for x, y in found if len(x)]
+
+
+def published(axes):
+    """The places of the paper's figures, and the entries of the legend that they have."""
+    found = [line for line in axes.lines if line.get_gid() == "paper"]
+    places = [(float(x), float(y)) for line in found for x, y in zip(*line.get_data(), strict=True)]
+    return places, [line.get_label() for line in found]
 
 
 def staircases(axes):

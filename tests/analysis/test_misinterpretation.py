@@ -123,3 +123,10 @@ def test_claims_of_one_trial_are_not_independent():
     assert together.pooled == apart.pooled
     width = [found.misinterpreted.high - found.misinterpreted.low for found in (together, apart)]
     assert width[0] > 1.5 * width[1]
+
+
+def test_hallucinated_changes_are_a_share_of_what_was_misread():
+    blocked_for_moved = make_trial([3, 2, 1, 0], claims=[None, "blocked", "moved", "moved"])
+    moved_for_blocked = make_trial([0, 1, 2, 0], claims=[None, "moved", "moved", "blocked"], trial=2)
+    found = misinterpretations([blocked_for_moved, moved_for_blocked]).hallucinated
+    assert (found.count, found.n, found.clusters) == (2, 3, 2)

@@ -76,7 +76,7 @@ def test_people_have_a_picture_of_their_own(studies):
 
 def test_panels_are_a_column_of_print_wide_and_two_beside_each_other(studies):
     for case, columns, rows in (("typical", 1, 1), ("three", 2, 2), ("strategies", 2, 2)):
-        figure = figures.panels(figures.draw_loops_by_p, studies[case].subjects)
+        figure = figures.panels(figures.draw_loops_against_success, studies[case].subjects)
         assert tuple(figure.get_size_inches()) == (3.5 * columns, 2.4 * rows)
         assert sum(axes.get_visible() for axes in figure.axes) == len(studies[case].subjects)
 
@@ -85,7 +85,9 @@ def test_panels_are_a_column_of_print_wide_and_two_beside_each_other(studies):
 @pytest.mark.parametrize("draw", [figures.draw_success_curves, figures.draw_success_by_p])
 def test_every_agent_is_named(studies, case, draw):
     (legend,) = figures.single(draw, studies[case]).legends
-    assert len(legend.get_texts()) == len(studies[case].agents)
+    names = [text.get_text() for text in legend.get_texts()]
+    assert names.count("the paper") == 1
+    assert len(names) == len(studies[case].agents) + 1
 
 
 def test_what_cannot_be_compared_takes_no_room(studies):

@@ -1,8 +1,10 @@
 """The paper's figures show the numbers of the summary, and nothing but the paper's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from drawn import dots, lines, shades, staircases
+from drawn import dots, lines, published, shades, staircases
 
 from lockprobe import figures
 
@@ -78,3 +80,41 @@ def test_a_fit_without_a_band_does_not_claim_one(axes, studies):
     figures.draw_loops_by_p(axes, agent)
     assert "second-order fit" in axes.get_title(loc="left")
     assert "band" not in axes.get_title(loc="left")
+
+
+def test_the_papers_own_figures_are_drawn_as_hollow_stars_with_one_name(axes, typical):
+    figures.draw_success_by_p(axes, typical)
+    assert published(axes) == ([(0.0, 7 / 30), (0.4, 20 / 30)], ["the paper"])
+    (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
+    assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
+
+
+def test_those_of_figures_3_and_5b(axes, typical, model):
+    figures.draw_success_curves(axes, typical)
+    assert published(axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
+    axes.clear()
+    figures.draw_loops_by_p(axes, model)
+    assert published(axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper, reconstructed"])
+
+
+def test_where_the_study_has_no_place_for_them_they_are_left_out(axes, studies):
+    figures.draw_success_by_p(axes, studies["one p"])
+    assert published(axes) == ([], [])
+    axes.clear()
+    figures.draw_loops_by_p(axes, studies["nothing solved"].agents[0])
+    assert published(axes) == (
+        [(0.0, 0.8), (0.4, 16 / 30)],
+        ["the paper, reconstructed"],
+    )  # 0.4 lies between 0.3 and 0.6
+    axes.clear()
+    figures.draw_success_by_p(axes, studies["errors"])
+    assert published(axes) == ([], [])
+
+
+def test_a_fourth_figure_without_the_lowest_p_has_no_star_there(axes, typical):
+    higher = [replace(a, conditions=a.conditions[1:4]) for a in typical.agents]
+    figures.draw_success_by_p(axes, replace(typical, agents=tuple(higher)))
+    assert published(axes) == ([], [])
+    axes.clear()
+    figures.draw_success_curves(axes, replace(typical, agents=tuple(higher)))
+    assert published(axes) == ([], [])

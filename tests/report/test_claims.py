@@ -5,11 +5,13 @@ from dataclasses import replace
 import pytest
 from builders import play_study, small_study
 
+from lockprobe.analysis.published import CORRELATION
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
 from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.report.claims import claim_rows
-from lockprobe.report.paper import CLAIMS, CORRELATION, fisher_z
+from lockprobe.report.paper import CLAIMS
+from lockprobe.report.recomputed import fisher_z
 from lockprobe.seeds import generator
 
 
@@ -35,6 +37,16 @@ def test_the_interval_of_the_papers_correlation():
     assert fisher_z(CORRELATION, 21) == pytest.approx((-0.86, -0.37), abs=0.005)
 
 
+def test_table_1_implies_more_steps_with_rgbd_than_with_ground_truth():
+    (order,) = (claim.recomputed for claim in CLAIMS if claim.measure == "modality-order")
+    assert "about 101 steps with RGB, 131 with RGB-D and 122 with ground truth" in order
+    assert "35 in 122 steps are 28.7 %, the mean is 26.8 %" in order
+
+
+def test_rows_of_a_table_are_no_quotations():
+    assert [claim.place for claim in CLAIMS if not claim.quoted] == ["Table 1", "Table 1"]
+
+
 def test_every_claim_is_there_in_the_order_of_the_paper():
     rows = claim_rows(summarise(play_study(small_study())))
     assert list(dict.fromkeys(row.claim for row in rows)) == list(CLAIMS)
@@ -46,8 +58,11 @@ def test_every_claim_is_there_in_the_order_of_the_paper():
 def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
     """Loops are irrelevant in this world, and yet its figures are those of Fig. 5. A few verdicts err by chance."""
     studies = [rows_of("loops-irrelevant", seed) for seed in range(8)]
-    for measure in ("baseline", "peak", "ratio", "loops", "loops-drop", "correlation"):
+    for measure in ("baseline", "peak", "ratio", "correlation"):
         assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 6, measure
+    for measure in ("loops", "loops-drop"):  # a drop such as the paper's is often not shown by 30 trials
+        assert sum(rows[measure].verdict in ("compatible", "not decided") for rows in studies) >= 6, measure
+        assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 2, measure
     assert sum(rows["effect"].verdict == "borne out" for rows in studies) >= 6
     for measure in ("onset", "harm"):
         assert sum(rows[measure].verdict == "borne out" for rows in studies) <= 2, measure

@@ -6,12 +6,32 @@ from lockprobe.analysis.summary import summarise
 from lockprobe.report.claims import claim_rows
 
 
-def test_the_opposite_order_is_not_borne_out(modal):
+def test_the_opposite_order_is_not_compatible(modal):
     turned = {"rgb": "symbolic", "symbolic": "rgb", "rgbd": "rgbd"}
     trials = [t if t.agent != "viewer" else replace(t, modality=turned[t.modality]) for t in modal]
     (row,) = [row for row in claim_rows(summarise(trials)) if row.claim.measure == "modality-order"]
-    assert row.verdict == "not borne out"
+    assert row.verdict == "not compatible"
     assert row.p_value < 0.05
+    others = {row.claim.measure: row.verdict for row in claim_rows(summarise(trials))}
+    assert others["modality-outpaces"] == others["modality-steps"] == "not compatible"
+
+
+def test_rgbd_has_to_lie_in_between(modal):
+    """The trend alone would bear the order out: RGB is fastest, RGB-D slowest, and ground truth just before it."""
+    turned = {"rgb": "rgb", "rgbd": "symbolic", "symbolic": "rgbd"}
+    trials = [t if t.agent != "viewer" else replace(t, modality=turned[t.modality]) for t in modal]
+    rows = {row.claim.measure: row for row in claim_rows(summarise(trials))}
+    assert rows["modality-order"].p_value < 0.05
+    assert rows["modality-order"].verdict == "not compatible"
+    assert rows["modality-outpaces"].verdict == "not compatible"
+
+
+def test_two_modalities_do_not_decide_what_is_said_of_three(modal):
+    trials = [t for t in modal if t.modality != "rgbd"]
+    rows = {row.claim.measure: row.verdict for row in claim_rows(summarise(trials))}
+    assert rows["modality-order"] == rows["reference-faster"] == "not decided"
+    assert rows["modalities"] in ("not decided", "not compatible")
+    assert rows["modality-outpaces"] == "not measured"
 
 
 def test_a_study_of_one_modality_says_nothing_of_modalities(modal):

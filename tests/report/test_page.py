@@ -263,3 +263,12 @@ def test_tables_are_those_of_the_results(reported):
     tex = (reported / "tables" / "conditions.tex").read_text()
     assert tex.count(r"\\") == len(content) + 1
     assert not re.search(r"(?<!\\)%", tex)
+
+
+def test_rows_of_a_table_stand_without_quotation_marks(tmp_path):
+    directory = write_study(tmp_path / "study", small_study())
+    write_report(directory)
+    page = page_of(directory, "claims")
+    assert "Table entry: State Misinterpretation Rates Across Input Modalities, row RGB-D" in page
+    assert "\u201cState Misinterpretation" not in page
+    assert "\u201cperformance rises to a peak" in page

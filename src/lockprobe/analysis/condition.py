@@ -12,6 +12,7 @@ from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_
 from lockprobe.analysis.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.analysis.outcomes import Point, outcomes, points
+from lockprobe.analysis.persistence import Persistence, persistence
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference
 from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference
@@ -34,6 +35,7 @@ class ConditionSummary:
         curve: Success by step.
         relative: The same between a random agent and the optimum; None where the box is not known.
         behaviour: Loops, redundancy, entropy.
+        persistence: Whether loops are left, and blocked joints tried again.
         claims: Misinterpretations.
         rationality: Its actions before two ideal observers; empty where the box is too large for a prior.
         points: One per repetition.
@@ -48,6 +50,7 @@ class ConditionSummary:
     curve: SuccessCurve
     relative: Relative | None
     behaviour: Behaviour
+    persistence: Persistence
     claims: Misinterpretations
     rationality: tuple[Rationality, ...]
     points: tuple[Point, ...]
@@ -100,6 +103,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
         curve=curve,
         relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
         behaviour=behaviour(trials),
+        persistence=persistence(trials),
         claims=misinterpretations(trials),
         rationality=rationality(trials),
         points=tuple(points(found)),

@@ -136,6 +136,7 @@ class Misinterpretations:
         false_belief: Claims that contradict the truth, over claims.
         moved_for_blocked: Said to have moved, of the claims about a step reported as blocked.
         blocked_for_moved: Said to have been blocked, of the claims about a step reported as moved.
+        hallucinated: Said to have moved though told blocked, of all misinterpretations.
         counts: All eight kinds of (said, told, true).
         not_asked: Trials in which the agent was not asked what its actions did.
     """
@@ -153,6 +154,7 @@ class Misinterpretations:
     false_belief: ClusteredProportion
     moved_for_blocked: ClusteredProportion
     blocked_for_moved: ClusteredProportion
+    hallucinated: ClusteredProportion
     counts: tuple[ClaimCount, ...]
     not_asked: int
 
@@ -231,6 +233,9 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
         false_belief=clustered_proportion(untrue, made),
         moved_for_blocked=_misread(asked, "blocked"),
         blocked_for_moved=_misread(asked, "moved"),
+        hallucinated=clustered_proportion(
+            [sum(c.misinterpreted and c.told == "blocked" for c in trial.claims) for trial in asked], wrong
+        ),
         counts=_counts(claim for trial in asked for claim in trial.claims),
         not_asked=sum(not trial.assessment for trial in ended(trials)),
     )

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.frame import BEYOND, Style
+from lockprobe.figures.frame import BEYOND, INK, Style
 
-__all__ = ["band", "bars", "dots", "key", "means", "staircase"]
+__all__ = ["band", "bars", "dots", "key", "means", "published", "staircase"]
 
 
 def staircase(axes: Axes, share: Sequence[float], style: Style, *, label: str | None = None, first: int = 2) -> None:
@@ -98,6 +98,25 @@ def dots(axes: Axes, agent: AgentSummary, style: Style, shift: float = 0.0, *, l
         linewidth=0,
         zorder=2,
     )
+
+
+def published(axes: Axes, places: Sequence[tuple[float, float]], label: str = "the paper") -> None:
+    """Figures that the paper's text gives: stars that hide nothing, one entry in the legend, never joined by a line."""
+    if places:
+        axes.plot(
+            [x for x, _ in places],
+            [y for _, y in places],
+            color=INK,
+            marker="*",
+            markersize=7.5,
+            markerfacecolor="none",
+            markeredgewidth=0.7,
+            linestyle="none",
+            zorder=5,
+            label=label,
+            gid="paper",
+            clip_on=False,
+        )
 
 
 def key(axes: Axes, style: Style, label: str) -> None:

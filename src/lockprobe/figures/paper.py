@@ -1,12 +1,27 @@
-"""The paper's Figs. 3, 4, 5a and 5b, as the paper draws them. What corrects them is in the module beside this one."""
+"""The paper's Figs. 3, 4, 5a and 5b, as the paper draws them. What corrects them is in the module beside this one.
+
+Hollow stars are figures that the paper's text gives. They are drawn where the study has their place on its axes.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
+from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.trend import TrendFit
+from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.published import (
+    LOOPS_AT_0,
+    LOOPS_AT_40,
+    PEAK,
+    REFERENCE_STEPS,
+    SOLVED_AT_0,
+    SOLVED_AT_40,
+    STEPS_TO_80,
+)
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.frame import (
     ACCENT,
@@ -26,7 +41,7 @@ from lockprobe.figures.frame import (
     styles,
     title,
 )
-from lockprobe.figures.marks import dots, key, means, staircase
+from lockprobe.figures.marks import dots, key, means, published, staircase
 
 __all__ = ["draw_loops_against_success", "draw_loops_by_p", "draw_success_by_p", "draw_success_curves"]
 
@@ -44,8 +59,12 @@ def draw_success_curves(axes: Axes, result: StudySummary) -> None:
     for i, (agent, style, condition) in enumerate(shown):
         told = "" if alike else f", p = {condition.p:g}, n = {condition.curve.n}"
         staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
-    step_axis(axes, max(len(condition.curve.share) - 1 for _, _, condition in shown), "success probability")
+    budget = max(len(condition.curve.share) - 1 for _, _, condition in shown)
     _, _, first = shown[0]
+    if alike and first.p == 0:
+        steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
+        published(axes, [(step, 0.8) for step in steps if step <= budget])
+    step_axis(axes, budget, "success probability")
     return title(axes, f"p = {first.p:g}; {counts([first])} of each agent" if alike else "")
 
 
@@ -68,6 +87,7 @@ def draw_success_by_p(axes: Axes, result: StudySummary) -> None:
         means(axes, x, [condition.success for condition in counted], style, line=not (style.lead and said[-1]))
         if counted:
             key(axes, style, heading(agent) if style.lead else agent_label(agent))
+    published(axes, _over_p(result.conditions, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
     p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0))
     return title(axes, f"{counts(result.conditions)} per p; dots: repetitions; markers: means", max(said, key=len))
@@ -111,9 +131,17 @@ def draw_loops_by_p(axes: Axes, agent: AgentSummary) -> None:
     fitted = _fit(axes, agent.loop_fit, style)
     dots(axes, agent, style, loops=True)
     means(axes, [c.p for c in counted], [c.behaviour.loops for c in counted], style, line=not fitted)
+    published(axes, _over_p(agent.conditions, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
     share_axis(axes, "action loop probability")
     p_axis(axes, agent.conditions)
     return title(axes, heading(agent), f"{counts(counted)} per p; dots: repetitions; markers: means", fitted)
+
+
+def _over_p(conditions: Sequence[ConditionSummary], first: Proportion, peak: Proportion) -> list[tuple[float, float]]:
+    """The paper's shares at p = 0 and at its peak, as far as the study has that p; none with a single p."""
+    played = {condition.p for condition in conditions}
+    places = [(0.0, first.value), (PEAK, peak.value)]
+    return [place for place in places if len(played) > 1 and min(played) <= place[0] <= max(played)]
 
 
 def _fit(axes: Axes, fit: TrendFit, style: Style) -> str:

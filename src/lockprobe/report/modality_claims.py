@@ -1,72 +1,164 @@
-"""The paper's claims about modalities (Sec. 3.1) beside what a study of several measured."""
+"""The paper's claims about modalities (Sec. 3.1) beside what a study of several measured.
+
+Each is about all three modalities: an agent that was not shown the box in all of them can contradict such a claim, and
+cannot bear it out.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from lockprobe.analysis.modalities import spoken
+from lockprobe.analysis.curves import SuccessCurve
+from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.published import MODALITY, STEPS_TO_80
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.options import spec_name
-from lockprobe.report.compared import NOT_MEASURED, Found, Verdict, same_share, same_step
-from lockprobe.report.paper import MODALITY, STEPS_TO_80
+from lockprobe.report.compared import (
+    NOT_MEASURED,
+    Found,
+    Pattern,
+    borne_out,
+    pattern,
+    same_share,
+    same_step,
+    verdict_of,
+)
 
 __all__ = ["MODALITY_MEASURES"]
 
 Measured = list[tuple[str, Found]]
 """What every agent that speaks to a claim says, by its name."""
 
+Shown = Mapping[str, AgentSummary]
+"""One agent by the modality in which it was shown the box."""
 
-def _compared(summary: StudySummary) -> Iterator[AgentSummary]:
-    """The agents that the study is about, once for each of several ways in which they were shown the box."""
-    several = {effect.agent for effect in summary.modalities}
-    for agent in summary.subjects:
-        if agent.agent in several and agent.conditions[0].success.n and agent.conditions[0].p == 0:
-            yield agent
+_THREE = ("rgb", "rgbd", "symbolic")
+_DECILES = tuple(i / 10 for i in range(1, 11))
 
 
-def _final(summary: StudySummary) -> Measured:
-    return [(agent.name, same_share(agent.conditions[0].success, MODALITY)) for agent in _compared(summary)]
-
-
-def _steps(summary: StudySummary) -> Measured:
-    return [
-        (agent.name, same_step(agent.conditions[0], STEPS_TO_80[spec_name(agent.modality)]))
-        for agent in _compared(summary)
-        if spec_name(agent.modality) in STEPS_TO_80
-    ]
-
-
-def _order(summary: StudySummary) -> Measured:
-    """Is the box solved sooner the lower the fidelity is?"""
-    agents = {agent.agent for agent in _compared(summary)}
-    found: Measured = []
+def _agents(summary: StudySummary) -> Iterator[tuple[ModalityEffect, Shown]]:
+    """The agents that the study is about and that were shown the box in several ways, at p = 0."""
     for effect in summary.modalities:
-        if effect.agent not in agents or effect.p_value is None:
-            found.append((effect.agent, NOT_MEASURED))
-            continue
-        curves = {agent.modality: agent.conditions[0].curve for agent in summary.agents if agent.agent == effect.agent}
-        steps = [(spoken(modality), curves[modality].restricted_mean_steps) for modality in effect.modalities]
-        here = "mean steps " + ", ".join(f"{mean:.1f} with {words}" for words, mean in steps if mean is not None)
-        verdict: Verdict = "borne out" if effect.detectable and effect.direction < 0 else "not borne out"
-        found.append((effect.agent, (here, verdict, "log-rank for a trend over fidelity", effect.p_value)))
-    return found
+        shown = {
+            agent.modality: agent
+            for agent in summary.subjects
+            if agent.agent == effect.agent and agent.conditions[0].success.n and agent.conditions[0].p == 0
+        }
+        if shown:
+            yield effect, shown
+
+
+def _curve(shown: Shown, modality: str) -> SuccessCurve:
+    return shown[modality].conditions[0].curve
+
+
+def _each(measure: Callable[[ModalityEffect, Shown], Found]) -> Callable[[StudySummary], Measured]:
+    return lambda summary: [(effect.agent, measure(effect, shown)) for effect, shown in _agents(summary)]
+
+
+def _whole(found: Pattern, shown: Shown) -> Pattern:
+    """Only all three modalities can show what is said of three."""
+    return "open" if found == "shown" and not set(_THREE) <= shown.keys() else found
+
+
+def _final(effect: ModalityEffect, shown: Shown) -> Found:
+    """As many trials are solved as in the paper, in every modality."""
+    shares = [(modality, shown[modality].conditions[0].success) for modality in effect.modalities]
+    found = [same_share(share, MODALITY) for _, share in shares]
+    p_value = min((p for p in holm([p for *_, p in found]) if p is not None), default=None)
+    here = "; ".join(f"{said} with {spoken(m)}" for (m, _), (said, *_) in zip(shares, found, strict=True))
+    test = f"Fisher, against {MODALITY.count}/{MODALITY.n} in each, corrected for their number"
+    return here, verdict_of(p_value, _whole("shown", shown)), test, p_value
+
+
+def _sooner(effect: ModalityEffect, first: str, second: str) -> tuple[Pattern, float | None]:
+    """Whether the box is solved sooner in the first of two modalities, log-rank, corrected for the pairs."""
+    for pair in effect.pairs:
+        if (pair.first, pair.second) == (first, second) and pair.hazard_ratio is not None:
+            return pattern(pair.p_adjusted, 1 - pair.hazard_ratio), pair.p_adjusted
+    return "open", None
+
+
+def _all_of(patterns: list[Pattern]) -> Pattern:
+    """Of a claim of several parts: all have to be shown, and one that is contradicted is enough."""
+    return "opposite" if "opposite" in patterns else "shown" if set(patterns) == {"shown"} else "open"
+
+
+def _order(effect: ModalityEffect, shown: Shown) -> Found:
+    """The box is solved sooner the lower the fidelity is, with RGB-D in between."""
+    if effect.p_value is None:
+        return NOT_MEASURED
+    means = [(modality, _curve(shown, modality).restricted_mean_steps) for modality in effect.modalities]
+    steps = [mean for _, mean in means if mean is not None]
+    trend = pattern(effect.p_value, -effect.direction)
+    pairs = [_sooner(effect, *pair)[0] for pair in (("rgb", "rgbd"), ("rgbd", "symbolic"))]
+    if trend == "shown" and ("opposite" in pairs or steps != sorted(steps)):
+        trend = "opposite" if "opposite" in pairs else "open"
+    here = "mean steps " + ", ".join(f"{mean:.1f} with {spoken(m)}" for m, mean in means if mean is not None)
+    test = "log-rank for a trend over fidelity, and the order of the mean steps"
+    return here, borne_out(_whole(trend, shown)), test, effect.p_value
+
+
+def _steps(effect: ModalityEffect, shown: Shown) -> Found:
+    """80 % are solved by the paper's steps, and sooner with RGB than with ground truth."""
+    found = {m: same_step(shown[m].conditions[0], step) for m, step in STEPS_TO_80.items() if m in shown}
+    if not found:
+        return NOT_MEASURED
+    shows, p_value = _sooner(effect, *STEPS_TO_80)
+    outside = any(verdict == "not compatible" for _, verdict, *_ in found.values())
+    here = "; ".join(f"{said} with {spoken(modality)}" for modality, (said, *_) in found.items())
+    test = "95 % intervals of the steps, from the bands, and log-rank of RGB against ground truth"
+    return here, "not compatible" if outside else verdict_of(None, shows), test, p_value
+
+
+def _outpaces(effect: ModalityEffect, shown: Shown) -> Found:
+    """RGB reaches most shares of success before RGB-D, and RGB-D before ground truth."""
+    pairs = [pair for pair in (("rgb", "rgbd"), ("rgbd", "symbolic")) if set(pair) <= shown.keys()]
+    if not pairs:
+        return NOT_MEASURED
+    tests = [_sooner(effect, *pair) for pair in pairs]
+    here = "; ".join(_thresholds(shown, *pair) for pair in pairs)
+    known = [p for _, p in tests if p is not None]
+    verdict = borne_out(_whole(_all_of([found for found, _ in tests]), shown))
+    return here, verdict, "log-rank of the two pairs, corrected; the larger p-value", max(known, default=None)
+
+
+def _thresholds(shown: Shown, first: str, second: str) -> str:
+    """How many tenths of success one modality reaches first, of those that either reaches."""
+    steps = [tuple(_curve(shown, m).steps_to(share) or 10**9 for m in (first, second)) for share in _DECILES]
+    reached = [(one, two) for one, two in steps if min(one, two) < 10**9]
+    sooner, later = sum(one < two for one, two in reached), sum(one > two for one, two in reached)
+    of = f"{sooner} of {len(reached)} tenths of success"
+    return f"{spoken(first)} reaches {of} before {spoken(second)}, {later} after it"
 
 
 def _reference_faster(summary: StudySummary) -> Measured:
-    """Is the human-inspired strategy, told the state, faster than an agent shown the box in each way?"""
-    compared = {(agent.agent, agent.modality): agent.name for agent in _compared(summary)}
-    found: Measured = []
+    """The human-inspired strategy, told the state, is faster than an agent in every modality."""
+    return [(effect.agent, _faster(summary, effect, shown)) for effect, shown in _agents(summary)]
+
+
+def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Found:
+    found: dict[str, tuple[float, float]] = {}
     for pace in summary.paces:
-        first, second = pace.first, pace.second
-        reference, other = (first, second) if _is_reference(first) else (second, first)
-        if not _is_reference(reference) or other not in compared or pace.p_value is None or not pace.hazard_ratio:
+        reference, other = (pace.first, pace.second) if _is_reference(pace.first) else (pace.second, pace.first)
+        if not _is_reference(reference) or other[0] != effect.agent or other[1] not in shown:
             continue
-        ratio = pace.hazard_ratio if reference == second else 1 / pace.hazard_ratio
-        here = f"hazard of solving, {reference[0]} over this agent: {ratio:.2f}"
-        verdict: Verdict = "borne out" if ratio > 1 and pace.p_value < ALPHA else "not borne out"
-        found.append((compared[other], (here, verdict, "log-rank, shared luck kept together", pace.p_value)))
-    return found
+        if pace.p_value is not None and pace.hazard_ratio:
+            hazard = pace.hazard_ratio if reference == pace.second else 1 / pace.hazard_ratio
+            found[other[1]] = hazard, pace.p_value
+    if not found:
+        return NOT_MEASURED
+    parts = [pattern(p, hazard - 1) for hazard, p in found.values()]
+    slower = [p for hazard, p in found.values() if hazard < 1]
+    refuted = any(p is not None and p < ALPHA for p in holm(slower))
+    complete = set(found) >= shown.keys()
+    shows: Pattern = "opposite" if refuted else "shown" if complete and set(parts) == {"shown"} else "open"
+    ratios = ", ".join(f"{hazard:.2f} with {spoken(modality)}" for modality, (hazard, _) in found.items())
+    here = f"hazard of solving, human-inspired over this agent: {ratios}"
+    test = "log-rank, shared luck kept together; the largest p-value"
+    return here, borne_out(_whole(shows, shown)), test, max(p for _, p in found.values())
 
 
 def _is_reference(both: tuple[str, str]) -> bool:
@@ -74,9 +166,10 @@ def _is_reference(both: tuple[str, str]) -> bool:
 
 
 MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], Measured]] = {
-    "modalities": _final,
-    "modality-order": _order,
-    "modality-steps": _steps,
+    "modalities": _each(_final),
+    "modality-order": _each(_order),
+    "modality-outpaces": _each(_outpaces),
+    "modality-steps": _each(_steps),
     "reference-faster": _reference_faster,
 }
 """What measures a claim over modalities."""

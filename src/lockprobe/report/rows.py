@@ -61,6 +61,9 @@ def condition_row(condition: ConditionSummary, *, blind: bool = False) -> Row:
         "loop_rate_by_symbol": dict(condition.behaviour.by_symbol),
         "coverage": condition.behaviour.coverage,
         "redundant_share": condition.behaviour.redundant_share,
+        "loops_left": asdict(condition.persistence.left) | {"by_chance": condition.persistence.left_by_chance},
+        "repeated_after_blocked": asdict(condition.persistence.repeated)
+        | {"by_chance": condition.persistence.repeated_by_chance, "p_value": condition.persistence.repeated_p_value},
         "policy_entropy": condition.behaviour.entropy,
         "policy_entropy_steps": condition.behaviour.entropy_steps,
         **_said(condition),
@@ -95,6 +98,7 @@ def _said(condition: ConditionSummary) -> Row:
         "misread": asdict(said.misinterpreted),
         "said_moved_told_blocked": asdict(said.moved_for_blocked),
         "said_blocked_told_moved": asdict(said.blocked_for_moved),
+        "said_moved_of_misread": asdict(said.hallucinated),
         "false_report": asdict(said.falsely_told),
         "false_report_of_all_steps": asdict(said.false_reports),
         "false_belief": asdict(said.false_belief),
@@ -257,6 +261,7 @@ def claim_row(row: ClaimRow) -> Row:
     return {
         "place": row.claim.place,
         "quote": row.claim.quote,
+        "quoted": row.claim.quoted,
         "paper": row.claim.value,
         "recomputed": row.claim.recomputed,
         "agent": row.agent,

@@ -1,0 +1,113 @@
+"""Do agents go on with what has got them nowhere: with a loop, or with joints that were just reported blocked?
+
+The paper says of loops that the agent "eventually breaks out" of them, and that a state which stays unchanged gives no
+signal "to drive exploration toward alternative actions" (Sec. 3.3). Both are counted here beside what a uniformly
+random choice would do in the same places.
+
+- *A loop is left* if, after the first loop of a trial is complete, some action differs from the one that the loop has
+  there: with copies d steps apart, from the action d steps before. A loop with no step after it is not counted.
+- *An action is repeated* if it is one of the joints reported blocked since something was last reported to move. Only
+  actions that follow such a report count, and only while at least one joint is left that was not among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
+from lockprobe.analysis.outcomes import ended, onset
+from lockprobe.record import Trial
+
+__all__ = ["Persistence", "loop_left", "persistence", "repeats"]
+
+_LOOP = 3
+"""Fewest actions in a loop (Sec. 3.3)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Persistence:
+    """The trials of one condition. Trials are clusters, of people all that one person played.
+
+    Attributes:
+        left: Trials in which the first loop was left, of those that went on after it.
+        left_by_chance: The share expected of uniformly random actions in as many steps, [0, 1]; None without a loop.
+        repeated: Actions that repeat a joint just reported blocked, of those that could have been another.
+        repeated_by_chance: The share expected of uniformly random actions in the same places, [0, 1].
+        repeated_p_value: Of the difference between the two, Student's t over clusters, two-sided; None with fewer
+            than seven clusters.
+        repeated_direction: 1 if more is repeated than by chance, -1 if less, 0 if equally much.
+    """
+
+    left: ClusteredProportion
+    left_by_chance: float | None
+    repeated: ClusteredProportion
+    repeated_by_chance: float | None
+    repeated_p_value: float | None
+    repeated_direction: int
+
+
+def persistence(trials: Sequence[Trial]) -> Persistence:
+    """Measure the trials of one condition; error trials are left out."""
+    counted = ended(trials)
+    owner = np.unique([_owner(trial) for trial in counted], return_inverse=True)[1].reshape(-1)
+    went_on = [(i, found) for i, trial in enumerate(counted) if (found := loop_left(trial)) is not None]
+    places = [(i, again, share) for i, trial in enumerate(counted) for again, share in repeats(trial)]
+    who = owner[[i for i, _, _ in places]] if places else np.empty(0, np.int64)
+    again = np.array([repeated for _, repeated, _ in places], dtype=np.float64)
+    expected = np.array([share for _, _, share in places], dtype=np.float64)
+    beyond = np.array([(again - expected)[who == one].sum() for one in np.unique(who)], dtype=np.float64)
+    return Persistence(
+        left=_share(owner[[i for i, _ in went_on]] if went_on else owner[:0], [left for _, (left, _) in went_on]),
+        left_by_chance=fmean(chance for _, (_, chance) in went_on) if went_on else None,
+        repeated=_share(who, again.tolist()),
+        repeated_by_chance=float(expected.mean()) if places else None,
+        repeated_p_value=_p_value(beyond),
+        repeated_direction=int(np.sign(np.round(beyond.sum(), 9))),
+    )
+
+
+def loop_left(trial: Trial) -> tuple[bool, float] | None:
+    """Whether the first loop was left, and how likely random actions would leave it; None if it did not go on."""
+    complete, actions = onset(trial), trial.actions
+    if not complete or complete == len(actions):
+        return None
+    start = complete - _LOOP
+    word = actions[start:complete]
+    first = next(s for s in range(start - _LOOP, -1, -1) if actions[s : s + _LOOP] == word)
+    apart, after = start - first, range(complete, len(actions))
+    return any(actions[i] != actions[i - apart] for i in after), 1 - (1 / len(trial.joints)) ** len(after)
+
+
+def repeats(trial: Trial) -> list[tuple[bool, float]]:
+    """Of every action that counts whether it repeats a joint just reported blocked, and how likely by chance."""
+    found, tried = [], set[str]()
+    for step in trial.steps:
+        if 0 < len(tried) < len(trial.joints):
+            found.append((step.joint in tried, len(tried) / len(trial.joints)))
+        tried = set() if step.told_moved else tried | {step.joint}
+    return found
+
+
+def _owner(trial: Trial) -> str:
+    """The cluster: the trial itself, or the person who played it."""
+    return trial.key if trial.agent == trial.group else trial.agent
+
+
+def _share(owner: NDArray[np.int64], happened: Sequence[float]) -> ClusteredProportion:
+    return clustered_proportion(np.bincount(owner, weights=np.array(happened, dtype=float)), np.bincount(owner))
+
+
+def _p_value(beyond: NDArray[np.float64]) -> float | None:
+    """Whether sums over clusters have mean 0; where all are the same, of as many coins that fall alike."""
+    if len(beyond) < 7:
+        return None
+    if np.ptp(beyond) < 1e-9:
+        return 1.0 if abs(beyond[0]) < 1e-9 else 2.0 ** (1 - len(beyond))
+    from scipy.stats import ttest_1samp
+
+    return float(ttest_1samp(beyond, 0.0).pvalue)

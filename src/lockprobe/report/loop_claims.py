@@ -1,0 +1,165 @@
+"""The paper's claims about loops (Sec. 3.3, Fig. 5) beside what a study measured.
+
+Loop rates are compared as the paper compares them, over whole trials: shorter trials hold fewer loops by chance alone.
+Claims of what loops do, and of how soon they come, are held against tests at equal steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.proportions import Difference, Proportion, difference
+from lockprobe.analysis.published import CORRELATION, CORRELATION_POINTS, LOOPS_AT_0, LOOPS_AT_40, PEAK
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.report.cells import minus
+from lockprobe.report.compared import (
+    NOT_MEASURED,
+    Found,
+    Measure,
+    Pattern,
+    apart,
+    borne_out,
+    error,
+    in_points,
+    pattern,
+    same_share,
+    tested,
+    verdict_of,
+)
+
+__all__ = ["LOOP_MEASURES"]
+
+_NEAR = 0.1
+"""How far a minimum "near 40 %" may lie from it: the next p of the paper."""
+
+_LENGTH = "trial length alone can make them differ"
+
+
+def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    """As many trials loop at p = 0 as in the paper, and more than elsewhere."""
+    found, _, test, p_value = same_share(_rate(counted[0]), LOOPS_AT_0)
+    chance = counted[0].behaviour
+    if chance.chance_uniform is not None and chance.chance_no_repeat is not None:
+        found += f"; by chance {100 * chance.chance_uniform:.0f} to {100 * chance.chance_no_repeat:.0f} %"
+    if agent.blind:
+        return found, verdict_of(p_value, "open"), f"{test}; blind: loops cannot depend on p", p_value
+    fewer = _fewer(counted)
+    return found, verdict_of(p_value, fewer), f"{test}; {_SAID[fewer]}", p_value
+
+
+_SAID: Mapping[Pattern, str] = {
+    "shown": "fewer loops at higher p are shown",
+    "opposite": "more loops at higher p are shown",
+    "open": "no change with p is shown",
+}
+
+
+def _rate(condition: ConditionSummary) -> Proportion:
+    return condition.behaviour.loops
+
+
+def _change(first: ConditionSummary, second: ConditionSummary) -> Difference:
+    found = difference(_rate(first), _rate(second))
+    assert found is not None
+    return found
+
+
+def _fewer(counted: Sequence[ConditionSummary]) -> Pattern:
+    """Whether loops are rarer than at p = 0: at 0.4, where the paper has its minimum, and nowhere more frequent."""
+    changes = [_change(counted[0], condition) for condition in counted[1:]]
+    adjusted = holm([change.p_value for change in changes])
+    if any(pattern(p, change.value) == "shown" for p, change in zip(adjusted, changes, strict=True)):
+        return "opposite"
+    other = _at_peak(counted)
+    drop = _change(counted[0], other) if other else None
+    return pattern(drop.p_value, -drop.value) if drop else "open"
+
+
+def _at_peak(counted: Sequence[ConditionSummary]) -> ConditionSummary | None:
+    return next((condition for condition in counted if math.isclose(condition.p, PEAK)), None)
+
+
+def _drop(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    """Loops are rarer at 0.4 than at 0, by as much as in the paper, and not still rarer far from it."""
+    other = _at_peak(counted)
+    if other is None or agent.blind:
+        return NOT_MEASURED
+    drop, change = _change(counted[0], other), (_rate(counted[0]), _rate(other))
+    p_value = apart(drop.value, LOOPS_AT_40.value - LOOPS_AT_0.value, [error(change), error((LOOPS_AT_0, LOOPS_AT_40))])
+    far = [_change(other, condition) for condition in counted if abs(condition.p - PEAK) > _NEAR + 1e-9]
+    lower = [pattern(p, -one.value) for p, one in zip(holm([one.p_value for one in far]), far, strict=True)]
+    shown: Pattern = "opposite" if "shown" in lower else pattern(drop.p_value, -drop.value)
+    said = f"{change[0].count}/{change[0].n} to {change[1].count}/{change[1].n}, {in_points(drop)}"
+    why = "fewer loops are shown far from 0.4" if "shown" in lower else _SAID[_fewer(counted)]
+    return said, verdict_of(p_value, shown), f"z of the two differences; {why}", p_value
+
+
+def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    """Loops are rarer at 0.4 than at 0, and more frequent again at some p beyond it."""
+    other, beyond = _at_peak(counted), [condition for condition in counted if condition.p > PEAK + 1e-9]
+    if other is None or not beyond or agent.blind:
+        return NOT_MEASURED
+    before, changes = _change(counted[0], other), [_change(other, condition) for condition in beyond]
+    adjusted = holm([change.p_value for change in changes])
+    patterns = [pattern(p, change.value) for p, change in zip(adjusted, changes, strict=True)]
+    first = pattern(before.p_value, -before.value)
+    after: Pattern = "shown" if "shown" in patterns else "opposite" if "opposite" in patterns else "open"
+    whole: Pattern = "opposite" if "opposite" in (first, after) else "shown" if first == after == "shown" else "open"
+    most = max(range(len(beyond)), key=lambda i: changes[i].value)
+    said = f"0 to 0.4 {in_points(before)}; 0.4 to {beyond[most].p:g} {in_points(changes[most])}"
+    test = f"Fisher, of the rise corrected for looking at every p beyond 0.4; {_LENGTH}"
+    return said, borne_out(whole), test, adjusted[most]
+
+
+def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    """R is negative, and as large as in the paper."""
+    found = agent.correlation
+    if found.r is None or agent.blind or found.low is None or found.high is None or found.n < 4 or abs(found.r) == 1:
+        return NOT_MEASURED
+    errors = [1 / math.sqrt(n - 3) for n in (found.n, CORRELATION_POINTS)]
+    p_value = apart(math.atanh(found.r), math.atanh(CORRELATION), errors)
+    said = minus(f"{found.r:.2f} [{found.low:.2f}, {found.high:.2f}] over {found.n} points")
+    shown = pattern(found.p_value, -found.r)
+    sign = {"shown": "r is shown to be negative", "opposite": "r is shown to be positive", "open": "no sign is shown"}
+    test = f"Fisher's z; {sign[shown]}; neither figure is evidence that loops do harm"
+    return said, verdict_of(p_value, shown), test, p_value
+
+
+def _left(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    """Most first loops are left before the trial ends."""
+    found, chance = counted[0].persistence.left, counted[0].persistence.left_by_chance
+    if not found.n or chance is None:
+        return NOT_MEASURED
+    said = f"{found.count} of {found.n} first loops were left before the trial ended, {100 * found.value:.0f} % "
+    said += f"[{100 * found.low:.0f}, {100 * found.high:.0f}]; random actions would leave {100 * chance:.0f} %"
+    shown: Pattern = "shown" if found.low > 0.5 else "opposite" if found.high < 0.5 else "open"
+    return said, borne_out(shown), "95 % interval above or below one half; trials told the truth", None
+
+
+def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    """After an unchanged observation blocked joints are tried again more often than by chance."""
+    found = counted[0].persistence
+    share, chance, p_value = found.repeated, found.repeated_by_chance, found.repeated_p_value
+    if not share.n or chance is None or p_value is None:
+        return NOT_MEASURED
+    said = f"{share.count} of {share.n} actions after a blocked report try a joint again that was just blocked, "
+    said += f"{100 * share.value:.0f} % [{100 * share.low:.0f}, {100 * share.high:.0f}]; "
+    said += f"random actions would do so in {100 * chance:.0f} %"
+    shown = pattern(p_value, found.repeated_direction)
+    return said, borne_out(shown), "Student's t over trials told the truth, against random actions", p_value
+
+
+LOOP_MEASURES: Mapping[str, Measure] = {
+    "loops": _loops,
+    "loops-drop": _drop,
+    "loops-rise": _rise,
+    "onset": tested("looping", -1),
+    "correlation": _correlation,
+    "harm": tested("harm", -1),
+    "loops-left": _left,
+    "repeats": _repeats,
+}
+"""What measures a claim about loops."""
