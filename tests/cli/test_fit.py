@@ -9,6 +9,8 @@ from builders import small_study, write_study
 
 from lockprobe.cli import main
 
+NO_OTHER = ("--models", "no-repeat", "--agent", "random")
+"""Of them none is shown to predict an agent that acts at random."""
 QUICK = ("--models", "no-repeat,human-inspired,softmax-memory", "--folds", "4")
 
 
