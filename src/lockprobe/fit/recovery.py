@@ -36,8 +36,8 @@ from lockprobe.trial import play
 
 __all__ = [
     "Design",
+    "Judged",
     "Recovered",
-    "Told",
     "Won",
     "recover_findings",
     "recover_models",
@@ -106,8 +106,8 @@ class Won:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
-    """What findings told of agents of one kind.
+class Judged:
+    """What findings claimed of agents of one kind, held against the truth.
 
     Attributes:
         world: What the agents do.
@@ -246,7 +246,7 @@ def _aicc(one: Competitor) -> float:
 
 def recover_findings(
     worlds: Mapping[str, World] = WORLDS, *, sets: int, design: Design | None = None, seed: int = 1
-) -> Iterator[Told]:
+) -> Iterator[Judged]:
     """How often findings claim of an agent what is not true of it, one kind of agent after the other.
 
     Args:
@@ -270,7 +270,7 @@ def recover_findings(
             told.update(map(_signed, found))
             false.update(map(_signed, wrong))
             misled += bool(wrong)
-        yield Told(
+        yield Judged(
             world=name,
             sets=sets,
             best=dict(best),
