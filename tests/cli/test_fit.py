@@ -52,9 +52,21 @@ def test_json_holds_every_number(study, tmp_path):
         rivals = {rival["model"]: rival for rival in one["rivals"]}
         assert set(rivals) == {"random", "no-repeat", "human-inspired", "softmax-memory"}
         assert one["finding"]
+        assert one["described"] in (None, one["rivals"][0]["model"])
+        assert (one["described"] is not None) == ("is best described by" in one["finding"])
         assert rivals["human-inspired"]["versions"] == 6  # the nearest joint is known, for the box is
         assert len(rivals["softmax-memory"]["parameters"]) == 8
         assert set(rivals["no-repeat"]["parameters"][0]) == {"name", "value", "low", "high", "at_bound"}
+
+
+def test_no_parameters_are_given_of_a_model_that_is_not_shown_to_predict(tmp_path):
+    """With one cluster of trials there are no others to predict: the best has a parameter, and it describes nothing."""
+    single = write_study(tmp_path / "study", small_study(("human-inspired",), p=(0.0,), repetitions=1, trials=1))
+    done = lockprobe("fit", single, *QUICK)
+    assert done.returncode == 0, done.stderr
+    assert "No model here is shown to predict" in done.stdout
+    assert "with 95 % intervals" not in done.stdout
+    assert "To play it" not in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.fit import AgentFit, Parameter, Predicted, RivalFit
-from lockprobe.fit.finding import finding
+from lockprobe.fit.finding import claims, finding
 
 
 def aside(gain, low, high):
@@ -45,8 +45,8 @@ MEMORY = replace(
 )
 
 
-def said(*rivals, own=None):
-    fit = AgentFit(
+def fit_of(*rivals, own=None, lead=None):
+    return AgentFit(
         agent="llm:local",
         p=(0.0,),
         trials=30,
@@ -57,10 +57,15 @@ def said(*rivals, own=None):
         repeats=1.0,
         chance_bits=2.0,
         rivals=rivals,
+        described=rivals[0].model,
+        lead_by_reports=lead,
         own=own,
         finding="",
     )
-    return finding(fit)
+
+
+def said(*rivals, own=None, lead=None):
+    return finding(fit_of(*rivals, own=own, lead=lead))
 
 
 def test_what_predicts_comes_first_with_its_gain():
@@ -74,14 +79,14 @@ def test_what_predicts_comes_first_with_its_gain():
 def test_the_failure_memory_is_told_in_odds_and_shares():
     assert (
         "A joint that has just failed is 0.14 times (0.05 to 0.37) as likely as otherwise; of that pull 80 % (60 to "
-        "90 %) is left after each further step, and a perceived move wipes out 50 % (20 to 100 %) (failure-memory)."
+        "90 %) is left after each further step, and a perceived move wipes out 50 % (20 to 100 %)."
     ) in said(MEMORY, RANDOM)
     back = replace(MEMORY, parameters=(parameter("failure", -1.0, -2.0, -0.5), *MEMORY.parameters[1:]))
     assert "A joint that has just failed is 2.7 times (1.6 to 7.4) as likely" in said(back, RANDOM)
     endless = replace(MEMORY, parameters=(parameter("failure", 15.0, 9.0, None, at_bound=True), *MEMORY.parameters[1:]))
     assert "A joint that has just failed is at most 0.001 times as likely" in said(endless, RANDOM)
     unclear = replace(MEMORY, parameters=(parameter("failure", 1.0, -0.2, 2.0), *MEMORY.parameters[1:]))
-    assert "That it remembers failures is not shown (failure-memory)." in said(unclear, RANDOM)
+    assert said(unclear, RANDOM).endswith("That failures act on its choices is not shown.")
 
 
 def test_only_pulls_that_are_shown_are_told():
@@ -89,7 +94,7 @@ def test_only_pulls_that_are_shown_are_told():
     text = said(replace(MEMORY, model="win-stay-lose-shift", version="win-stay-lose-shift", parameters=pulls), RANDOM)
     assert "The joint attempted last is 2 times (1.2 to 3) as likely as otherwise." in text
     assert "if it moved" not in text
-    assert "remembers" not in text
+    assert "failures" not in text
     lapse = replace(
         MEMORY,
         model="human-inspired",
@@ -97,6 +102,85 @@ def test_only_pulls_that_are_shown_are_told():
         parameters=(parameter("lapse", 0.1, 0.05, 0.2),),
     )
     assert "It lapses in 10 % (5 to 20 %) of its choices." in said(lapse, RANDOM)
+
+
+WINNER = replace(
+    MEMORY,
+    model="favourite-labels",
+    version="favourite-labels",
+    says="prefers some labels",
+    parameters=(parameter("label B beside A", -1.0, -1.2, -0.8),),
+)
+
+
+@pytest.mark.parametrize("behind", [3.0, 140.0])
+def test_nothing_is_told_of_the_parameters_of_a_model_that_lost(behind):
+    """Not of its memory of failures either, however sure it is of it."""
+    text = said(WINNER, replace(MEMORY, behind=behind), RANDOM)
+    assert text.startswith("llm:local is best described by favourite-labels: it prefers some labels. On trials")
+    assert "times" not in text
+    assert "failed" not in text
+    assert claims(fit_of(WINNER, replace(MEMORY, behind=behind), RANDOM)) == []
+
+
+def test_nothing_is_told_of_parameters_where_the_best_is_not_shown_to_predict():
+    best = replace(WINNER, held_out=aside(0.04, -0.01, 0.09))
+    for rivals in ((best, replace(MEMORY, behind=8.0), RANDOM), (replace(MEMORY, held_out=None), RANDOM)):
+        assert "times" not in said(*rivals)
+        assert claims(fit_of(*rivals, lead=100.0)) == []
+
+
+def test_reports_are_said_to_act_only_where_the_model_needs_them():
+    heeded, ignored = said(MEMORY, RANDOM, lead=135.4), said(MEMORY, RANDOM, lead=5.9)
+    assert "It heeds reports: where every attempt counts as failed instead, BIC is 135 higher." in heeded
+    assert "A joint that has just failed is 0.14 times" in heeded
+    assert ignored.startswith(
+        "llm:local is best described by failure-memory. On trials that it was not fitted to, this "
+    )
+    assert "avoids what failed" not in ignored
+    assert "0.14" not in ignored
+    assert ignored.endswith(
+        "That it heeds reports is not shown: by BIC failure-memory is no worse where every attempt counts as failed, "
+        "whatever was reported. So nothing is said of how reports act on it."
+    )
+
+
+def test_pulls_that_depend_on_no_report_are_told_all_the_same():
+    pulls = tuple(
+        parameter(name, 1.0, 0.5, 1.5) for name in ("target", "closed", "failure", "recent", "stay", "position")
+    )
+    best = replace(MEMORY, parameters=(*pulls, *MEMORY.parameters[1:]))
+    assert [(one.about, one.direction) for one in claims(fit_of(best, RANDOM, lead=-7.0))] == [
+        ("target", 1),
+        ("recent", 1),
+        ("position", 1),
+    ]
+    assert [(one.about, one.direction) for one in claims(fit_of(best, RANDOM, lead=7.0))] == [
+        ("reports", 1),
+        ("target", 1),
+        ("closed", 1),
+        ("failure", -1),
+        ("recent", 1),
+        ("stay", 1),
+        ("position", 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        (parameter("recent", -1.0, -1.5, -0.5), "This depends on the model: by near it is 0.37 times (0.22 to 0.61)."),
+        (parameter("recent", 0.1, -0.5, 0.6), "This depends on the model: by near it is not shown."),
+        (parameter("stay", 1.0, 0.5, 1.5), "This depends on the model: near does without it."),
+        (parameter("recent", 1.2, 0.4, 2.0), ""),
+    ],
+)
+def test_a_model_that_is_not_told_apart_and_says_otherwise_is_named(other, expected):
+    best = replace(MEMORY, model="no-repeat", parameters=(parameter("recent", 0.7, 0.2, 1.1),))
+    near = replace(MEMORY, model="near", version="near", parameters=(other,), behind=5.9)
+    told = "The joint attempted last is 2 times (1.2 to 3) as likely as otherwise."
+    assert said(best, near, RANDOM).endswith(f"{told} {expected}".strip())
+    assert said(best, replace(near, behind=6.1), RANDOM).endswith(told)
 
 
 def test_a_close_second_is_named_and_a_far_one_is_not():

@@ -14,6 +14,7 @@ from lockprobe.fit.likelihood import BOUND, Lapse
 from lockprobe.fit.maximum import ends, maximise, maximum, shared_luck
 from lockprobe.fit.recovery import Design, simulate
 from lockprobe.fit.rivals import RIVALS
+from lockprobe.fit.subjects import Favourites
 
 SMALL = Design(p=(0.0, 0.4), repetitions=1, trials=12)
 
@@ -163,3 +164,15 @@ def test_one_choice_is_enough_not_to_break():
     low, high = ends(one, best, 0, 3.84)
     assert low == pytest.approx(np.exp(-1.92), abs=0.01)
     assert high is None
+
+
+def test_of_a_pull_that_nothing_shows_both_ends_are_far():
+    """An agent that never repeats: with its joint attempted last at the bound, nothing says if moving mattered."""
+    choices, heard = known(Favourites(by="place", pull=1.0, repeats=False), Design())
+    model = model_of("softmax-memory", choices, heard)
+    best = maximum(model)
+    recent, stay = (list(model.bounds).index(name) for name in ("recent", "stay"))
+    assert best.values[recent] == -BOUND
+    low, high = ends(model, best, stay, 4.0)
+    assert low is None
+    assert high > 5

@@ -1,13 +1,14 @@
-"""Known parameters and known models are found again. The full figures stand in docs/cognitive-models.md."""
+"""Known parameters and known models are found again, and findings are true. The full figures stand in docs/cognitive-models.md."""
 
 import pytest
 
 from lockprobe.errors import UnknownName
-from lockprobe.fit import intervals
+from lockprobe.fit import fit_agents, intervals
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.maximum import SharedLuck, maximum
-from lockprobe.fit.recovery import Design, recover_models, recover_parameters, simulate
+from lockprobe.fit.recovery import Design, recover_findings, recover_models, recover_parameters, simulate
 from lockprobe.fit.rivals import RIVALS
+from lockprobe.fit.subjects import WORLDS, Favourites, FirstFour, World
 
 SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 TRUTH = {"target": 1.0, "failure": 2.0, "decay": 0.8, "reset": 0.5, "stay": -1.0}
@@ -58,6 +59,45 @@ def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(m
     monkeypatch.setattr(intervals, "shared_luck", lambda model, values, cluster: SharedLuck(0 * values + 1, 1.0))
     assert known > 0.85
     assert held() < 0.75
+
+
+@pytest.mark.parametrize(
+    "agent",
+    [
+        Favourites(by="label", pull=1.0),
+        Favourites(by="label", pull=1.0, repeats=False),
+        Favourites(by="label", pull=1.5, failure=1.0),
+        FirstFour(then="stays"),
+    ],
+    ids=repr,
+)
+def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_that_need_no_reports(agent):
+    """The first, second and last heed no report; the third leaves what just failed, which looks like the opposite."""
+    (one,) = fit_agents(simulate(agent, SMALL, 1), folds=4).agents
+    assert one.described is not None
+    assert "joint that has just failed" not in one.finding
+    assert "still where it was" not in one.finding
+
+
+def test_what_findings_claim_is_held_against_the_truth():
+    names = ("prefers labels, never repeats", "all joints once, then stays", "failure memory")
+    labels, stays, memory = recover_findings({name: WORLDS[name] for name in names}, sets=2, design=SMALL, seed=31)
+    assert [one.world for one in (labels, stays, memory)] == list(names)
+    assert (labels.best, labels.described, labels.claims) == ({"softmax-memory": 2}, 2, {"recent -": 2})
+    assert (stays.best, stays.described, stays.claims) == ({"random-map": 2}, 2, {})
+    assert (memory.best, memory.claims) == ({"failure-memory": 2}, {"reports +": 2, "failure -": 2})
+    assert [(one.false, one.misled, one.sets) for one in (labels, stays, memory)] == [({}, 0, 2)] * 3
+
+
+def test_a_claim_against_the_truth_is_counted():
+    agent = "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8"
+    worlds = {
+        "heeds nothing": World(agent=agent, pulls={"failure": None}),
+        "returns to what failed": World(agent=agent, pulls={"reports": 1, "failure": 1}),
+    }
+    deaf, back = recover_findings(worlds, sets=1, design=SMALL, seed=31)
+    assert (deaf.false, deaf.misled) == ({"reports +": 1}, 1)
+    assert (back.false, back.misled) == ({"failure -": 1}, 1)
 
 
 def test_a_study_is_played_as_any_other():

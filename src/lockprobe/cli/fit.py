@@ -127,12 +127,16 @@ def _print_agent(console: Console, one: AgentFit) -> None:
     console.print(f"\n[bold]{escape(one.agent)}[/bold]  {'; '.join([counted, *filter(None, said)])}")
     console.print(escape(one.finding))
     console.print(_table(one))
-    best = one.rivals[0]
-    if best.parameters:
-        console.print(f"\n{escape(best.version)}, with 95 % intervals:")
-        for parameter in best.parameters:
-            console.print("  " + escape(_parameter(parameter)))
-    if best.spec and best.parameters:
+    if one.described is not None:
+        _print_best(console, one.rivals[0])
+
+
+def _print_best(console: Console, best: RivalFit) -> None:
+    """The parameters of the model that describes the agent, and how to play it."""
+    console.print(f"\n{escape(best.version)}, with 95 % intervals:")
+    for parameter in best.parameters:
+        console.print("  " + escape(_parameter(parameter)))
+    if best.spec:
         console.print(f"  To play it: --agent '{escape(best.spec)}'", soft_wrap=True)
 
 

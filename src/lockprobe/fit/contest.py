@@ -12,14 +12,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from lockprobe.fit.choices import Choices, Heard
+import numpy as np
+
+from lockprobe.agents.policy import Told
+from lockprobe.fit.choices import Choices, Heard, choices_of
 from lockprobe.fit.likelihood import Model
 from lockprobe.fit.maximum import Maximum, maximum, shared_luck
 from lockprobe.fit.rivals import RIVALS, Rival
+from lockprobe.record import Trial
 
-__all__ = ["Competitor", "Contest", "Tell", "contest"]
+__all__ = ["Competitor", "Contest", "Tell", "contest", "lead_by_reports"]
 
 Tell = Callable[[str], None]
 
@@ -92,9 +96,14 @@ class Contest:
     repeats: float
 
     @property
+    def ranked(self) -> list[Competitor]:
+        """The best first, by BIC."""
+        return sorted(self.competitors, key=lambda one: one.bic)
+
+    @property
     def best(self) -> Competitor:
         """The winner by BIC."""
-        return min(self.competitors, key=lambda one: one.bic)
+        return self.ranked[0]
 
 
 def contest(
@@ -111,26 +120,79 @@ def contest(
 
     def fitted(rival: Rival) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
         tell(rival.name)
-        versions = rival.versions(choices, heard)
-        return versions, {name: maximum(model) for name, model in versions.items()}
+        return _maxima(rival, choices, heard)
 
     general = fitted(RIVALS[_GENERAL])
     repeats = _repeats(*general, choices)
-    found = []
-    for rival in rivals:
-        versions, maxima = general if rival.name == _GENERAL else fitted(rival)
-        size = len(next(iter(maxima.values())).values)
-        found.append(
-            Competitor(
-                rival=rival,
-                versions=versions,
-                fitted=maxima,
-                effective=max(len(choices) / repeats, 1.0),
-                repeats=repeats,
-                charged=size * max(1.0, _repeats(versions, maxima, choices) / repeats),
-            )
-        )
+    found = (
+        _competitor(rival, *(general if rival.name == _GENERAL else fitted(rival)), choices, repeats)
+        for rival in rivals
+    )
     return Contest(competitors=tuple(found), repeats=repeats)
+
+
+def lead_by_reports(winner: Competitor, trials: Sequence[Trial], heard: Sequence[Heard]) -> float | None:
+    """How far a model is ahead, in BIC, of itself for an agent to which reports mean nothing.
+
+    That agent takes every attempt for a failure, whatever was reported, and no joint for moved: what it did it knows,
+    what came of it it does not. An agent that ignores reports may well look as if failures acted on it, because the
+    joints that it attempts are mostly those that fail; then it is predicted as well without the reports.
+
+    Args:
+        winner: The model, as fitted to what was reported.
+        trials: The trials.
+        heard: The same as heard.
+
+    Returns:
+        The lead, < 0 if reports only make it worse; None of a model that heeds none.
+    """
+    if not winner.rival.heeds:
+        return None
+    unheeded = [replace(one, told=tuple(map(_failed, one.told))) for one in heard]
+    choices = choices_of(trials, unheeded)
+    versions, maxima = _maxima(winner.rival, choices, unheeded)
+    size = _free(next(iter(versions.values())))
+    twin = _competitor(winner.rival, versions, maxima, choices, winner.repeats, size)
+    return twin.bic - winner.bic
+
+
+def _failed(told: Told) -> Told:
+    """The same attempt without regard to what was reported of it."""
+    return replace(told, moved=False, shifted=None if told.shifted is None else 0)
+
+
+def _maxima(
+    rival: Rival, choices: Choices, heard: Sequence[Heard]
+) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
+    """The versions of a rival, fitted."""
+    versions = rival.versions(choices, heard)
+    return versions, {name: maximum(model) for name, model in versions.items()}
+
+
+def _competitor(
+    rival: Rival,
+    versions: Mapping[str, Model],
+    fitted: Mapping[str, Maximum],
+    choices: Choices,
+    repeats: float,
+    size: int | None = None,
+) -> Competitor:
+    """With its price: ``size`` parameters, or all that it has."""
+    size = len(next(iter(fitted.values())).values) if size is None else size
+    return Competitor(
+        rival=rival,
+        versions=versions,
+        fitted=fitted,
+        effective=max(len(choices) / repeats, 1.0),
+        repeats=repeats,
+        charged=size * max(1.0, _repeats(versions, fitted, choices) / repeats),
+    )
+
+
+def _free(model: Model) -> int:
+    """How many of its parameters change any probability: ``reset`` does not where nothing was told to have moved."""
+    inside = np.array([0.5 if most == 1.0 else 1.0 for _, most in model.bounds.values()])
+    return int((np.abs(model.slope(inside).scores).max(axis=0, initial=0.0) > 1e-9).sum())
 
 
 def _repeats(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], choices: Choices) -> float:

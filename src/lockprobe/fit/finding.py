@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import NamedTuple
 
 from lockprobe.fit.result import AgentFit, Parameter, RivalFit
 
-__all__ = ["finding", "predicts"]
+__all__ = ["CLOSE", "Claim", "claims", "finding", "predicts"]
 
 CLOSE = 6.0
 """Difference in BIC below which a second model is not told apart from the first: odds of 20 to 1."""
@@ -14,18 +16,49 @@ CLOSE = 6.0
 _PULLS = {
     "target": "The target",
     "closed": "A joint that is still where it was",
+    "failure": "A joint that has just failed",
     "recent": "The joint attempted last",
     "stay": "The joint attempted last, if it moved,",
     "position": "The joint listed first, beside the one listed last,",
 }
-"""What each pull acts on. Failures have a sentence of their own."""
+"""What each pull acts on."""
+
+_BY_REPORTS = ("closed", "failure", "stay")
+"""Pulls that depend on what was reported."""
+
+
+class Claim(NamedTuple):
+    """What a sentence claims of an agent.
+
+    Attributes:
+        about: The pull that acts on it; ``reports`` if it is that they are heeded.
+        direction: 1 if the pull makes a joint likelier or reports are heeded, -1 if it makes a joint less likely.
+        text: The sentence.
+    """
+
+    about: str
+    direction: int
+    text: str
 
 
 def finding(fit: AgentFit) -> str:
     """What is found about an agent: which model, how well it predicts, and what its parameters say."""
     best = fit.rivals[0]
-    said = [_best(fit, best), *_close(fit), *_parts(best), _memory(fit)] if predicts(best) else [_nothing(fit, best)]
+    said = [_nothing(fit, best)]
+    if predicts(best):
+        unshown = [_UNHEEDED.format(model=_name(best))] if _unheeded(fit) else _unshown(best)
+        said = [_best(fit, best), *_close(fit), *_lapse(best), *(claim.text for claim in claims(fit)), *unshown]
     return " ".join(filter(None, [*said, _own(fit)]))
+
+
+def claims(fit: AgentFit) -> list[Claim]:
+    """What is claimed to act on an agent: by the model that is best by BIC, and only if it is shown to predict."""
+    best = fit.rivals[0]
+    if not predicts(best):
+        return []
+    silent = _BY_REPORTS if _unheeded(fit) else ()
+    pulls = [_pull(one) for one in best.parameters]
+    return [*_heeded(fit), *(_claim(fit, one) for one in pulls if one.name not in silent and _shown(one))]
 
 
 def predicts(rival: RivalFit) -> bool:
@@ -55,47 +88,90 @@ def _nothing(fit: AgentFit, best: RivalFit) -> str:
 
 
 def _best(fit: AgentFit, best: RivalFit) -> str:
+    """What a model that heeds reports says of the agent is left out where it is not shown that the agent does."""
     assert best.held_out is not None
+    says, who = ("", "this model") if _unheeded(fit) else (f": it {best.says}", "that")
     return (
-        f"{fit.agent} is best described by {_name(best)}: it {best.says}. On trials that it was not fitted to, that "
+        f"{fit.agent} is best described by {_name(best)}{says}. On trials that it was not fitted to, {who} "
         f"predicts {best.held_out.gain:.2f} bits per choice of the {fit.chance_bits:.2f} that random leaves "
         f"({_bits(best)}); the joint chosen is the likeliest in {_percent(best.held_out.hits)} of choices "
         f"(random: {_percent(2**-fit.chance_bits)})."
     )
 
 
+def _near(fit: AgentFit) -> list[RivalFit]:
+    """Models that are not told apart from the best."""
+    return [rival for rival in fit.rivals[1:] if rival.behind < CLOSE]
+
+
 def _close(fit: AgentFit) -> list[str]:
-    near = [_name(rival) for rival in fit.rivals[1:] if rival.behind < CLOSE]
+    near = [_name(rival) for rival in _near(fit)]
     return [f"Not told apart from it: {', '.join(near)}."] if near else []
 
 
-def _parts(best: RivalFit) -> list[str]:
-    """What its parameters say, as far as they are shown to be more than nothing."""
-    return [
-        f"It lapses in {_share(one)} of its choices."
-        if one.name == "lapse"
-        else f"{_PULLS[one.name]} is {_odds(one.value, one.low, one.high)} as likely as otherwise."
-        for one in best.parameters
-        if one.name == "lapse" or (one.name in _PULLS and _shown(one))
-    ]
+_UNHEEDED = (
+    "That it heeds reports is not shown: by BIC {model} is no worse where every attempt counts as failed, whatever was "
+    "reported. So nothing is said of how reports act on it."
+)
 
 
-def _memory(fit: AgentFit) -> str:
-    """Whether and how failures are remembered, by the best model that has such a memory and predicts."""
-    for rival in fit.rivals:
-        found = {one.name: one for one in rival.parameters}
-        if "failure" not in found or not predicts(rival):
-            continue
-        failure = found["failure"]
-        if not _shown(failure):
-            return f"That it remembers failures is not shown ({_name(rival)})."
-        odds = _odds(-failure.value, _minus(failure.high), _minus(failure.low))
-        return (
-            f"A joint that has just failed is {odds} as likely as otherwise; of that pull {_share(found['decay'])} "
-            f"is left after each further step, and a perceived move wipes out {_share(found['reset'])} "
-            f"({_name(rival)})."
-        )
-    return ""
+def _unheeded(fit: AgentFit) -> bool:
+    """Whether the best model heeds reports and does not need them."""
+    return fit.lead_by_reports is not None and fit.lead_by_reports < CLOSE
+
+
+def _heeded(fit: AgentFit) -> list[Claim]:
+    if fit.lead_by_reports is None or _unheeded(fit):
+        return []
+    text = f"It heeds reports: where every attempt counts as failed instead, BIC is {fit.lead_by_reports:.0f} higher."
+    return [Claim("reports", 1, text)]
+
+
+def _lapse(best: RivalFit) -> list[str]:
+    return [f"It lapses in {_share(one)} of its choices." for one in best.parameters if one.name == "lapse"]
+
+
+def _claim(fit: AgentFit, pull: Parameter) -> Claim:
+    """What one pull of the best model says, and whether a model says otherwise that is not told apart from it."""
+    best, direction = fit.rivals[0], 1 if pull.value > 0 else -1
+    memory = _memory({one.name: one for one in best.parameters}) if pull.name == "failure" else ""
+    others = list(filter(None, (_otherwise(rival, pull.name, direction) for rival in _near(fit))))
+    depends = f" This depends on the model: {'; '.join(others)}." if others else ""
+    text = f"{_PULLS[pull.name]} is {_odds(pull.value, pull.low, pull.high)} as likely as otherwise{memory}.{depends}"
+    return Claim(pull.name, direction, text)
+
+
+def _memory(found: dict[str, Parameter]) -> str:
+    """How long a failure is remembered."""
+    return (
+        f"; of that pull {_share(found['decay'])} is left after each further step, and a perceived move wipes out "
+        f"{_share(found['reset'])}"
+    )
+
+
+def _otherwise(rival: RivalFit, name: str, direction: int) -> str:
+    """What a model says of a pull, unless it is the same."""
+    pull = next((_pull(one) for one in rival.parameters if one.name == name), None)
+    if pull is None:
+        return f"{_name(rival)} does without it"
+    if not _shown(pull):
+        return f"by {_name(rival)} it is not shown"
+    if pull.value * direction > 0:
+        return ""
+    return f"by {_name(rival)} it is {_odds(pull.value, pull.low, pull.high)}"
+
+
+def _unshown(best: RivalFit) -> list[str]:
+    """Of a memory of failures it is said that it is not shown, too: it is what most ask for."""
+    unclear = any(one.name == "failure" and not _shown(one) for one in best.parameters)
+    return ["That failures act on its choices is not shown."] if unclear else []
+
+
+def _pull(one: Parameter) -> Parameter:
+    """As a pull towards a joint: ``failure`` is one away from it."""
+    if one.name != "failure":
+        return one
+    return replace(one, value=-one.value, low=_minus(one.high), high=_minus(one.low))
 
 
 def _own(fit: AgentFit) -> str:
@@ -105,8 +181,8 @@ def _own(fit: AgentFit) -> str:
 
 
 def _shown(one: Parameter) -> bool:
-    """Whether its interval leaves out 0."""
-    return (one.low is not None and one.low > 0) or (one.high is not None and one.high < 0)
+    """Whether it is a pull whose interval leaves out 0."""
+    return one.name in _PULLS and ((one.low is not None and one.low > 0) or (one.high is not None and one.high < 0))
 
 
 def _odds(value: float, low: float | None, high: float | None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
@@ -10,8 +11,8 @@ import numpy as np
 from lockprobe.analysis.outcomes import ended
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
-from lockprobe.fit.contest import Competitor, Tell, contest
-from lockprobe.fit.finding import finding
+from lockprobe.fit.contest import Competitor, Tell, contest, lead_by_reports
+from lockprobe.fit.finding import finding, predicts
 from lockprobe.fit.held_out import folds_of, held_out, predicted
 from lockprobe.fit.intervals import parameters
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
@@ -20,7 +21,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["ENOUGH_CHOICES", "fit_agents"]
+__all__ = ["ENOUGH_CHOICES", "fit_agent", "fit_agents"]
 
 ENOUGH_CHOICES = 20_000
 """Of more choices than this whole clusters of luck are drawn, by lot with a fixed seed."""
@@ -57,7 +58,8 @@ def fit_agents(
         raise BadValue("folds", folds, "a whole number of at least 2")
     rivals = chosen_rivals(models)
     found = [
-        _fit(agent, mine, rivals, folds, boxes or {}, tell) for agent, mine in _groups(trials, agents, p, by_p=by_p)
+        fit_agent(agent, mine, rivals, folds=folds, boxes=boxes, tell=tell)
+        for agent, mine in _groups(trials, agents, p, by_p=by_p)
     ]
     return FitReport(agents=tuple(found), folds=folds)
 
@@ -87,10 +89,30 @@ def _groups(
     return groups
 
 
-def _fit(
-    agent: str, trials: Sequence[Trial], rivals: Sequence[Rival], folds: int, boxes: Mapping[str, Lockbox], tell: Tell
+def fit_agent(
+    agent: str,
+    trials: Sequence[Trial],
+    rivals: Sequence[Rival],
+    *,
+    folds: int = 10,
+    boxes: Mapping[str, Lockbox] | None = None,
+    tell: Tell = lambda said: None,
+    within: float = math.inf,
 ) -> AgentFit:
-    """All rivals for the trials of one agent, the best first."""
+    """All rivals for the trials of one agent, the best first.
+
+    Args:
+        agent: What it is called.
+        trials: All of them its own.
+        rivals: Who competes; ``random`` among them.
+        folds: Parts of the trials that are left out in turn, at least 2.
+        boxes: Name -> box, for models that look at the panel.
+        tell: Called with what is being fitted.
+        within: Of models that are further behind the best, in BIC, no result is given; it saves their intervals.
+
+    Raises:
+        BadValue: If no trial was played.
+    """
     counted = [trial for trial in ended(trials) if trial.steps]
     if not counted:
         raise BadValue(f"trials of {agent}", f"{len(trials)} that ended as an error", "at least one that was played")
@@ -99,11 +121,11 @@ def _fit(
     choices = choices_of(used, heard)
     found = contest(choices, heard, rivals, lambda name: tell(f"{agent}: {name}"))
     rows = []
-    for one in found.competitors:
-        tell(f"{agent}: {one.rival.name}, intervals and trials left out")
-        rows.append(_row(one, choices, folds))
-    least = min(row.bic for row in rows)
-    ranked = sorted((replace(row, behind=row.bic - least) for row in rows), key=lambda row: row.behind)
+    for one in found.ranked:
+        if one.bic - found.best.bic <= within:
+            tell(f"{agent}: {one.rival.name}, intervals and trials left out")
+            rows.append(_row(one, found.best, choices, folds))
+    shown = predicts(rows[0])
     fit = AgentFit(
         agent=agent,
         p=tuple(sorted({trial.p for trial in used})),
@@ -114,14 +136,16 @@ def _fit(
         clusters=len(np.unique(choices.cluster)),
         repeats=found.repeats,
         chance_bits=float(np.log2(choices.joints).mean()),
-        rivals=tuple(ranked),
+        rivals=tuple(rows),
+        described=rows[0].model if shown else None,
+        lead_by_reports=lead_by_reports(found.best, used, heard) if shown else None,
         own=predicted(choices, choices.own) if len(choices.own) else None,
         finding="",
     )
     return replace(fit, finding=finding(fit))
 
 
-def _row(one: Competitor, choices: Choices, folds: int) -> RivalFit:
+def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> RivalFit:
     found, fold, aside = parameters(one.model, one.best, choices), folds_of(choices.cluster, folds), None
     if fold.max() > 0:
         aside = predicted(choices, held_out(one.versions, one.fitted, fold, choices.present))
@@ -136,7 +160,7 @@ def _row(one: Competitor, choices: Choices, folds: int) -> RivalFit:
         charged=one.charged,
         aicc=one.aicc,
         bic=one.bic,
-        behind=0.0,
+        behind=one.bic - best.bic,
         held_out=aside,
     )
 

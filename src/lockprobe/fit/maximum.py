@@ -127,7 +127,9 @@ def _inverse(information: Array) -> Array:
 def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | None, float | None]:
     """The least and the greatest value of a parameter that the choices do not rule out; None where none is too far.
 
-    They are where twice the log-likelihood, with all other parameters at their best, has fallen by ``cut``.
+    They are where twice the log-likelihood, with all other parameters at their best, has fallen by ``cut``. The search
+    begins along the ridge of the likelihood; without one where the choices say nothing of the parameter, for there the
+    direction is rounding error alone.
 
     Args:
         model: What was fitted.
@@ -135,8 +137,10 @@ def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | N
         place: The parameter.
         cut: How far it may fall, > 0.
     """
-    variance = _inverse(model.slope(best.values).information)
-    own = max(0.0, float(variance[place, place]))
+    information = model.slope(best.values).information
+    variance = _inverse(information)
+    known = float(variance[place] @ information[:, place]) > 0.5
+    own = max(0.0, float(variance[place, place])) if known else 0.0
     along = variance[:, place] / own if own else np.zeros(len(variance))
     low, high = list(model.bounds.values())[place]
     step = float(np.sqrt(cut * own)) or (high - low) / 4

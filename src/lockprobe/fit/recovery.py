@@ -1,7 +1,8 @@
-"""Are fits right: parameters and models found again in trials of agents of which they are known.
+"""Are fits right: parameters and models found again, and sentences true, in trials of agents that are known.
 
 recover_parameters({"target": 0.5, "failure": 2.0, "decay": 0.7, "reset": 0.5}, sets=200)
 recover_models({"random": "random", "human-inspired": "human-inspired?lapse=0.15"}, sets=40)
+recover_findings(sets=40)
 """
 
 from __future__ import annotations
@@ -18,18 +19,31 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.contest import Competitor, contest
+from lockprobe.fit.finding import CLOSE, Claim, claims
+from lockprobe.fit.fitting import fit_agent
 from lockprobe.fit.intervals import parameters
 from lockprobe.fit.maximum import maximum
 from lockprobe.fit.result import Parameter
 from lockprobe.fit.rivals import RIVALS, chosen_rivals
+from lockprobe.fit.subjects import WORLDS, World
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Trial
+from lockprobe.seams import Agent
 from lockprobe.trial import play
 
-__all__ = ["Design", "Recovered", "Won", "recover_models", "recover_parameters", "simulate"]
+__all__ = [
+    "Design",
+    "Judged",
+    "Recovered",
+    "Won",
+    "recover_findings",
+    "recover_models",
+    "recover_parameters",
+    "simulate",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,15 +105,39 @@ class Won:
     aicc: Mapping[str, int]
 
 
-def simulate(spec: str, design: Design, seed: int) -> list[Trial]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """What findings claimed of agents of one kind, held against the truth.
+
+    Attributes:
+        world: What the agents do.
+        sets: Studies played.
+        best: Model -> how often it was the best by BIC.
+        described: Studies in which that model was shown to predict.
+        claims: What was claimed -> in how many studies. It is what acts, with ``+`` if a joint becomes likelier by it
+            and ``-`` if less likely.
+        false: Those of the claims that are not true.
+        misled: Studies with at least one of these.
+    """
+
+    world: str
+    sets: int
+    best: Mapping[str, int]
+    described: int
+    claims: Mapping[str, int]
+    false: Mapping[str, int]
+    misled: int
+
+
+def simulate(agent: str | Agent, design: Design, seed: int) -> list[Trial]:
     """One study of an agent.
 
     Args:
-        spec: Its spec; it has to cost no time to speak of.
+        agent: The agent, or its spec; it has to cost no time to speak of.
         design: Which trials.
         seed: Seed of the study.
     """
-    agent = resolve(spec).make()
+    spec, player = (agent, resolve(agent).make()) if isinstance(agent, str) else (repr(agent), agent)
     plans = [
         Plan(
             key=f"recovery/{spec}/p={p:g}/rep={repetition}/trial={trial}",
@@ -125,7 +163,7 @@ def simulate(spec: str, design: Design, seed: int) -> list[Trial]:
                 plan,
                 plant=SymbolicPlant(plan.box),
                 channels=(OutcomeFlip(p=plan.p, persistence=plan.flip),),
-                agent=agent,
+                agent=player,
             )
             for plan in plans
         ]
@@ -156,8 +194,8 @@ def recover_parameters(
     return [_recovered(known.get(same[0].name, 0.0), same) for same in zip(*found, strict=True)]
 
 
-def _studies(spec: str, sets: int, design: Design, seed: int) -> Iterator[list[Trial]]:
-    return (simulate(spec, design, seed + i) for i in range(sets))
+def _studies(agent: str | Agent, sets: int, design: Design, seed: int) -> Iterator[list[Trial]]:
+    return (simulate(agent, design, seed + i) for i in range(sets))
 
 
 def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
@@ -174,11 +212,13 @@ def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
     )
 
 
-def recover_models(agents: Mapping[str, str], *, sets: int, design: Design | None = None, seed: int = 1) -> list[Won]:
+def recover_models(
+    agents: Mapping[str, str | Agent], *, sets: int, design: Design | None = None, seed: int = 1
+) -> list[Won]:
     """How often the true model wins against all others.
 
     Args:
-        agents: True model -> spec of an agent that acts by it.
+        agents: True model -> an agent that acts by it, or its spec.
         sets: Studies to play and fit for each.
         design: Which trials each has; the paper's without it.
         seed: Of the first study of each; the others follow.
@@ -188,10 +228,10 @@ def recover_models(agents: Mapping[str, str], *, sets: int, design: Design | Non
     """
     chosen_rivals(agents)
     asked, found = design or Design(), []
-    for model, spec in agents.items():
+    for model, agent in agents.items():
         bic: Counter[str] = Counter()
         aicc: Counter[str] = Counter()
-        for trials in _studies(spec, sets, asked, seed):
+        for trials in _studies(agent, sets, asked, seed):
             heard = [hear(trial, {asked.box.name: asked.box}) for trial in trials]
             held = contest(choices_of(trials, heard), heard, chosen_rivals())
             bic[held.best.rival.name] += 1
@@ -202,3 +242,48 @@ def recover_models(agents: Mapping[str, str], *, sets: int, design: Design | Non
 
 def _aicc(one: Competitor) -> float:
     return math.inf if one.aicc is None else one.aicc
+
+
+def recover_findings(
+    worlds: Mapping[str, World] = WORLDS, *, sets: int, design: Design | None = None, seed: int = 1
+) -> Iterator[Judged]:
+    """How often findings claim of an agent what is not true of it, one kind of agent after the other.
+
+    Args:
+        worlds: What agents do -> the agent, and what is true of it.
+        sets: Studies to play and fit for each.
+        design: Which trials each has; the paper's without it.
+        seed: Of the first study of each; the others follow.
+    """
+    asked = design or Design()
+    for name, world in worlds.items():
+        best: Counter[str] = Counter()
+        told: Counter[str] = Counter()
+        false: Counter[str] = Counter()
+        described = misled = 0
+        for trials in _studies(world.agent, sets, asked, seed):
+            fit = fit_agent(name, trials, chosen_rivals(), boxes={asked.box.name: asked.box}, within=CLOSE)
+            found = claims(fit)
+            wrong = [claim for claim in found if not _true(claim, world)]
+            best[fit.rivals[0].model] += 1
+            described += fit.described is not None
+            told.update(map(_signed, found))
+            false.update(map(_signed, wrong))
+            misled += bool(wrong)
+        yield Judged(
+            world=name,
+            sets=sets,
+            best=dict(best),
+            described=described,
+            claims=dict(told),
+            false=dict(false),
+            misled=misled,
+        )
+
+
+def _true(claim: Claim, world: World) -> bool:
+    return world.pulls.get(claim.about, 0) in (None, claim.direction)
+
+
+def _signed(claim: Claim) -> str:
+    return f"{claim.about} {'+' if claim.direction > 0 else '-'}"

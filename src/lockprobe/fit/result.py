@@ -102,6 +102,10 @@ class AgentFit:
         repeats: How many choices say as much as one, since luck is shared, >= 1.
         chance_bits: What random leaves to be predicted: mean binary logarithm of the number of joints.
         rivals: The best first, by ``bic``.
+        described: The model that describes the agent, which is the best by ``bic``; None if it is not shown to predict
+            better than chance. Parameters of any other model are no description.
+        lead_by_reports: How far that model is ahead, in BIC, of itself where every attempt counts as failed, whatever
+            was reported; None without such a model, or if it heeds no report.
         own: Of the probabilities that the agent itself recorded; no model can be expected to do better.
         finding: What is found, in words.
     """
@@ -116,6 +120,8 @@ class AgentFit:
     repeats: float
     chance_bits: float
     rivals: tuple[RivalFit, ...]
+    described: str | None
+    lead_by_reports: float | None
     own: Predicted | None
     finding: str
 

@@ -38,12 +38,14 @@ class Rival:
         says: What it claims of the agent, as the rest of a sentence that begins with "the agent".
         versions: From the choices to its versions by name.
         agent: The spec of the agent of a version, without fitted parameters; empty if there is no such agent.
+        heeds: Whether it heeds what was reported, not only what was attempted.
     """
 
     name: str
     says: str
     versions: Callable[[Choices, Sequence[Heard]], Versions]
     agent: str = ""
+    heeds: bool = True
 
 
 def chosen_rivals(names: Iterable[str] | None = None) -> list[Rival]:
@@ -163,15 +165,21 @@ def _attempts(choices: Choices, window: int) -> list[Integers]:
 _SOFTMAX = "cognitive:softmax-memory"
 
 _RIVALS = (
-    Rival(name="random", says="takes any joint", versions=_softmax("random"), agent="random"),
-    Rival(name="favourite-places", says="prefers some places in the listing", versions=_favourites("place")),
-    Rival(name="favourite-labels", says="prefers some labels", versions=_favourites("label")),
-    Rival(name="round-robin", says="goes through the listing, but for lapses", versions=_round_robin),
+    Rival(name="random", says="takes any joint", versions=_softmax("random"), agent="random", heeds=False),
+    Rival(
+        name="favourite-places",
+        says="prefers some places in the listing",
+        versions=_favourites("place"),
+        heeds=False,
+    ),
+    Rival(name="favourite-labels", says="prefers some labels", versions=_favourites("label"), heeds=False),
+    Rival(name="round-robin", says="goes through the listing, but for lapses", versions=_round_robin, heeds=False),
     Rival(
         name="no-repeat",
         says="avoids or repeats the joint attempted last, whether it moved or not",
         versions=_softmax("no-repeat", "recent"),
         agent=_SOFTMAX,
+        heeds=False,
     ),
     Rival(
         name="win-stay-lose-shift",

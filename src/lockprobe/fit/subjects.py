@@ -1,0 +1,160 @@
+"""Agents of known truth that no rival describes, or only one that is not about memory.
+
+They heed no report, so that whatever is said of how reports act on them is false; all but one, which leaves what just
+failed and prefers some labels besides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.agents.policy import draw
+from lockprobe.record import Decision, Fact, Situation
+
+__all__ = ["WORLDS", "Favourites", "FirstFour", "Subject", "Switching", "World"]
+
+
+class Subject:
+    """A rule that weighs the joints at every step, and keeps nothing between steps."""
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Nothing for the record: its trials are fitted and thrown away."""
+        return {}
+
+    def weights(self, situation: Situation) -> Sequence[float]:
+        """The weight of each joint in the order of the listing, >= 0, not all 0."""
+        raise NotImplementedError
+
+    def probabilities(self, situation: Situation) -> tuple[float, ...]:
+        """The probability of each joint in the order of the listing."""
+        weights = self.weights(situation)
+        return tuple(weight / math.fsum(weights) for weight in weights)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Draw a joint. It says nothing of its last action."""
+        return Decision(joint=situation.task.joints[draw(self.probabilities(situation), rng)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Favourites(Subject):
+    """Prefers joints by what they are called, or by where they are listed.
+
+    Attributes:
+        by: ``label``, in alphabetical order, or ``place``, in the order of the listing.
+        pull: How much likelier each is than the next, as a logarithm; 0 takes any.
+        repeats: Whether it may attempt the same joint twice running.
+        failure: How much less likely the joint attempted last is if that was reported to have failed, as a logarithm.
+    """
+
+    by: Literal["label", "place"] = "label"
+    pull: float = 0.0
+    repeats: bool = True
+    failure: float = 0.0
+
+    def weights(self, situation: Situation) -> list[float]:
+        """Falling from the first to the last."""
+        joints = situation.task.joints
+        order = sorted(joints) if self.by == "label" else joints
+        last, failed = situation.percept.joint, situation.percept.outcome == "blocked"
+        return [
+            (self.repeats or joint != last)
+            * math.exp(-self.pull * order.index(joint) - self.failure * (failed and joint == last))
+            for joint in joints
+        ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstFour(Subject):
+    """Attempts every joint once, in any order.
+
+    Attributes:
+        then: What it does after that: it takes ``any`` joint at every step, or ``stays`` with the last one.
+    """
+
+    then: Literal["any", "stays"] = "any"
+
+    def weights(self, situation: Situation) -> list[float]:
+        """All that are left; then all, or the last."""
+        joints, tried = situation.task.joints, [turn.decision.joint for turn in situation.past]
+        if left := set(joints).difference(tried):
+            return [float(joint in left) for joint in joints]
+        return [float(self.then == "any" or joint == tried[-1]) for joint in joints]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Switching(Subject):
+    """Follows one rule, then another.
+
+    Attributes:
+        first: One rule.
+        second: The other.
+        when: ``midway`` through the budget, or ``any`` time: one of the two by a coin at every step.
+    """
+
+    first: Subject
+    second: Subject
+    when: Literal["midway", "any"] = "midway"
+
+    def weights(self, situation: Situation) -> Sequence[float]:
+        """Those of the rule that holds now, or of either by a coin."""
+        rules = self.first, self.second
+        if self.when == "midway":
+            return rules[2 * len(situation.past) >= situation.task.budget].probabilities(situation)
+        first, second = (rule.probabilities(situation) for rule in rules)
+        return [(one + other) / 2 for one, other in zip(first, second, strict=True)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class World:
+    """An agent, and what is true of it.
+
+    Attributes:
+        agent: The agent, or its spec.
+        pulls: What acts on it, by the names that :func:`lockprobe.fit.finding.claims` gives: 1 if a joint becomes
+            likelier by it, -1 if less likely, None if that cannot be said. What is not named does not act on it.
+    """
+
+    agent: str | Subject
+    pulls: Mapping[str, int | None]
+
+
+_ANY = Favourites()
+_NO_REPEAT = Favourites(repeats=False)
+
+WORLDS: Mapping[str, World] = {
+    "prefers labels": World(agent=Favourites(by="label", pull=1.0), pulls={}),
+    "prefers labels, never repeats": World(agent=Favourites(by="label", pull=1.0, repeats=False), pulls={"recent": -1}),
+    "prefers labels, leaves what just failed": World(
+        agent=Favourites(by="label", pull=1.5, failure=1.0),
+        pulls={"reports": 1, "failure": -1, "recent": None, "stay": 1},
+    ),
+    "prefers places": World(agent=Favourites(by="place", pull=1.0), pulls={"position": 1}),
+    "prefers places, never repeats": World(
+        agent=Favourites(by="place", pull=1.0, repeats=False), pulls={"position": 1, "recent": -1}
+    ),
+    "all joints once, then any": World(agent=FirstFour(then="any"), pulls={"recent": None}),
+    "all joints once, then stays": World(agent=FirstFour(then="stays"), pulls={"recent": None}),
+    "any joint, midway no repeats": World(agent=Switching(first=_ANY, second=_NO_REPEAT), pulls={"recent": -1}),
+    "no repeats, midway prefers labels": World(
+        agent=Switching(first=_NO_REPEAT, second=Favourites(by="label", pull=1.5)), pulls={"recent": None}
+    ),
+    "all joints once, or prefers places, by a coin": World(
+        agent=Switching(first=FirstFour(then="any"), second=Favourites(by="place", pull=1.5), when="any"),
+        pulls={"position": 1, "recent": None},
+    ),
+    "failure memory": World(
+        agent="cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8",
+        pulls={"reports": 1, "failure": -1, "recent": None, "stay": None},
+    ),
+    "human-inspired": World(
+        agent="human-inspired:target-first?lapse=0.15",
+        pulls=dict.fromkeys(("target", "closed", "failure", "recent", "stay", "position"), None) | {"reports": 1},
+    ),
+}
+"""By what they do. The last two heed reports, so that it is seen whether true sentences are still said."""
