@@ -5,6 +5,7 @@ its numbers stand. What took a long simulation is not run again: there the text 
 there.
 """
 
+import math
 import re
 from dataclasses import replace
 from functools import cache
@@ -101,6 +102,12 @@ def lapsing(number):
     return ", ".join(str(number(course(f"human-inspired?lapse={lapse}"))) for lapse in (0.1, 0.2, 0.3))
 
 
+def both(count, trials):
+    """The ends of Wilson's interval."""
+    found = proportion(count, trials)
+    return [found.low, found.high]
+
+
 def doubter_is_done_by():
     """The last step at which it solves the box in any reading. What it does hangs on what it was told alone, so that
     all that it can meet at any p it can meet at 0.5."""
@@ -127,6 +134,20 @@ QUOTED = [
     ("README.md", "needs {} steps on average, on dealt panels {}, as many as without places",
      lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
     ("README.md", "on dealt panels {}, as many", lambda: pace("human-inspired:target-any")[:1]),
+    ("README.md", "r = -0.68, there -0.69; 95 % interval -{:.2f} to -{:.2f}, as if the 21 repetitions",
+     lambda: [math.tanh(math.atanh(0.68) + side * 1.96 / math.sqrt(21 - 3)) for side in (1, -1)]),
+    ("README.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
+    ("README.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
+    ("docs/embedded-model.md", "0 of 61 (95 % interval 0 to {:.0f} %)", lambda: [100 * proportion(0, 61).high]),
+    ("docs/embedded-model.md", "18 and 17 solved (95 % intervals {:.0f} to {:.0f} % and {:.0f} to {:.0f} %)",
+     lambda: [100 * bound for count in (18, 17) for bound in both(count, 30)]),
+    ("docs/embedded-model.md", "85 solved (40 %, 95 % Wilson interval {:.0f} to {:.0f} %",
+     lambda: [100 * bound for bound in both(85, 210)]),
+    ("docs/embedded-model.md", "26 of 72 (36 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(26, 72)]),
+    ("docs/embedded-model.md", "104 (50 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(104, 210)]),
+    ("docs/gymnasium.md", "of the optimum (95 % interval {:.1f} to 100 %)", lambda: [100 * both(500, 500)[0]]),
+    ("docs/gymnasium.md", "(95 % intervals of at most ±{:.1f} points)",
+     lambda: [max(abs(100 * (bound - 0.68)) for bound in both(340, 500))]),
     ("docs/gymnasium.md", "where random solves {} %,", lambda: percent(course("random").success)),
     ("docs/embedded-model.md", "Random solves {:.0f} % of such boxes, random without immediate repeats {:.0f} %.",
      lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
@@ -223,8 +244,8 @@ MEASURED = [
 
 
 def text_of(name):
-    """On one line, as people read it."""
-    return " ".join((ROOT / name).read_text("utf-8").split())
+    """On one line, as people read it, with a plain minus."""
+    return " ".join((ROOT / name).read_text("utf-8").split()).replace("\N{MINUS SIGN}", "-")
 
 
 @pytest.mark.parametrize(("name", "quotation", "numbers"), QUOTED, ids=[quotation[:40] for _, quotation, _ in QUOTED])
