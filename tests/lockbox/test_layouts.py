@@ -1,6 +1,7 @@
 """Where joints may sit, and that moving them changes nothing else."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
-from lockprobe.lockbox.layouts import laid_out, locking_pairs, permuted, places, redealt
+from lockprobe.lockbox.layouts import laid_out, locking_pairs, neighbours, permuted, places, redealt
 from lockprobe.lockbox.solve import optimal_plans, random_no_repeat_success, random_success
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
@@ -107,6 +108,21 @@ def test_misleading_puts_joints_that_lock_each_other_apart(name):
 def test_locking_pairs_are_the_edges_of_the_interlock():
     assert locking_pairs(box("chain-4")) == locking_pairs(box("bichain-4")) == {(0, 1), (1, 2), (2, 3)}
     assert locking_pairs(box("fork")) == {(0, 1), (0, 2)}
+
+
+def test_neighbours_are_nearest_to_one_of_them():
+    assert neighbours(box("chain-4")) == {(0, 1), (1, 2), (2, 3)}
+    uneven = replace(
+        box("chain-3"),
+        joints=tuple(
+            replace(joint, place=place)
+            for joint, place in zip(box("chain-3").joints, ((0.1, 0.5), (0.2, 0.5), (0.9, 0.5)), strict=True)
+        ),
+    )
+    assert neighbours(uneven) == {(0, 1), (1, 2)}  # the third is nobody's nearest, and the second is its own
+    far = laid_out(box("chain-6"), "misleading", rng())
+    assert not neighbours(far) & locking_pairs(far)
+    assert neighbours(box("chain-2")) == {(0, 1)}
 
 
 @given(st.sampled_from(NAMES), st.integers(0, 10**6))

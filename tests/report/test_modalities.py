@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,3 +98,23 @@ def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory):
     for table in ("loops", "speed", "rationality", "detectors"):
         names = {row[0] for row in csv.reader(io.StringIO((directory / "tables" / f"{table}.csv").read_text()))}
         assert {"viewer (RGB)", "viewer (ground truth)"} <= names
+
+
+@pytest.mark.parametrize(
+    ("layout", "beginning"),
+    [("fixed", "The panel was the same in every trial: of the"), ("shuffled", "The joints were dealt anew to the")],
+)
+def test_the_report_says_whether_the_panel_was_dealt(tmp_path, layout, beginning):
+    study = replace(modality_study(("viewer",), trials=2), layout=layout)
+    write_report(write_study(tmp_path / "study", study, []))
+    said = json.loads((tmp_path / "study" / "results.json").read_text("utf-8"))["panel_said"]
+    assert said.startswith(beginning)
+    page = (tmp_path / "study" / "report.html").read_text("utf-8")
+    (summary,) = re.findall(r'<div class="finding">(.*?)</div>', page, re.DOTALL)
+    assert f"<p>{said}</p>" in summary
+
+
+def test_without_pictures_nothing_is_said_of_the_panel(tmp_path):
+    write_report(write_study(tmp_path / "study", modality_study(("viewer",), ("symbolic",), trials=2), []))
+    assert json.loads((tmp_path / "study" / "results.json").read_text("utf-8"))["panel_said"] == ""
+    assert "the panel" not in (tmp_path / "study" / "report.html").read_text("utf-8")

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import SOLUTION, make_trial, small_study, write_study
+from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
@@ -28,6 +28,7 @@ from lockprobe.studies.journal import (
     read_timings,
 )
 from lockprobe.studies.runner import run
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.studyfile import Request, study
 
 STUDY = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
@@ -188,6 +189,22 @@ def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
         f"{tmp_path} already holds a study with other settings (trials is 3 there, 4 asked): "
         "repeat its settings to resume it, or give another --out"
     )
+
+
+def test_a_modality_study_of_when_panels_were_not_dealt_goes_on_as_such(tmp_path):
+    """Its settings say nothing of a layout, which then was fixed."""
+    asked = Request(study="modalities", agent=["random"], plant="symbolic", trials=2)
+    fixed = study(asked.model_copy(update={"layout": "fixed"}))
+    write_study(tmp_path, fixed, play_study(fixed)[:1])
+    assert "layout" not in read_settings(tmp_path)
+    with (
+        pytest.raises(SettingsChanged, match=r"\(layout is 'fixed' there, 'shuffled' asked\): repeat its settings"),
+        Journal.open(tmp_path, study(asked)),
+    ):
+        pass
+    with Journal.open(tmp_path, fixed) as journal:
+        assert [journal.owes(plan.key) for plan in fixed.plans("random")] == [False, True]
+    assert read_study(tmp_path) == fixed
 
 
 def test_settings_can_be_mended_while_nothing_was_played(tmp_path):

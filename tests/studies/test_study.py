@@ -194,6 +194,7 @@ def test_a_study_file_may_ask_for_shuffled_layouts(tmp_path):
         read_request(path)
 
 
+SHOWN = ("rgb", "rgbd", "symbolic")
 MODAL = modality_study(("viewer", "random"), trials=3)
 
 
@@ -206,6 +207,28 @@ def test_the_modality_study_is_the_papers():
     default = study("modalities")
     assert default.agents == ("viewer", "human-inspired", "random")
     assert default.size == 50
+
+
+def test_the_modality_study_deals_the_panel_in_every_trial():
+    """Pictures show where joints sit and words do not, so places must say nothing of the lock."""
+    default = study("modalities")
+    assert default.layout == "shuffled"
+    panels = {shown: [plan.box.names for plan in default.plans("viewer") if plan.modality == shown] for shown in SHOWN}
+    assert panels["rgb"] == panels["rgbd"] == panels["symbolic"]
+    assert panels["rgb"] == [plan.box.names for plan in default.plans("random")]
+    assert len(set(panels["rgb"])) > 5
+    assert study("flips").layout == "fixed"
+
+
+def test_a_modality_study_on_one_panel_keeps_its_name(tmp_path):
+    """It was the default once: its directory is found by its identity, and says nothing of a layout."""
+    fixed = study(Request(study="modalities", layout="fixed"))
+    assert fixed.identity == json.loads(GOLDEN.read_text())["modalities on one panel"]
+    assert "layout" not in fixed.settings()
+    path = tmp_path / "mine.toml"
+    path.write_text('study = "modalities"\nlayout = "fixed"\n')
+    assert study(read_request(path)) == fixed
+    assert study("modalities") == replace(fixed, layout="shuffled")
 
 
 def test_an_agent_that_reads_reports_plays_no_pictures():

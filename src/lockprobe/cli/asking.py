@@ -40,7 +40,7 @@ __all__ = [
 _STUDY = "The study; mechanisms.toml comes with the package."
 _PLANT = "What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."
 _MODALITY = "How the box is shown: symbolic, rgb, rgbd, rgbd?depth=height; may be repeated."
-_LAYOUT = "fixed, or shuffled: the same interlock on a panel dealt anew in every trial."
+_LAYOUT = "fixed (flips): one panel for all trials; shuffled (modalities): joints dealt anew to it in every trial."
 _ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour."
 _BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
 _BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."

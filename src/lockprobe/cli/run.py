@@ -65,7 +65,7 @@ def run(
     the human-inspired strategy; it ends in a few minutes on two cores.
 
     modalities: what pictures do. RGB, RGB-D and reports in words, 10 trials of 20 steps each, on a simulated box with
-    a camera; without options a scripted agent that looks, beside the human-inspired strategy and random.
+    a camera and dealt panels; without options a scripted agent that looks, beside human-inspired and random.
 
     Exit status 3: a budget ended it. 1: every trial broke.
     """

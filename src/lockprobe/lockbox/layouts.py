@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lockprobe.lockbox.box import JointKind, Lockbox
 from lockprobe.lockbox.space import orders
 
-__all__ = ["LayoutName", "laid_out", "locking_pairs", "permuted", "places", "redealt"]
+__all__ = ["LayoutName", "laid_out", "locking_pairs", "neighbours", "permuted", "places", "redealt"]
 
 LayoutName = Literal["serial", "zigzag", "ngram", "grid", "scattered", "misleading"]
 
@@ -130,6 +130,15 @@ def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
     index = {name: i for i, name in enumerate(box.names)}
     named = ((index[j], index[o]) for j in box.names for clause in box.alternatives(j) for o in clause)
     return {(min(pair), max(pair)) for pair in named}
+
+
+def neighbours(box: Lockbox) -> set[tuple[int, int]]:
+    """Pairs of joints (by place in panel order, the first first) of which one is nearest to the other, or as near."""
+    spots = np.array([joint.place for joint in box.joints])
+    far = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
+    np.fill_diagonal(far, np.inf)
+    near = far < far.min(axis=1, keepdims=True) + 1e-6
+    return {(int(min(pair)), int(max(pair))) for pair in np.argwhere(near)}
 
 
 def _misleading(box: Lockbox, spots: Sequence[Place], rng: np.random.Generator) -> list[int]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.inference.peak import DifferenceAt
+from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference, ratio
 from lockprobe.analysis.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.analysis.summary import AgentSummary
@@ -96,7 +96,9 @@ def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     if agent.blind or not found:
         return NOT_MEASURED
     rises = [at for at in found if pattern(at.p_value, at.value) == "shown"]
-    shown, moderate = ("shown", min(rises, key=lambda at: at.p_value)) if rises else _rise(agent)
+    shown, moderate = _rise(agent)
+    if rises:
+        shown, moderate = "shown", min(rises, key=lambda at: at.p_value)
     at = moderate or max(found, key=lambda at: at.value)
     here = minus(f"{100 * at.value:+.0f} points from 0 to {at.p:g}")
     return here, borne_out(shown), "permutation, corrected for looking at every p", at.p_value

@@ -20,6 +20,7 @@ from lockprobe.analysis.finding import (
     modality_finding,
     verdicts_said,
 )
+from lockprobe.analysis.panel import panel_said
 from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.summary import Each, StudySummary, summarise
@@ -75,6 +76,7 @@ class LoadedStudy:
         foreign: Trials on record that the settings do not ask for; they are in no other number.
         flow: Who of people came to the end; None where nobody has taken part.
         times: How long people took for a choice.
+        panel: What its pictures show of the panel, in words; empty where it has none.
     """
 
     settings: Mapping[str, Any]
@@ -86,6 +88,7 @@ class LoadedStudy:
     foreign: int
     flow: Flow | None = None
     times: tuple[ResponseTimes, ...] = ()
+    panel: str = ""
 
     @property
     def finished(self) -> int:
@@ -135,6 +138,9 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         foreign=len(everything) - len(asked),
         flow=flow_of(Path(directory)),
         times=response_times(trials, times_of_steps(Path(directory), trials)),
+        panel=panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
+        if study.has_pictures
+        else "",
     )
 
 
@@ -164,6 +170,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
             "unfinished_lines": study.journal.unfinished_lines,
             "not_asked_for": study.foreign,
         },
+        "panel_said": study.panel,
         "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
         "findings": [finding(agent) for agent in summary.subjects],
         "loop_findings": [loop_finding(agent) for agent in summary.subjects],

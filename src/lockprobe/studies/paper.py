@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import LayoutKind, Study
 
 __all__ = [
     "FULL",
     "LOOKERS",
     "MAX_STEPS",
     "MODALITIES",
+    "MODALITY_PANEL",
     "MODALITY_TRIALS",
     "REFERENCES",
     "ROBOT",
@@ -51,6 +52,11 @@ MODALITIES = ("rgb", "rgbd", "symbolic")
 
 MODALITY_TRIALS = Extent(p=(0.0,), repetitions=1, trials=10)
 """Sec. 2.2: "10 independent trials per modality", without false reports."""
+
+MODALITY_PANEL: LayoutKind = "shuffled"
+"""Ours: in every trial the joints are dealt anew to the places of the panel. The paper has one panel, and its section
+on limitations says so. Pictures show where joints sit, and words do not: if neighbours lock each other, pictures tell
+more."""
 
 LOOKERS = ("viewer", "human-inspired", "random")
 """Ours: what plays the modality study without a model. The paper's is GPT o1, beside the human-inspired strategy."""

@@ -40,7 +40,7 @@ def run_trial(
     assessment: bool = True,
     pictures: Path | str | None = None,
 ) -> Trial:
-    """Play one trial here and now; a study with the same seed plays the same one.
+    """Play one trial here and now; a study with the same settings plays the same one.
 
     Args:
         agent: Agent spec, or an object with the :class:`lockprobe.seams.Agent` protocol.

@@ -102,7 +102,7 @@ def study(request: Request | str = "flips") -> Study:
 
     A request for flips that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as
     soon as it says something, what it leaves out follows the paper. The modality study is always of the paper's
-    extent; on a plant without a camera it has no pictures.
+    extent, on a panel that is dealt anew in every trial; on a plant without a camera it has no pictures.
 
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
@@ -130,7 +130,7 @@ def study(request: Request | str = "flips") -> Study:
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, True),
         plant=plant,
-        layout=_given(request.layout, "fixed"),
+        layout=_given(request.layout, paper.MODALITY_PANEL if modal else "fixed"),
         modalities=modalities,
         assessment=_given(request.assessment, True),
     )

@@ -1,0 +1,275 @@
+"""The numbers that the README and the documentation quote are those that the code gives.
+
+What can be computed exactly is computed again: each quotation below is a sentence or a row of a table with braces where
+its numbers stand. What took a long simulation is not run again: there the text names its command, and the program is
+there.
+"""
+
+import math
+import re
+from dataclasses import replace
+from functools import cache
+from itertools import permutations
+from pathlib import Path
+from statistics import fmean
+
+import pytest
+
+import lockprobe
+from lockprobe.analysis.chance import chance_level
+from lockprobe.analysis.proportions import proportion
+from lockprobe.lockbox.difficulty import difficulty
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.layouts import permuted
+from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
+from lockprobe.studies.montecarlo.propagation import propagate
+from lockprobe.studies.studyfile import study
+
+ROOT = Path(__file__).parents[1]
+MAP = "cognitive:random-map?window=1&avoid=last"
+COMPARED = ("chain-4", "fork", "reset", "gray-code")
+NEVER = "\N{EN DASH}"
+NEAREST = "human-inspired:proximity"
+READINGS = ("transient", "sticky", "outcome-only")
+
+
+@cache
+def course(agent="human-inspired", p=0.0, flip="transient"):
+    return propagate(agent, "chain-4", p=p, flip=flip)
+
+
+def success(agent, *several):
+    return [f"{course(agent, p).success:.3f}" for p in several]
+
+
+def pace(agent, steps=".1f"):
+    """Mean steps, 80 % by, all by."""
+    found = course(agent)
+    return [f"{found.steps:{steps}}", found.by(0.8), found.by(1)]
+
+
+def dealt_pace(agent):
+    """The same over all deals of the joints to the panel."""
+    known = box("chain-4")
+    spots = [joint.place for joint in known.joints]
+    deals = [permuted(known, order) for order in permutations(range(4))]
+    panels = [
+        replace(deal, joints=tuple(replace(joint, place=spot) for joint, spot in zip(deal.joints, spots, strict=True)))
+        for deal in deals
+    ]
+    courses = [propagate(agent, panel) for panel in panels]
+    solved = [fmean(steps) for steps in zip(*(found.solved for found in courses), strict=True)]
+    by = [next(step for step, share in enumerate(solved) if share > most - 1e-9) for most in (0.8, 1)]
+    return [f"{fmean(found.steps for found in courses):.1f}", *by]
+
+
+def blind(name):
+    return [f"{random_success(box(name)):.3f}", f"{random_no_repeat_success(box(name)):.3f}"]
+
+
+def hardness(key, form=""):
+    return [f"{getattr(difficulty(box(name)), key):{form}}" for name in COMPARED]
+
+
+@cache
+def sampled(p):
+    found = lockprobe.population(MAP, p=p, trials=100_000, streams="fast")
+    return proportion(int(found.solved.sum()), len(found))
+
+
+def thousands(number):
+    return f"{number:,}".replace(",", " ")
+
+
+def percent(*shares):
+    return [f"{100 * share:.1f}" for share in shares]
+
+
+def judged(noise, flip, *several):
+    """Share solved and mean steps."""
+    found = (course(f"ideal-observer?noise={noise}", p, flip) for p in several)
+    return [f"{one.success:.2f}, {one.steps:.1f}" for one in found]
+
+
+def whole(agent):
+    """A row of the table of exact courses."""
+    found = course(agent)
+    by = [NEVER if step is None else step for step in (found.by(0.8), found.by(1))]
+    return [*by, f"{found.success:.3f}" if found.by(1) is None else 1]
+
+
+def lapsing(number):
+    return ", ".join(str(number(course(f"human-inspired?lapse={lapse}"))) for lapse in (0.1, 0.2, 0.3))
+
+
+def both(count, trials):
+    """The ends of Wilson's interval."""
+    found = proportion(count, trials)
+    return [found.low, found.high]
+
+
+def doubter_is_done_by():
+    """The last step at which it solves the box in any reading. What it does hangs on what it was told alone, so that
+    all that it can meet at any p it can meet at 0.5."""
+    return max(course("ideal-observer", 0.5, flip).by(1) for flip in READINGS)
+
+
+QUOTED = [
+    ("README.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
+    ("README.md", "with probability {} at p = 0 and {} at p = 0.8. They hurt",
+     lambda: success("cognitive:perseverant", 0, 0.8)),
+    ("README.md", "`human-inspired` solves it with probability {:.0f} at p = 0 and {:.3f} at p = 0.8.",
+     lambda: [course(p=0).success, course(p=0.8).success]),
+    ("README.md", "it solves {} % at p = 0, {} % at p = 0.3 and {} % at p = 1 (of 100 000 trials each",
+     lambda: percent(*(sampled(p).value for p in (0, 0.3, 1)))),
+    ("README.md", "95 % intervals of ±{:.1f} points",
+     lambda: [max(50 * (sampled(p).high - sampled(p).low) for p in (0, 0.3, 1))]),
+    ("README.md", "solves the box with probability {:.9g} at every p.",
+     lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
+    ("README.md", "all three readings, p = 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
+    ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
+    ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
+    ("README.md", "how often a blind agent loops: {:.4f};", lambda: [chance_level(20).probability]),
+    ("README.md", 'holds an "action loop" with probability {:.4f}.', lambda: [chance_level(20).probability]),
+    ("README.md", "needs {} steps on average, on dealt panels {}, as many as without places",
+     lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
+    ("README.md", "on dealt panels {}, as many", lambda: pace("human-inspired:target-any")[:1]),
+    ("README.md", "r = -0.68, there -0.69; 95 % interval -{:.2f} to -{:.2f}, as if the 21 repetitions",
+     lambda: [math.tanh(math.atanh(0.68) + side * 1.96 / math.sqrt(21 - 3)) for side in (1, -1)]),
+    ("README.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
+    ("README.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
+    ("docs/embedded-model.md", "0 of 61 (95 % interval 0 to {:.0f} %)", lambda: [100 * proportion(0, 61).high]),
+    ("docs/embedded-model.md", "18 and 17 solved (95 % intervals {:.0f} to {:.0f} % and {:.0f} to {:.0f} %)",
+     lambda: [100 * bound for count in (18, 17) for bound in both(count, 30)]),
+    ("docs/embedded-model.md", "85 solved (40 %, 95 % Wilson interval {:.0f} to {:.0f} %",
+     lambda: [100 * bound for bound in both(85, 210)]),
+    ("docs/embedded-model.md", "26 of 72 (36 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(26, 72)]),
+    ("docs/embedded-model.md", "104 (50 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(104, 210)]),
+    ("docs/gymnasium.md", "of the optimum (95 % interval {:.1f} to 100 %)", lambda: [100 * both(500, 500)[0]]),
+    ("docs/gymnasium.md", "(95 % intervals of at most ±{:.1f} points)",
+     lambda: [max(abs(100 * (bound - 0.68)) for bound in both(340, 500))]),
+    ("docs/gymnasium.md", "where random solves {} %,", lambda: percent(course("random").success)),
+    ("docs/embedded-model.md", "Random solves {:.0f} % of such boxes, random without immediate repeats {:.0f} %.",
+     lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
+    ("docs/detectors.md", "(exactly: {} %)", lambda: percent(chance_level(20, null="no-repeat").probability)),
+    ("docs/agents.md", "(8 of 10 has a 95 % interval of {:.2f} to {:.2f})",
+     lambda: [proportion(8, 10).low, proportion(8, 10).high]),
+    ("docs/agents.md", "0.1, 0.2 and 0.3 `target-first` reaches 80 % by step {}, {} and {}.",
+     lambda: [course(f"human-inspired?lapse={lapse}").by(0.8) for lapse in (0.1, 0.2, 0.3)]),
+    ("docs/ideal-observer.md", "solves the box at *every* p, within {} steps", lambda: [doubter_is_done_by()]),
+    ("docs/ideal-observer.md", "one who believes it needs {} steps (80 % by step {}, all by {})",
+     lambda: pace("ideal-observer?noise=naive")),
+    ("docs/ideal-observer.md", "needs {:.1f} steps (`naive`) or {:.1f} (`aware`",
+     lambda: [course(f"ideal-observer?plan=information&noise={noise}").steps for noise in ("naive", "aware")]),
+    ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
+     lambda: pace("human-inspired")),
+    ("docs/monte-carlo.md", "solved `chain-4` in {} of 100 000 trials ({} %, 95 % interval {} to {} %)",
+     lambda: [thousands(sampled(0.3).count), *percent(sampled(0.3).value, sampled(0.3).low, sampled(0.3).high)]),
+    ("docs/monte-carlo.md", "and in {} at p = 0 and again at p = 1 ({} %, {} to {} %)",
+     lambda: [thousands(sampled(0).count), *percent(sampled(1).value, sampled(1).low, sampled(1).high)]),
+    ("docs/modalities.md", "| `human-inspired:proximity` | {}, {}, {} | {}, {}, {} |",
+     lambda: [*pace(NEAREST), *dealt_pace(NEAREST)]),
+    ("docs/modalities.md", "| `human-inspired:target-any` | {}, {}, {} | {}, {}, {} |",
+     lambda: [*pace("human-inspired:target-any"), *dealt_pace("human-inspired:target-any")]),
+    ("docs/modalities.md", "| `human-inspired` | {}, {}, {} | {}, {}, {} |",
+     lambda: [*pace("human-inspired"), *dealt_pace("human-inspired")]),
+]  # fmt: skip
+"""File, what is quoted, and its numbers."""
+
+PRESETS = ("target-last", "target-any", "proximity", "target-first-per-configuration")
+HARD = {
+    "optimum": "", "optimal_plans": "", "depth": "", "undone": "", "free": "", "reachable": "", "dead_ends": "",
+    "cycle_success": ".3g", "random_steps": ".1f", "random_blocked": ".3f",
+}  # fmt: skip
+HEARERS = {
+    "human-inspired": "1.", "cognitive:careful": "", "cognitive:perseverant": "", "cognitive:insistent": "",
+    "ideal-observer?noise=naive": "",
+}  # fmt: skip
+"""Who is told lies in a table, and what tells its row from one of another table."""
+
+ROWS = [
+    *(("docs/agents.md", f"`{name}`", lambda name=name: pace(f"human-inspired:{name}")) for name in PRESETS[:3]),
+    ("docs/agents.md", "`target-first` (default)", lambda: pace("human-inspired")),
+    ("docs/agents.md", "`target-first-per-configuration`", lambda: pace(f"human-inspired:{PRESETS[3]}", ".2f")),
+    ("docs/agents.md", "`per-configuration`",
+     lambda: [*pace("human-inspired:per-configuration")[:2],
+              f"{100 * course('human-inspired:per-configuration').success:.0f} % by 20"]),
+    ("docs/boxes.md", "`chain-2` … `chain-8`", lambda: [f"{optimum(box('chain-4'))} for `chain-4`", *blind("chain-4")]),
+    ("docs/boxes.md", "`bichain-2` … `bichain-8`",
+     lambda: [f"{optimum(box('bichain-4'))} for `bichain-4`", *blind("bichain-4")]),
+    ("docs/boxes.md", "`gray-code`, `gray-code-2` … `-8`",
+     lambda: [f"{optimum(box('gray-code'))} for four joints", *blind("gray-code")]),
+    *(("docs/boxes.md", f"`{name}` | ", lambda name=name: [optimum(box(name)), *blind(name)])
+      for name in ("fork", "converge", "reset", "branched")),
+    *(("docs/boxes.md", f"`{name}-3`, `-4`",
+       lambda name=name: [optimum(box(f"{name}-3")),
+                          *(", ".join(pair) for pair in zip(blind(f"{name}-3"), blind(f"{name}-4"), strict=True))])
+      for name in ("common-cause", "common-effect")),
+    *(("docs/boxes.md", f"`{key}`", lambda key=key, form=form: hardness(key, form)) for key, form in HARD.items()),
+    ("docs/boxes.md", "`random_success`", lambda: [blind(name)[0] for name in COMPARED]),
+    ("docs/boxes.md", "`random_no_repeat_success`", lambda: [blind(name)[1] for name in COMPARED]),
+    *(("docs/monte-carlo.md", f"`{agent}`", lambda agent=agent: [f"{course(agent).steps:.1f}", *whole(agent)])
+      for agent in ("random", "random-no-repeat", "round-robin", *(f"human-inspired:{name}" for name in PRESETS[:3]),
+                    "human-inspired:per-configuration")),
+    ("docs/monte-carlo.md", f"`human-inspired:{PRESETS[3]}`",
+     lambda: [f"{course(f'human-inspired:{PRESETS[3]}').steps:.2f}", *whole(f"human-inspired:{PRESETS[3]}")]),
+    ("docs/monte-carlo.md", "`human-inspired` | 8", lambda: whole("human-inspired")),
+    ("docs/monte-carlo.md", "`human-inspired?lapse=0.1`",
+     lambda: [lapsing(lambda one: f"{one.steps:.1f}"), lapsing(lambda one: one.by(0.8)), NEVER,
+              lapsing(lambda one: f"{one.success:.3f}")]),
+    *(("docs/monte-carlo.md", f"`{agent}` | {told_the_truth}", lambda agent=agent: success(agent, 0, 0.3, 0.8, 1))
+      for agent, told_the_truth in HEARERS.items()),
+    ("docs/monte-carlo.md", "`ideal-observer`",
+     lambda: [f"{course('ideal-observer', p).success:.9g}" for p in (0, 0.3, 0.8, 1)]),
+    ("docs/ideal-observer.md", "`noise=naive` | transient", lambda: judged("naive", "transient", 0, 0.2, 0.4, 0.6)),
+    ("docs/ideal-observer.md", "`noise=aware` | transient", lambda: judged("aware", "transient", 0, 0.2, 0.4, 0.6)),
+]  # fmt: skip
+"""File, how a row of a table begins, and how it ends."""
+
+MEASURED = [
+    ("README.md", "`--full --seed 2`", ["src/lockprobe/cli/run.py"]),
+    ("README.md", "[benchmarks](benchmarks/README.md)", ["benchmarks/makespan.py"]),
+    ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
+    ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
+    ("docs/modalities.md", "lockprobe run modalities --layout fixed", ["src/lockprobe/cli/run.py"]),
+    ("docs/twin.md", "`python benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
+    ("docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
+    ("docs/gymnasium.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),
+    ("docs/gymnasium.md", "examples/fitted_q.py", ["examples/fitted_q.py"]),
+    ("docs/embedded-model.md", "`lockprobe run flips --full --seed 2`", ["src/lockprobe/cli/run.py"]),
+    ("docs/embedded-model.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
+    ("docs/detectors.md", "lockprobe detectors --trials 4000 --clock", ["src/lockprobe/cli/detectors.py"]),
+]
+"""File, the command beside its measured numbers, and the programs that it runs."""
+
+
+def text_of(name):
+    """On one line, as people read it, with a plain minus."""
+    return " ".join((ROOT / name).read_text("utf-8").split()).replace("\N{MINUS SIGN}", "-")
+
+
+@pytest.mark.parametrize(("name", "quotation", "numbers"), QUOTED, ids=[quotation[:40] for _, quotation, _ in QUOTED])
+def test_a_quotation_holds(name, quotation, numbers):
+    assert quotation.format(*numbers()) in text_of(name)
+
+
+@pytest.mark.parametrize(("name", "begins", "numbers"), ROWS, ids=[f"{name}: {begins}" for name, begins, _ in ROWS])
+def test_a_row_of_a_table_holds(name, begins, numbers):
+    (row,) = [line for line in (ROOT / name).read_text("utf-8").splitlines() if line.startswith(f"| {begins}")]
+    assert row.endswith(f"| {' | '.join(map(str, numbers()))} |")
+
+
+@pytest.mark.parametrize(("name", "command", "programs"), MEASURED)
+def test_measured_numbers_name_their_command(name, command, programs):
+    assert command in text_of(name)
+    assert all((ROOT / program).is_file() for program in programs)
+
+
+def test_no_share_in_the_readme_is_left_unheld():
+    """A percentage is computed again above, or it is of the played studies that are named beside it."""
+    text = text_of("README.md")
+    for name, quotation, numbers in QUOTED:
+        if name == "README.md":
+            text = text.replace(quotation.format(*numbers()), "")
+    played = text[text.index("> No effect of false reports") : text.index("That was on two cores")]
+    assert re.findall(r"[\d.]+ %", text.replace(played, "")) == []
