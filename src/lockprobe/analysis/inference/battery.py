@@ -69,12 +69,14 @@ class Inference:
     tests: tuple[TestResult, ...]
 
 
-def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
+def infer(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None = None) -> Inference:
     """All tests of one agent's trials over p.
 
     Args:
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
+        blind: Trials of a blind agent with the same action habits on the same box, which solving after a loop is
+            held against; without them the null hypothesis there is an odds ratio of 1.
 
     Raises:
         BadValue: If a p is no probability.
@@ -86,7 +88,8 @@ def infer(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
     speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     lines, bend = two_lines(outcomes.p, outcomes.solved), lind_mehlum(outcomes.p, outcomes.solved)
-    hazard, landmark, whole = loop_hazard(outcomes), loop_landmark(outcomes), naive_association(outcomes)
+    hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
+    whole = naive_association(outcomes)
     fine, coarse = pearson(repetitions), pearson(conditions)
     return Inference(
         difference=difference,
