@@ -79,11 +79,9 @@ def conclusions(agent: AgentSummary) -> list[str]:
             continue
         yes, no = words if test.baseline is None else _BESIDE_BLIND
         interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
-        effect = (
-            ""
-            if test.effect is None or question == "shape"
-            else f"{test.unit} {test.effect:.2g}{interval}{_baseline(test)}; "
-        )
+        if test.baseline is not None:
+            interval += f", of a blind agent with the same action habits {test.baseline:.2g}"
+        effect = "" if test.effect is None or question == "shape" else f"{test.unit} {test.effect:.2g}{interval}; "
         found = yes if isinstance(yes, str) else yes[test.direction > 0]
         sentence = verb(agent.agent, found if test.rejects else no, of_people(found if test.rejects else no))
         said.append(f"{sentence} ({effect}{test.name}, {_p(test.p_value)}).")
@@ -124,8 +122,7 @@ _BESIDE_BLIND: tuple[str | tuple[str, str], str] = (
         "After a loop the agent is less likely to solve the box than a blind agent with the same action habits",
         "After a loop the agent is more likely to solve the box than a blind agent with the same action habits",
     ),
-    "That loops do the agent more harm than the mechanics of the box do to a blind agent with the same action habits "
-    "is not shown",
+    "That loops harm the agent beyond what its action habits and the mechanics of the box explain is not shown",
 )
 """The same of harm where it is known what the box gives to a blind agent."""
 
