@@ -12,7 +12,9 @@ def test_odds_of_solving_after_a_loop(axes, model):
     found, drawn = model.inference, [x.tolist() for x, _ in lines(axes)]
     effects = [found.hazard, found.landmark]
     expected = [part for effect in effects for part in ([effect.low, effect.high], [effect.odds_ratio])]
-    assert drawn == [*expected, [found.whole.odds_ratio], [1, 1]]
+    twins = [[effect.blind.odds_ratio] for effect in effects]
+    assert drawn == [*expected, [found.whole.odds_ratio], [1, 1], *twins]
+    assert "blind agent" in axes.get_title(loc="left")
     assert axes.get_xscale() == "log"
     low, high = axes.get_xlim()
     assert low * high == pytest.approx(1)
