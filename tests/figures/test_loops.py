@@ -33,7 +33,7 @@ def test_a_ratio_of_nothing_is_an_arrow_and_what_is_undefined_is_said(axes, stud
     trapped = studies["three"].agents[1]
     assert trapped.inference.whole.odds_ratio == 0
     figures.draw_loop_harm(axes, trapped)
-    arrow = axes.lines[-2]
+    (arrow,) = (line for line in axes.lines if line.get_marker() == "<")
     assert (arrow.get_marker(), arrow.get_xdata()[0]) == ("<", axes.get_xlim()[0])
 
 
