@@ -59,3 +59,46 @@ def test_the_interval_holds_the_truth_where_that_of_one_kind_fails():
         by_luck += one.low <= 0.5 <= one.high
     assert held >= 180
     assert by_luck < 170
+
+
+def ends(counts, sizes):
+    found = clustered_proportion(counts, sizes)
+    return found.low, found.high
+
+
+@pytest.mark.parametrize("copies", [1, 4, 7])
+@pytest.mark.parametrize("success", [True, False])
+def test_where_all_or_none_succeed_a_cluster_counts_as_one_trial(copies, success):
+    sizes = np.full(30, copies)
+    assert ends(sizes * success, sizes) == pytest.approx(ends(np.full(30, success), np.ones(30)))
+    both = crossed_proportion(np.full(30 * copies, success), np.ones(30 * copies), np.arange(30 * copies) // copies,
+                              np.arange(30 * copies))  # fmt: skip
+    assert (both.low, both.high) == pytest.approx(ends(sizes * success, sizes))
+
+
+def test_the_half_cluster_is_forgotten_as_failures_show_how_they_come():
+    """One failure in each of f clusters of four: the more there are, the nearer to independent trials."""
+    effects = [clustered_proportion([3] * f + [4] * (100 - f), [4] * 100).design_effect for f in (0, 1, 5, 20, 60)]
+    assert effects == sorted(effects, reverse=True)
+    assert effects[0] == pytest.approx(4)
+    assert effects[-1] < 1.05
+    wholly = clustered_proportion([0] * 50 + [4] * 50, [4] * 100)
+    assert wholly.design_effect == pytest.approx(4 * 100 / 99)
+
+
+def test_clusters_of_one_have_no_effect_of_design():
+    for failures in range(31):
+        found = clustered_proportion(np.arange(30) >= failures, np.ones(30))
+        assert found.design_effect == pytest.approx(1 if failures in {0, 30} else 30 / 29)
+
+
+@pytest.mark.parametrize("alike", ["identical", "half", "independent"])
+@pytest.mark.parametrize("truth", [0.9, 0.98])
+def test_intervals_near_the_ceiling_hold_the_truth(alike, truth):
+    rng, held = np.random.default_rng(8), 0
+    for _ in range(400):
+        same, own = np.repeat(rng.random((30, 1)) < truth, 7, axis=1), rng.random((30, 7)) < truth
+        copied = {"identical": 1.0, "half": 0.5, "independent": 0.0}[alike]
+        low, high = ends(np.where(rng.random((30, 1)) < copied, same, own).sum(axis=1), np.full(30, 7))
+        held += low <= truth <= high
+    assert held >= 0.91 * 400

@@ -12,7 +12,9 @@ def test_odds_of_solving_after_a_loop(axes, model):
     found, drawn = model.inference, [x.tolist() for x, _ in lines(axes)]
     effects = [found.hazard, found.landmark]
     expected = [part for effect in effects for part in ([effect.low, effect.high], [effect.odds_ratio])]
-    assert drawn == [*expected, [found.whole.odds_ratio], [1, 1]]
+    twins = [[effect.blind.odds_ratio] for effect in effects]
+    assert drawn == [*expected, [found.whole.odds_ratio], [1, 1], *twins]
+    assert "blind agent" in axes.get_title(loc="left")
     assert axes.get_xscale() == "log"
     low, high = axes.get_xlim()
     assert low * high == pytest.approx(1)
@@ -31,7 +33,7 @@ def test_a_ratio_of_nothing_is_an_arrow_and_what_is_undefined_is_said(axes, stud
     trapped = studies["three"].agents[1]
     assert trapped.inference.whole.odds_ratio == 0
     figures.draw_loop_harm(axes, trapped)
-    arrow = axes.lines[-2]
+    (arrow,) = (line for line in axes.lines if line.get_marker() == "<")
     assert (arrow.get_marker(), arrow.get_xdata()[0]) == ("<", axes.get_xlim()[0])
 
 

@@ -122,11 +122,14 @@ def conclusions(agent: AgentSummary) -> list[str]:
         return []
     tests = {test.question: test for test in agent.inference.tests if test.recommended}
     said = []
-    for question, (yes, no) in _SAID.items():
+    for question, words in _SAID.items():
         test = tests[question]
         if test.p_value is None:
             continue
+        yes, no = words if test.baseline is None else _BESIDE_BLIND
         interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
+        if test.baseline is not None:
+            interval += f", of a blind agent with the same action habits {test.baseline:.2g}"
         effect = "" if test.effect is None or question == "shape" else f"{test.unit} {test.effect:.2g}{interval}; "
         found = yes if isinstance(yes, str) else yes[test.direction > 0]
         sentence = verb(agent.agent, found if test.rejects else no, of_people(found if test.rejects else no))
@@ -165,6 +168,15 @@ _SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
     ),
 }
 """What a yes (less, more) and a no are in words."""
+
+_BESIDE_BLIND: tuple[str | tuple[str, str], str] = (
+    (
+        "After a loop the agent is less likely to solve the box than a blind agent with the same action habits",
+        "After a loop the agent is more likely to solve the box than a blind agent with the same action habits",
+    ),
+    "That loops harm the agent beyond what its action habits and the mechanics of the box explain is not shown",
+)
+"""The same of harm where it is known what the box gives to a blind agent."""
 
 
 def beside(summary: StudySummary) -> str:

@@ -27,7 +27,7 @@ from lockprobe.analysis.loops.words import least_distance
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
-__all__ = ["TrialNull", "expected_loop_rate", "markov_chain"]
+__all__ = ["TrialNull", "chain_walks", "expected_loop_rate", "markov_chain"]
 
 TrialNull = Literal["uniform", "no-repeat", "markov", "permutation"]
 """What is left to chance."""
@@ -125,18 +125,34 @@ def markov_chain(sequences: Sequence[Sequence[Hashable]]) -> tuple[NDArray[np.fl
     return first / max(first.sum(), 1), after / after.sum(axis=1, keepdims=True)
 
 
+def chain_walks(
+    first: NDArray[np.float64], after: NDArray[np.float64], luck: NDArray[np.float64]
+) -> NDArray[np.integer[Any]]:
+    """Walks of a Markov chain.
+
+    Args:
+        first: Probabilities of the first action, shape (K,).
+        after: Probabilities of each action after each, shape (K, K).
+        luck: Independent draws from [0, 1), shape (steps, trials), at least one step.
+
+    Returns:
+        Actions from 0 to K - 1, shape (steps, trials).
+    """
+    walk = np.empty(luck.shape, dtype=np.min_scalar_type(len(first)))
+    follows = after.cumsum(axis=1).T[:-1]
+    walk[0] = np.searchsorted(first.cumsum()[:-1], luck[0], side="right")
+    for step in range(1, len(luck)):
+        walk[step] = (follows[:, walk[step - 1]] <= luck[step]).sum(axis=0)
+    return walk
+
+
 def _markov(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_length: int, seed: int) -> Chance:
     """One simulation for all lengths: each simulated trial counts as the share of lengths that it loops within."""
     lengths = np.array([len(sequence) for sequence in sequences])
     first, after = markov_chain(sequences)
     steps = min(int(lengths.max()), decisive_length(len(first), min_length))
     trials = min(CHAINS, max(100, CELLS // steps**2))
-    luck = generator(seed, "chance", "markov").random((steps, trials))
-    walk = np.empty((steps, trials), dtype=np.min_scalar_type(len(first)))
-    follows = after.cumsum(axis=1).T[:-1]
-    walk[0] = np.searchsorted(first.cumsum()[:-1], luck[0], side="right")
-    for step in range(1, steps):
-        walk[step] = (follows[:, walk[step - 1]] <= luck[step]).sum(axis=0)
+    walk = chain_walks(first, after, generator(seed, "chance", "markov").random((steps, trials)))
     onsets = first_loops(walk.T, min_length=min_length, overlap=overlap)
     return simulated_chance((onsets > 0) * (lengths >= onsets[:, None]).mean(axis=1))
 

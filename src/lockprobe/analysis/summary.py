@@ -14,6 +14,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
+from lockprobe.analysis.habits import actions_of, blind_trials
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
 from lockprobe.analysis.inference.course import course_kind, levels
@@ -150,7 +151,8 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
 
     Args:
         trials: Of one box; those that ended as ``error`` are counted apart.
-        box: The box, for what blind agents and the optimum reach on it.
+        box: The box, for what blind agents and the optimum reach on it, and for the odds ratio after a loop that a
+            blind agent with the same action habits has on it.
         each: Works on one agent after the other, or on several at once.
 
     Raises:
@@ -173,7 +175,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
     shown = Counter(agent for agent, _ in place)
     jobs: list[Callable[[], Any]] = [
         lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
-        *(partial(_agent, members, reference, several=shown[members[0].group] > 1) for members in by_agent),
+        *(partial(_agent, members, reference, box, several=shown[members[0].group] > 1) for members in by_agent),
     ]
     compared, *found = each(call, jobs)
     agents = _courses_corrected(tuple[AgentSummary, ...](found))
@@ -243,7 +245,7 @@ def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
     return [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
 
 
-def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: bool) -> AgentSummary:
+def _agent(trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None, *, several: bool) -> AgentSummary:
     """One agent, shown the box in one way; and whether others of its trials were shown it in another."""
     first = trials[0]
     conditions = tuple(
@@ -255,8 +257,9 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, *, several: boo
     shown = {condition.p for condition in distinct}
     looked_at = [trial for trial in trials if trial.p in shown]
     counted = outcomes(looked_at)
+    habits = blind_trials(actions_of(looked_at, box), box, _stream(first, "blind")) if box else None
     draws = resample(counted, _stream(first, "bootstrap"))
-    inference = infer(counted, _stream(first, "permutation"), broken_off(looked_at))
+    inference = infer(counted, _stream(first, "permutation"), broken=broken_off(looked_at), blind=habits)
     return AgentSummary(
         agent=first.group,
         modality=first.modality,

@@ -180,6 +180,6 @@ def _batch(job: _Job) -> list[Verdict]:
             found, broken = outcomes(trials), broken_off(trials)
         else:
             found, broken = simulate_columns(job.truth, job.design, rng)
-        tests = infer(found, generator(*place, "tests"), broken).tests
+        tests = infer(found, generator(*place, "tests"), broken=broken).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
     return verdicts

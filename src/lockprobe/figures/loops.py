@@ -39,7 +39,10 @@ _WIDEST = 1000.0
 
 
 def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
-    """In place of Fig. 5a: odds of solving after a loop over odds before. The naive ratio, hollow, is no evidence."""
+    """In place of Fig. 5a: odds of solving after a loop over odds before. The naive ratio, hollow, is no evidence.
+
+    Where the box is known a tick is the odds ratio of a blind agent with the same action habits.
+    """
     found = agent.inference
     if not any(condition.success.n for condition in agent.conditions):
         return blank(axes, f"{agent_label(agent)}: no trial has ended")
@@ -57,10 +60,14 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
         ),
     ]
     known = [value for row in rows for value in (row.value, row.low, row.high) if value]
+    known += [effect.blind.odds_ratio for effect in (found.hazard, found.landmark) if effect.blind]
     widest = min(_WIDEST, 1.3 * max([3.0, *known, *(1 / value for value in known)]))
     axes.set_xscale("log")
     forest(axes, rows, (1 / widest, widest))
     axes.axvline(1, color=INK, linewidth=0.8, zorder=1)
+    for i, effect in enumerate((found.hazard, found.landmark)):
+        if effect.blind:
+            axes.plot([effect.blind.odds_ratio], [i], marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
     ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / widest <= tick <= widest]
     ticks = [tick for tick in ticks if widest < 30 or tick not in {0.3, 3}]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -68,7 +75,8 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     axes.tick_params(which="minor", length=0)
     axes.set_xlabel("odds of solving after a loop over before (below 1: rarer after)", fontsize=SMALL, color=INK)
     n = sum(condition.success.n for condition in (agent.conditions[:1] if agent.blind else agent.conditions))
-    return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals")
+    blind = "|: a blind agent with the same habits" if found.hazard.blind else ""
+    return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals", blind)
 
 
 def _effect(name: str, found: LoopEffect) -> Row:

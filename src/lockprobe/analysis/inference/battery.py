@@ -79,7 +79,9 @@ class Inference:
     tests: tuple[TestResult, ...]
 
 
-def infer(outcomes: Outcomes, rng: np.random.Generator, broken: Outcomes | None = None) -> Inference:
+def infer(
+    outcomes: Outcomes, rng: np.random.Generator, *, broken: Outcomes | None = None, blind: Outcomes | None = None
+) -> Inference:
     """All tests of one agent's trials over p.
 
     Where trials broke, the recommended tests conclude only what holds without them, with all of them unsolved, and with
@@ -89,17 +91,19 @@ def infer(outcomes: Outcomes, rng: np.random.Generator, broken: Outcomes | None 
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
         broken: Its trials that ended as error.
+        blind: Trials of a blind agent with the same action habits on the same box, which solving after a loop is
+            held against; without them the null hypothesis there is an odds ratio of 1.
 
     Raises:
         BadValue: If a p is no probability.
     """
     if not ((outcomes.p >= 0) & (outcomes.p <= 1)).all():
         raise BadValue("p of the trials", outcomes.p[~((outcomes.p >= 0) & (outcomes.p <= 1))][0], "from 0 to 1")
-    found = _tested(outcomes, rng)
+    found = _tested(outcomes, rng, blind)
     if broken is None or not len(broken):
         return found
     shares = broken_shares(outcomes, broken, rng)
-    ends = [_tested(whole, rng) for whole in completed(outcomes, broken)]
+    ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
     difference = agreed_difference(found.difference, *(end.difference for end in ends))
     lines = agreed_lines(found.lines, *(end.lines for end in ends))
     return replace(
@@ -112,13 +116,14 @@ def infer(outcomes: Outcomes, rng: np.random.Generator, broken: Outcomes | None 
     )
 
 
-def _tested(outcomes: Outcomes, rng: np.random.Generator) -> Inference:
+def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng)
     speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     lines, bend = two_lines(outcomes.p, outcomes.solved, outcomes.cluster), lind_mehlum(outcomes.p, outcomes.solved)
-    hazard, landmark, whole = loop_hazard(outcomes), loop_landmark(outcomes), naive_association(outcomes)
+    hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
+    whole = naive_association(outcomes)
     fine, coarse = pearson(repetitions), pearson(conditions)
     return Inference(
         difference=difference,

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.proportions import ALPHA
 
-__all__ = ["Excess", "excess", "grid"]
+__all__ = ["Excess", "excess", "grid", "odds_excess"]
 
 Array = NDArray[np.float64]
 
@@ -101,8 +101,35 @@ def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64]
     n = member @ running
     some = np.maximum(n, 1.0)
     score = running * (x - (member @ (x * running) / some)[:, stratum]) * (event - (member @ event / some)[stratum])
-    unbiased = np.sqrt(n / np.maximum(n - 1, 1.0))[stratum]
-    sums = np.zeros((int(cluster.max(initial=-1)) + 1, len(x)))
+    return _summed(score, n[stratum], cluster)
+
+
+def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
+    """Events with a feature beyond those expected if their odds are so many times the odds of events without it.
+
+    The total is Mantel and Haenszel's ``sum (a d - odds b c) / n`` over tables of stratum and step, which is 0 at their
+    odds ratio. A trial's part in it is its projection, so that at odds of 1 this is :func:`excess`.
+
+    Args:
+        cells: 0 or 1, shape (4, trials, steps): with the feature and the event, with the feature alone, with the
+            event alone, with neither; all 0 where a trial no longer runs.
+        odds: The odds ratio of the null hypothesis.
+        stratum: From 0, shape (trials,).
+        cluster: From 0, shape (trials,).
+    """
+    member = (stratum == np.arange(int(stratum.max(initial=-1)) + 1)[:, None]).astype(np.float64)
+    tables = member @ cells
+    n = tables.sum(axis=0)
+    off = (tables[0] * tables[3] - odds * tables[1] * tables[2]) / np.maximum(n, 1.0)
+    facing = (tables[::-1] * np.array([1.0, -odds, -odds, 1.0])[:, None, None])[:, stratum]
+    score = ((facing - off[stratum]) * cells).sum(axis=0) / np.maximum(n, 1.0)[stratum]
+    return _summed(score[None], n[stratum], cluster)
+
+
+def _summed(score: Array, n: Array, cluster: NDArray[np.int64]) -> Excess:
+    """Scores of shape (columns, trials, steps) summed by cluster; n of the same shape are running beside each."""
+    unbiased = np.sqrt(n / np.maximum(n - 1, 1.0))
+    sums = np.zeros((int(cluster.max(initial=-1)) + 1, len(score)))
     np.add.at(sums, cluster, np.sum(score * unbiased, axis=2).T)
     sums = np.round(sums, 10)  # rounding noise is not evidence
     return Excess(total=score.sum(axis=(1, 2)), covariance=sums.T @ sums, clusters=len(sums))

@@ -4,23 +4,42 @@ A solved trial is a short one, and a short trial holds fewer loops by chance alo
 be compared *at one step, among the trials still running at it*; that is what the Mantel-Haenszel tests here do. The
 estimates are the textbook's; the variance allows for luck that trials share over all p
 (:mod:`lockprobe.analysis.inference.excess`).
+
+On a box the odds ratio of an agent that ignores all reports is not 1, since an action that comes back may find the box
+as it was. Where trials of a blind agent with the same action habits are given (:mod:`lockprobe.analysis.habits`),
+their odds ratio is the null hypothesis.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.inference.excess import Excess, excess, grid
+from lockprobe.analysis.inference.excess import Excess, grid, odds_excess
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import Z
 
-__all__ = ["LoopEffect", "NaiveAssociation", "loop_hazard", "loop_landmark", "naive_association"]
+__all__ = ["Blind", "LoopEffect", "NaiveAssociation", "loop_hazard", "loop_landmark", "naive_association"]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blind:
+    """The odds ratio of a blind agent with the same action habits on the same box, by simulation.
+
+    Attributes:
+        odds_ratio: As of the agent, over all strata; above 0.
+        error: Standard error of its logarithm that comes of simulating.
+        trials: Trials simulated.
+    """
+
+    odds_ratio: float
+    error: float
+    trials: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,8 +50,10 @@ class LoopEffect:
         odds_ratio: Mantel-Haenszel, common to all strata; below 1 if success is rarer after a loop; None if undefined.
         low: Lower end of the 95 % interval; None where the ratio is 0 or not defined.
         high: Upper end.
-        direction: 1 if more are solved after a loop than expected, -1 if fewer, else 0.
-        p_value: Two-sided; None where nothing is informative.
+        blind: What a blind agent with the same habits has, which is the null hypothesis; None where that is not known.
+        direction: 1 if more are solved after a loop than under the null hypothesis, -1 if fewer, else 0.
+        p_value: Two-sided, of the null hypothesis: the odds ratio of the blind agent; of 1 where no blind trials
+            are given. None where nothing is informative.
         strata: Informative strata: with and without a loop side by side, some but not all solved.
         looped: Steps (of :func:`loop_landmark`: trials) that come after a loop.
         looped_solved: How many of them solved the box.
@@ -44,6 +65,7 @@ class LoopEffect:
     odds_ratio: float | None
     low: float | None
     high: float | None
+    blind: Blind | None
     direction: int
     p_value: float | None
     strata: int
@@ -67,31 +89,38 @@ class NaiveAssociation:
     p_value: float
 
 
-def loop_hazard(outcomes: Outcomes) -> LoopEffect:
+def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect:
     """The chance of being solved at a step, after a loop against before any, in strata of p and step.
 
     A loop that is complete with the very action that solves does not count as a loop before it. A trial gives many
     steps but at most one success, and each step is compared given all that ran at it, so steps of a trial need no
-    correction. Actions that repeat help a little less by the mechanics of the box alone: on ``chain-4`` the ratio
-    of an agent that acts at random is 0.89, and 0.94 without immediate repeats (0.15 and 0.04 over whole trials).
+    correction.
 
     Args:
         outcomes: The trials of one agent over all p.
+        blind: Trials of a blind agent with the same habits on the same box, whose odds ratio is the null hypothesis.
     """
+    against = _blind(loop_hazard(blind), len(blind)) if blind is not None else None
     running, event = grid(outcomes.length, outcomes.solved)
     step = np.arange(1, running.shape[1] + 1)
     looped = outcomes.looped[:, None] & (outcomes.onset[:, None] < step)
-    return _effect(outcomes, looped, event, running)
+    return _against(_effect(outcomes, looped, event, running, against), blind)
 
 
-def loop_landmark(outcomes: Outcomes, step: int = 10) -> LoopEffect:
+def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: int = 10) -> LoopEffect:
     """Trials still running after a step: were those that had looped by then solved less often later? Strata p.
 
     Easier to read than :func:`loop_hazard`, and weaker: loops after the step do not count.
+
+    Args:
+        outcomes: The trials of one agent over all p.
+        blind: As for :func:`loop_hazard`.
+        step: From 1.
     """
+    against = _blind(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
     running = (outcomes.length > step)[:, None].astype(np.float64)
     looped = (outcomes.looped & (outcomes.onset <= step))[:, None]
-    return _effect(outcomes, looped, outcomes.solved[:, None] * running, running)
+    return _against(_effect(outcomes, looped, outcomes.solved[:, None] * running, running, against), blind)
 
 
 def naive_association(outcomes: Outcomes) -> NaiveAssociation:
@@ -111,20 +140,44 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     )
 
 
-def _effect(outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running: Array) -> LoopEffect:
+def _blind(found: LoopEffect, trials: int) -> Blind | None:
+    """What simulated trials of a blind agent come to; None where they have no odds ratio above 0."""
+    if not found.odds_ratio or found.low is None or found.high is None:
+        return None
+    return Blind(odds_ratio=found.odds_ratio, error=math.log(found.high / found.low) / (2 * Z), trials=trials)
+
+
+def _against(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
+    """No test where blind trials are given and have no odds ratio to hold the agent's against."""
+    if blind is None or found.blind is not None or found.p_value is None:
+        return found
+    return replace(
+        found, p_value=None, direction=0, note="No test: a blind agent with these habits has no odds ratio on this box."
+    )
+
+
+def _effect(
+    outcomes: Outcomes, looped: NDArray[np.bool_], event: Array, running: Array, blind: Blind | None
+) -> LoopEffect:
     """Mantel-Haenszel over strata of p and step; all grids have the shape (trials, steps)."""
     after, before = looped * running, ~looped * running
     cells = np.stack([after * event, after * (1 - event), before * event, before * (1 - event)])
     stratum = np.unique(outcomes.p, return_inverse=True)[1]
     tables = ((outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64) @ cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
-    found = excess(looped[None].astype(np.float64), event, running, stratum=stratum, cluster=outcomes.cluster)
+    found = odds_excess(cells, 1.0, stratum=stratum, cluster=outcomes.cluster)
     ratio, low, high = _mantel_haenszel(tables[..., informative], found)
+    if blind:
+        found = odds_excess(cells, blind.odds_ratio, stratum=stratum, cluster=outcomes.cluster)
+        crossed = np.sum(tables[0, 1] * tables[1, 0] / np.maximum(tables.sum(axis=(0, 1)), 1))
+        simulated = (blind.odds_ratio * crossed * blind.error) ** 2
+        found = replace(found, covariance=found.covariance + simulated * (found.covariance > 0))
     (solved_after, failed_after), (solved_before, failed_before) = tables.sum(axis=2).astype(int).tolist()
     return LoopEffect(
         odds_ratio=ratio,
         low=low,
         high=high,
+        blind=blind,
         direction=found.direction,
         p_value=found.p_value if informative.any() else None,
         strata=int(informative.sum()),

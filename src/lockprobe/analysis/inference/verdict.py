@@ -60,6 +60,8 @@ class TestResult:
         effect: How large the effect is, in words of ``unit``; None where there is no estimate.
         low: Lower end of its 95 % interval, where there is one.
         high: Upper end.
+        baseline: The effect under the null hypothesis where that is what a blind agent with the same action habits has
+            on the box, by simulation; None where the null hypothesis is no effect.
         unit: What the effect is.
         direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
         holds: For a rule without a p-value, whether it says yes; None otherwise.
@@ -75,6 +77,7 @@ class TestResult:
     effect: float | None = None
     low: float | None = None
     high: float | None = None
+    baseline: float | None = None
     unit: str = ""
     direction: int = 0
     holds: bool | None = None
@@ -220,8 +223,9 @@ def harm_tests(
             low=hazard.low,
             high=hazard.high,
             unit=odds,
+            baseline=hazard.blind.odds_ratio if hazard.blind else None,
             direction=hazard.direction,
-            note=hazard.note,
+            note=hazard.note or _null(hazard),
         ),
         TestResult(
             name="looped by step 10, Mantel-Haenszel by p",
@@ -231,8 +235,9 @@ def harm_tests(
             effect=landmark.odds_ratio,
             low=landmark.low,
             high=landmark.high,
+            baseline=landmark.blind.odds_ratio if landmark.blind else None,
             unit=odds,
-            note=landmark.note or "Valid as well, with less power.",
+            note=landmark.note or f"Valid as well, with less power. {_null(landmark)}",
         ),
         TestResult(
             name="looped against solved, Fisher",
@@ -256,6 +261,16 @@ def harm_tests(
             for unit, found in (("repetitions", fine), ("values of p", coarse))
         ),
     ]
+
+
+def _null(found: LoopEffect) -> str:
+    """Against which odds ratio the effect of a loop is tested."""
+    if found.blind is None:
+        return "Tested against an odds ratio of 1; what the mechanics of the box give to a blind agent is not known."
+    return (
+        f"Tested against {found.blind.odds_ratio:.2f}, the odds ratio of a blind agent with the same action habits on "
+        "this box."
+    )
 
 
 def _chosen(conditions: list[Point], quantity: Literal["success", "loop_rate"], *, highest: bool) -> Difference | None:

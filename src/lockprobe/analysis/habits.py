@@ -1,0 +1,152 @@
+"""Simulated trials of a blind agent with an agent's own action habits, on the agent's own box.
+
+A blind agent ignores every report. On a box its success still goes with its loops: an action that comes back may find
+the box as it was, and a habit that brings all joints in turn solves the box in its second round. What the odds of
+solving after a loop are on this box with these habits, and no more than these, is the null hypothesis of the question
+whether loops do harm (:mod:`lockprobe.analysis.inference.hazard`).
+
+A *habit* is which action comes first, and which follows which: a first-order Markov chain at each p, as for the null
+``markov`` of loop rates. Labels and their order in the list are shuffled from trial to trial, so an agent may have its
+habits in one of three ways: of the joints themselves, of the labels, of places in the list. Each way has as many
+parameters as the others, and the one of greatest likelihood is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.chance import first_loops
+from lockprobe.analysis.nulls import chain_walks, markov_chain
+from lockprobe.analysis.outcomes import Outcomes, ended
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.space import space_of
+from lockprobe.record import Trial
+
+__all__ = ["Actions", "actions_of", "blind_trials", "played_out"]
+
+Whole = NDArray[np.int64]
+
+SIMULATED = 20_000
+"""Trials simulated for one agent over all p, at least."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Actions:
+    """The actions of one agent's trials on a box of n joints.
+
+    Attributes:
+        p: Flip probability of each trial, [0, 1], shape (trials,).
+        joints: The joints that each trial attempted, by place in the box, at least one.
+        ways: Which joint each symbol of a habit stands for, shape (3, trials, n): symbols are joints, labels in
+            alphabetical order, places in the list.
+        budget: Steps of a trial.
+    """
+
+    p: NDArray[np.float64]
+    joints: tuple[Whole, ...]
+    ways: Whole
+    budget: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """A fitted chain: its symbols in order, probabilities of the first and of each after each."""
+
+    symbols: Whole
+    first: NDArray[np.float64]
+    after: NDArray[np.float64]
+
+
+def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
+    """The actions of ended trials of one agent on the box."""
+    played = [trial for trial in ended(trials) if trial.steps]
+    meant = [
+        {label: box.names.index(name) for label, name in zip(trial.labels, trial.joints, strict=True)}
+        for trial in played
+    ]  # by name: the panel may differ from trial to trial
+    ways = [
+        [range(len(box.joints)) for _ in played],
+        [[one[label] for label in sorted(one)] for one in meant],
+        [[one[label] for label in trial.listing] for one, trial in zip(meant, played, strict=True)],
+    ]
+    return Actions(
+        p=np.array([trial.p for trial in played], dtype=np.float64),
+        joints=tuple(np.array([*map(box.names.index, trial.actions)], dtype=np.int64) for trial in played),
+        ways=np.array(ways, dtype=np.int64).reshape(3, len(played), len(box.joints)),
+        budget=max((trial.budget for trial in played), default=0),
+    )
+
+
+def blind_trials(actions: Actions, box: Lockbox, rng: np.random.Generator) -> Outcomes | None:
+    """Trials of a blind agent with these habits on the same box, in the same shares over p; None without trials.
+
+    The box moves by its rules; of a robot that fails nothing is simulated.
+
+    Args:
+        actions: Of one agent.
+        box: The box.
+        rng: The stream of the simulation.
+    """
+    if not actions.joints:
+        return None
+    chains, _, way = max(((*_fitted(actions, way), way) for way in actions.ways), key=itemgetter(1))
+    times = -(-SIMULATED // len(actions.p))
+    walks, p = [], []
+    for at, chain in chains.items():
+        meant = np.repeat(way[actions.p == at], times, axis=0)
+        drawn = chain.symbols[chain_walks(chain.first, chain.after, rng.random((actions.budget, len(meant)))).T]
+        walks.append(np.take_along_axis(meant, drawn, axis=1))
+        p.append(np.full(len(meant), at))
+    return played_out(np.concatenate(walks), np.concatenate(p), box)
+
+
+def played_out(joints: Whole, p: NDArray[np.float64], box: Lockbox) -> Outcomes:
+    """What becomes of actions that are settled beforehand, by the rules of the box; every trial has luck of its own.
+
+    Args:
+        joints: Joints attempted until the box is solved, by place in the box, shape (trials, budget).
+        p: Flip probability of each trial, shape (trials,).
+        box: The box.
+    """
+    space = space_of(box)
+    trials, budget = joints.shape
+    state, length = np.full(trials, space.start), np.full(trials, budget)
+    solved = np.zeros(trials, dtype=np.bool_)
+    for step in range(budget):
+        joint = joints[:, step]
+        moved = space.may_move[state, joint]
+        state = np.where(moved, state ^ (1 << joint), state)
+        now = moved & (joint == space.target) & ~solved
+        length[now] = step + 1
+        solved |= now
+    onset = first_loops(joints.astype(np.int8))
+    return Outcomes(
+        p=p,
+        repetition=np.ones(trials, dtype=np.int64),
+        trial=np.arange(1, trials + 1),
+        length=length,
+        solved=solved,
+        onset=np.where(onset <= length, onset, 0),
+    )
+
+
+def _fitted(actions: Actions, way: Whole) -> tuple[dict[float, _Chain], float]:
+    """The chain at each p, and the log-likelihood of all actions, where symbols mean that in each trial."""
+    symbols = [meant.argsort()[joints] for meant, joints in zip(way, actions.joints, strict=True)]
+    chains, likelihood = {}, 0.0
+    for at in np.unique(actions.p).tolist():
+        here = [row for row, p in zip(symbols, actions.p, strict=True) if p == at]
+        first, after = markov_chain([row.tolist() for row in here])
+        order = np.array(list(dict.fromkeys(np.concatenate(here).tolist())))
+        place = np.empty(order.max() + 1, dtype=np.int64)
+        place[order] = np.arange(len(order))
+        chains[at] = _Chain(order, first, after)
+        for row in here:
+            seen = place[row]
+            likelihood += float(np.log(first[seen[0]]) + np.log(after[seen[:-1], seen[1:]]).sum())
+    return chains, likelihood
