@@ -1,12 +1,15 @@
 """How success goes over p, in one word."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from lockprobe.analysis.inference.course import course
+from lockprobe.analysis.inference.course import course, course_kind, levels
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.ushape import two_lines
 from lockprobe.analysis.outcomes import Outcomes, points
+from lockprobe.analysis.proportions import ALPHA
 
 TENTHS = tuple(i / 10 for i in range(11))
 
@@ -64,3 +67,32 @@ def test_without_trials_there_is_no_course():
     assert (
         course([], any_difference(outcomes, np.random.default_rng(2)), two_lines(outcomes.p, outcomes.solved)) is None
     )
+
+
+def test_over_many_agents_a_course_is_seldom_said_that_is_none():
+    """Thirteen agents to whom p does nothing: without correction some course is seen in half of the studies."""
+    alone, corrected = [], []
+    for study in range(40):
+        drawings = [drawn([0.5] * 7, n=20, seed=1000 * study + agent) for agent in range(13)]
+        tests = [
+            (any_difference(one, np.random.default_rng(study), 199), two_lines(one.p, one.solved)) for one in drawings
+        ]
+        shown = points(drawings[0], by_repetition=False)
+        kinds = [
+            [course_kind(course(shown, *both), *both, level) for both, level in zip(tests, levels_, strict=True)]
+            for levels_ in ([ALPHA] * 13, levels(tests))
+        ]
+        alone.append(any(kind != "no change detectable" for kind in kinds[0]))
+        corrected.append(any(kind != "no change detectable" for kind in kinds[1]))
+    assert np.mean(alone) > 0.25
+    assert np.mean(corrected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 40)
+
+
+def test_levels_are_holms_over_the_smaller_of_two_tests():
+    def both(difference, lines):
+        return SimpleNamespace(p_value=difference), SimpleNamespace(p_value=lines)
+
+    assert levels([both(0.001, 0.5), both(0.5, 0.5)]) == [0.0125, 0.0]
+    assert levels([both(0.001, 0.5), both(0.5, 0.02)]) == [0.0125, 0.025]
+    assert levels([both(0.02, None), both(0.02, 0.9)]) == [0.0, 0.0]
+    assert levels([both(None, None)]) == [0.0]
