@@ -4,7 +4,7 @@ Agents that ignore all reports play a box; their success after a loop is tested 
 the odds ratio of a blind agent with their own action habits on the box. Nothing that they do follows from a loop, so
 that a test should find harm, or help, in .05 of studies. Agents below the line have habits that no first-order chain
 holds: there the second test says that there is more than such habits, which is true, and the reader should know it.
-Agents of the last rows are harmed: after a loop they repeat their last joint with probability 0.9.
+The last agent is harmed: after a loop they repeat their last joint with probability 0.9.
 
 Printed are the shares of studies in which each test rejects, the true odds ratio and the mean baseline.
 """
