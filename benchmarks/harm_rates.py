@@ -2,9 +2,9 @@
 
 Agents that ignore all reports play a box; their success after a loop is tested against an odds ratio of 1, and against
 the odds ratio of a blind agent with their own action habits on the box. Nothing that they do follows from a loop, so
-that a test should find harm, or help, in .05 of studies. Agents below the line have habits that no first-order chain
-holds: there the second test says that there is more than such habits, which is true, and the reader should know it.
-Agents of the last rows are harmed: after a loop they repeat their last joint with probability 0.9.
+that a test should find harm, or help, in .05 of studies. ``target_or_list`` and ``own_order`` have habits that no chain
+of first order holds: the second test finds more than such habits there, although loops do nothing. ``stuck`` is
+harmed: once a loop is complete it repeats its last joint with probability 0.9.
 
 Printed are the shares of studies in which each test rejects, the true odds ratio and the mean baseline.
 """
