@@ -14,6 +14,10 @@ p; ``between``: everybody plays three or four at one p. Printed is
 - the share of intervals of median steps over the human median that hold the true ratio of 1.
 
 Each should be at least .95 for intervals and at most .05 for tests.
+
+A second table has people who play at one p only, of 7, with more boxes each: how often success is said to rise and fall
+again (two lines), though nothing depends on p; and how often the interval of the finding (the clearest difference from
+the lowest p) and that of success at one p hold the truth. ``alone`` takes a person's trials as independent.
 """
 
 from __future__ import annotations
@@ -24,13 +28,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion
+from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, share_of
 from lockprobe.analysis.inference.difference import any_difference
+from lockprobe.analysis.inference.ushape import two_lines
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.people import people
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rivals.comparison import compare
 from lockprobe.analysis.rivals.exchange import Sheet, sign_flip
+from lockprobe.audit.simulate import simulate_outcomes
+from lockprobe.audit.worlds import Design, World
 from lockprobe.record import Trial
 from lockprobe.studies.single import run_trial
 
@@ -127,8 +134,34 @@ def held(template: Trial, theirs: Array, own: Array, seat: Names) -> bool:
     return (over.low is None or over.low <= 1) and (over.high is None or over.high >= 1)
 
 
+def at_one_p(people_at_p: int, boxes: int, likeness: float, studies: int) -> list[float]:
+    """The shares of one line of the second table."""
+    design = Design(repetitions=1, trials=people_at_p * boxes)
+    truth = World(name="people", says="", success=(0.5,) * 7, people=people_at_p, likeness=likeness, truths=frozenset())
+    counts = np.zeros(6)
+    for number in range(studies):
+        rng = np.random.default_rng([number, people_at_p, boxes])
+        columns = simulate_outcomes(truth, design, rng)
+        first = columns.at(columns.p == 0)
+        together, alone = (
+            any_difference(made, rng, 99).clearest
+            for made in (columns, replace(columns, person=np.empty(0, dtype=np.str_)))
+        )
+        assert together is not None
+        assert alone is not None
+        of_one = share_of(first.solved, first.person, first.luck), share_of(first.solved, [], first.luck)
+        counts += [
+            two_lines(columns.p, columns.solved).direction == "inverted U",
+            two_lines(columns.p, columns.solved, columns.cluster).direction == "inverted U",
+            *(found.low <= 0 <= found.high for found in (alone, together)),
+            *(found.low <= 0.5 <= found.high for found in of_one[::-1]),
+        ]
+    shares: list[float] = (counts / studies).tolist()
+    return shares
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--studies", type=int, default=1000)
     studies = parser.parse_args().studies
@@ -140,6 +173,12 @@ def main() -> None:
             shares = rate(design, person, luck, studies, template)
             row = "  ".join(f"{share:10.3f}" for share in shares)
             print(f"{design:8} {person:6.2f} {luck:6.2f}  {row}", flush=True)
+    print(
+        "\npeople x boxes  alike   rise and fall: alone, as reported   finding: alone, as reported   one p: alone, ..."
+    )
+    for people_at_p, boxes, likeness in ((30, 1, 0.0), (10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)):
+        row = "  ".join(f"{share:10.3f}" for share in at_one_p(people_at_p, boxes, likeness, studies))
+        print(f"{people_at_p:6} x {boxes:<6} {likeness:5.2f}  {row}", flush=True)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.finding import modality_finding
+from lockprobe.analysis.conclusions import modality_finding
 from lockprobe.analysis.modalities import by_fidelity, modality_effect, spoken
 from lockprobe.analysis.summary import summarise
 

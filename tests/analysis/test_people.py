@@ -119,8 +119,12 @@ def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():
 def test_people_are_never_taken_for_blind():
     """Three people who act alike at three p, though they were told otherwise, are no agent that does not listen."""
     own = [
-        replace(make_trial((0, *SOLUTION), agent=f"participant:{i:04d}", p=i / 10, false_at=[1] * (i > 0)), facts={})
+        replace(
+            make_trial((0, *SOLUTION), agent=f"participant:{i:04d}", p=i / 10, trial=t, false_at=[1] * (i > 0)),
+            facts={},
+        )
         for i in range(3)
+        for t in range(10)
     ]
     assert not summarise(own).agents[0].blind
     assert summarise([replace(trial, agent="llm:a") for trial in own]).agents[0].blind

@@ -2,7 +2,7 @@
 
 from builders import make_trial
 
-from lockprobe.analysis.finding import verdicts_said
+from lockprobe.analysis.conclusions import verdicts_said
 from lockprobe.analysis.robot import verdicts
 
 

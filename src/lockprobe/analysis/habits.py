@@ -27,7 +27,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.space import space_of
 from lockprobe.record import Trial
 
-__all__ = ["Actions", "actions_of", "blind_trials", "played_out"]
+__all__ = ["Actions", "actions_of", "blind_trials", "blind_twin", "played_out"]
 
 Whole = NDArray[np.int64]
 
@@ -60,6 +60,19 @@ class _Chain:
     symbols: Whole
     first: NDArray[np.float64]
     after: NDArray[np.float64]
+
+
+def blind_twin(trials: Sequence[Trial], box: Lockbox | None, rng: np.random.Generator) -> Outcomes | None:
+    """Trials of a blind agent with the habits of the one that played these; None where the box is not known.
+
+    Args:
+        trials: Of one agent.
+        box: The box.
+        rng: The stream of the simulation.
+    """
+    if box is None or any(set(trial.joints) != set(box.names) for trial in trials):
+        return None
+    return blind_trials(actions_of(trials, box), box, rng)
 
 
 def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:

@@ -112,7 +112,6 @@ class Paired:
         value: Share solved the second time less the first, [-1, 1]; not a number without pairs.
         low: Lower end of the interval of the difference, second less first (Agresti & Min 2005), [-1, 1].
         high: Upper end.
-        interval_p: The p-value that belongs to the interval: below 0.05 if one at 95 % leaves out 0.
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
     """
 
@@ -122,8 +121,13 @@ class Paired:
     value: float
     low: float
     high: float
-    interval_p: float
     p_value: float
+
+    @property
+    def interval_p(self) -> float:
+        """The p-value that belongs to the interval: below 0.05 if one at 95 % leaves out 0."""
+        middle, error = _agresti_min(self.only_first, self.only_second, self.n)
+        return min(1.0, 2 * NormalDist().cdf(-abs(middle) / error))
 
 
 @lru_cache(maxsize=65536)
@@ -247,9 +251,7 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
     from scipy.stats import binomtest, norm
 
     one, two = int(np.sum(first & ~second)), int(np.sum(second & ~first))
-    n = len(first) + 2  # half a pair more of each of the four kinds
-    middle, z = (two - one) / n, float(norm.isf((1 - LEVEL) / choices / 2))
-    error = math.sqrt(max(0.0, one + two + 1 - (two - one) ** 2 / n)) / n
+    (middle, error), z = _agresti_min(one, two, len(first)), float(norm.isf((1 - LEVEL) / choices / 2))
     return Paired(
         only_first=one,
         only_second=two,
@@ -257,6 +259,12 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
         value=(two - one) / len(first) if len(first) else math.nan,
         low=max(-1.0, middle - z * error),
         high=min(1.0, middle + z * error),
-        interval_p=min(1.0, float(2 * norm.sf(abs(middle) / error))) if error else 1.0,
         p_value=float(binomtest(one, one + two).pvalue) if one + two else 1.0,
     )
+
+
+def _agresti_min(only_first: int, only_second: int, pairs: int) -> tuple[float, float]:
+    """The middle of their interval and its standard error, with half a pair more of each of the four kinds."""
+    n = pairs + 2
+    middle = (only_second - only_first) / n
+    return middle, math.sqrt((only_first + only_second + 1) / n - middle**2) / math.sqrt(n)

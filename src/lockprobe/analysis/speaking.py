@@ -1,10 +1,11 @@
-"""People in sentences about agents: they are many, and have no spec."""
+"""Parts of sentences: who is spoken of, and shares, differences and p-values. People are many, and have no spec."""
 
 from __future__ import annotations
 
+from lockprobe.analysis.proportions import Proportion
 from lockprobe.options import PEOPLE
 
-__all__ = ["begun", "called", "of_people", "verb"]
+__all__ = ["begun", "called", "of_people", "of_trials", "p_said", "percent", "points_said", "told", "verb"]
 
 _MANY = (
     ("the agent is", "people are"),
@@ -51,3 +52,28 @@ def of_people(sentence: str) -> str:
     for one, many in _MANY:
         sentence = sentence.replace(one, many)
     return sentence
+
+
+def told(p: float) -> str:
+    """Under which condition, in a sentence."""
+    return "when told the truth" if p == 0 else f"when each report was inverted with probability {p:g}"
+
+
+def of_trials(share: Proportion) -> str:
+    """A share as a count and in per cent."""
+    return f"{share.count} of {share.n} trials ({percent(share.value)})"
+
+
+def percent(value: float) -> str:
+    """A share in whole per cent."""
+    return f"{100 * value:.0f} %"
+
+
+def points_said(value: float) -> str:
+    """A difference of shares in points, with its sign."""
+    return f"{100 * value:+.0f}".replace("-", "\N{MINUS SIGN}")
+
+
+def p_said(value: float) -> str:
+    """A p-value."""
+    return "p < 0.001" if value < 0.001 else f"p = {value:.2g}"

@@ -14,14 +14,15 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
-from lockprobe.analysis.habits import actions_of, blind_trials
+from lockprobe.analysis.habits import blind_twin
+from lockprobe.analysis.heeding import ignores_reports
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
 from lockprobe.analysis.inference.course import course_kind, levels
 from lockprobe.analysis.inference.peak import Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
-from lockprobe.analysis.outcomes import Point, broken_off, ended, outcomes
+from lockprobe.analysis.outcomes import Point, broken_off, outcomes
 from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
@@ -33,7 +34,6 @@ from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.analysis.speaking import called
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
@@ -43,9 +43,6 @@ __all__ = [
     "StudySummary",
     "summarise",
 ]
-
-REPORTS = 10
-"""Reports that differ between conditions, each with an action after it, before an agent is said to ignore them."""
 
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
 """Agents that stand in a study to be compared with, by the head of their spec."""
@@ -217,6 +214,8 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
         head=_head(first.group),
         reference=_head(first.group) in _REFERENCES,
         counted=outcomes(trials),
+        broken=broken_off(trials),
+        budget=max(trial.budget for trial in trials),
     )
 
 
@@ -251,15 +250,15 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, box: Lockbox | 
     conditions = tuple(
         condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)
     )
-    blind = _is_blind(trials)
+    blind = ignores_reports(trials)
     distinct = conditions[:1] if blind else conditions
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
     looked_at = [trial for trial in trials if trial.p in shown]
     counted = outcomes(looked_at)
-    habits = blind_trials(actions_of(looked_at, box), box, _stream(first, "blind")) if box else None
     draws = resample(counted, _stream(first, "bootstrap"))
-    inference = infer(counted, _stream(first, "permutation"), broken=broken_off(looked_at), blind=habits)
+    twin = blind_twin(looked_at, box, _stream(first, "blind"))
+    inference = infer(counted, _stream(first, "permutation"), broken=broken_off(looked_at), blind=twin)
     return AgentSummary(
         agent=first.group,
         modality=first.modality,
@@ -278,24 +277,3 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, box: Lockbox | 
 
 def _stream(first: Trial, use: str) -> np.random.Generator:
     return generator(first.seed, "analysis", first.group, first.modality, use)
-
-
-def _is_blind(trials: Sequence[Trial]) -> bool:
-    """Whether the same repetition and trial went alike at every p, though the agent had been told otherwise.
-
-    What counts are reports that were followed by another action: of the last report of a trial nobody can say what it
-    would have done. They have to be ``REPORTS`` at least, since an agent may act alike for once after a false report.
-    People are not blind: at each p somebody else played it.
-    """
-    if trials[0].group == PEOPLE:
-        return False
-    acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
-    told: dict[tuple[int, int], list[tuple[object, ...]]] = {}
-    for trial in ended(trials):
-        luck = trial.repetition, trial.trial
-        acted.setdefault(luck, set()).add(trial.actions)
-        told.setdefault(luck, []).append(tuple((step.told_moved, step.told_state) for step in trial.steps[:-1]))
-    if any(len(ways) > 1 for ways in acted.values()):
-        return False
-    differing = sum(len(set(reports)) > 1 for ways in told.values() for reports in zip(*ways, strict=False))
-    return differing >= REPORTS

@@ -108,6 +108,7 @@ def comparison_rows(compared: Sequence[Comparison], names: Names) -> list[Row]:
             "steps_verdict": one.steps_verdict,
             "same_at_every_p": one.copies,
             "finished_by_one_only": one.alone,
+            "bounded": one.bounded,
             "by_p": [
                 {"p": at.p, "success": asdict(at.success) | {"p_adjusted": at.p_adjusted}, "steps": asdict(at.steps)}
                 for at in one.at

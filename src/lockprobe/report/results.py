@@ -11,15 +11,15 @@ from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.finding import (
+from lockprobe.analysis.conclusions import (
     beside,
     conclusions,
     courses_said,
-    finding,
     loop_finding,
     modality_finding,
     verdicts_said,
 )
+from lockprobe.analysis.finding import finding
 from lockprobe.analysis.panel import panel_said
 from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.rivals.said import comparison_said, ranking_said

@@ -132,6 +132,13 @@ def fit_row(agent: AgentSummary) -> Row:
         "after_a_loop": asdict(found.hazard),
         "after_a_loop_by_step_10": asdict(found.landmark),
         "looped_against_solved": asdict(found.whole),
+        "broken": {
+            "at": [{"p": p} | asdict(share) for p, share in found.broken.at],
+            "p_value": found.broken.p_value,
+            "differ": found.broken.differ,
+        }
+        if found.broken
+        else None,
     }
 
 

@@ -1,19 +1,17 @@
 """Trials that broke: found where they select, and nothing concluded that hangs on what became of them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.analysis.finding import finding
 from lockprobe.analysis.inference.battery import infer
-from lockprobe.analysis.inference.broken import broken_shares, completed
-from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.inference.broken import agreed_difference, broken_shares, completed
+from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate_columns
-from lockprobe.audit.worlds import WORLDS
+from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.seeds import generator
 
 AGENT = "llm:local"
@@ -37,17 +35,15 @@ def agent_of(*groups):
 
 
 def test_what_remains_of_a_condition_that_breaks_is_no_finding():
-    """Nine of thirty solved everywhere; at 0.6 two thirds break, and of the nine that remain seven are solved."""
-    agent = agent_of(at(0.0, 9, 21, 0), at(0.3, 9, 21, 0), at(0.6, 7, 2, 21))
+    """A third solved everywhere; at 0.6 seven of ten break, and of those that remain most are solved."""
+    groups = at(0.0, 27, 63, 0), at(0.3, 27, 63, 0), at(0.6, 21, 6, 63)
+    agent = agent_of(*groups)
+    assert infer(outcomes([trial for group in groups for trial in group]), generator(1)).difference.p_value < 0.05
     assert not agent.contrast.detectable
     said = finding(agent)
     assert said.startswith("Trials of llm:local broke under some conditions more often than under others")
-    assert "21 of 30 trials (70 %) when each report was inverted with probability 0.6" in said
+    assert "63 of 90 when each report was inverted with probability 0.6" in said
     assert "more often when each" not in said
-    without = infer(
-        outcomes([trial for group in (at(0.0, 9, 21, 0), at(0.6, 7, 2, 21)) for trial in group]), generator(1)
-    )
-    assert without.difference.p_value < 0.05
 
 
 def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
@@ -91,15 +87,26 @@ def test_without_broken_trials_nothing_changes():
     assert plain.broken is None
 
 
-def test_recommended_tests_hold_over_both_ends_and_keep_their_level():
-    """An eighth of all calls fail at one p: success of those that remain differs, and no test may say why."""
-    world = replace(WORLDS["broken-trials"], breaks=(0.0,) * 6 + (0.12,))
-    alone, bounded = [], []
+def test_calls_that_fail_at_one_p_are_no_effect_of_p():
+    """Ninety trials a p, 8 % of calls fail at one: what remains differs in a quarter of studies, and nothing is said."""
+    world, alone, bounded = WORLDS["broken-trials"], [], []
     for seed in range(30):
-        counted, broken = simulate_columns(world, world.design, generator(seed))
-        for kept, settings in ((alone, {}), (bounded, {"broken": broken})):
-            tests = infer(counted, generator(seed), **settings).tests
-            kept.append([test.rejects for test in tests if test.recommended])
-    rates = dict(zip(QUESTIONS, np.mean(bounded, axis=0), strict=True))
-    assert max(rates.values()) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 30), rates
-    assert np.mean(alone, axis=0)[0] > 0.15
+        counted, broken = simulate_columns(world, Design(trials=30), generator(seed))
+        one, *ends = (any_difference(part, generator(seed), 199) for part in (counted, *completed(counted, broken)))
+        alone.append(one.p_value < 0.05)
+        bounded.append(agreed_difference(one, *ends).p_value < 0.05)
+    assert np.mean(alone) > 0.1
+    assert np.mean(bounded) <= 0.05
+
+
+@pytest.mark.parametrize("name", ["broken-trials", "seldom-broken"])
+def test_every_recommended_test_holds_over_both_ends(name):
+    rejected = []
+    for seed in range(20):
+        counted, broken = simulate_columns(WORLDS[name], WORLDS[name].design, generator(seed))
+        without, bounded = (infer(counted, generator(seed), broken=part) for part in (None, broken))
+        for first, second in zip(without.tests, bounded.tests, strict=True):
+            if first.recommended and second.p_value is not None:
+                assert second.p_value >= first.p_value
+        rejected.append([test.rejects for test in bounded.tests if test.recommended])
+    assert np.mean(rejected, axis=0).max() <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 20)

@@ -57,6 +57,7 @@ class Comparison:
         at: The same by p, ascending.
         copies: Whether both play every block alike at every p, so that all of ``at`` is the same.
         people: Whether one of the two is people, whose trials belong together by person too.
+        bounded: Whether trials of one of them broke, so that p-values are the largest over what those may have been.
         alone: Trials that only one of the two finished; they are in no number here.
         interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
     """
@@ -73,6 +74,7 @@ class Comparison:
     interaction: Interaction | None
     copies: bool = False
     people: bool = False
+    bounded: bool = False
     success_adjusted: float | None = None
     steps_adjusted: float | None = None
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.rivals.broken import agreed, both_ends
 from lockprobe.analysis.rivals.comparison import Among, Comparison, compare, corrected
-from lockprobe.analysis.rivals.exchange import sheets
+from lockprobe.analysis.rivals.exchange import Sheet, sheets
 from lockprobe.analysis.rivals.standing import Standing
 from lockprobe.seeds import generator
 
@@ -28,6 +29,8 @@ class Entrant:
         head: Its spec without options.
         reference: Whether it is there to be compared with.
         counted: Its ended trials.
+        broken: Its trials that ended as error.
+        budget: Steps of a trial.
     """
 
     agent: str
@@ -35,6 +38,8 @@ class Entrant:
     head: str
     reference: bool
     counted: Outcomes
+    broken: Outcomes
+    budget: int
 
     @property
     def name(self) -> tuple[str, str]:
@@ -61,19 +66,41 @@ def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[Comparison, ...
     names = {one.name for one in subjects}
     baselines = [one for one in entrants if one.name not in names and one.head in BASELINES]
     pairs += [(baseline, subject, "reference") for subject, baseline in product(subjects, baselines)]
-    values, laid = sheets([one.counted for one in entrants])
-    sheet = {one.name: found for one, found in zip(entrants, laid, strict=True)}
-    found = [
-        compare(
-            (first.name, second.name),
-            values,
-            (sheet[first.name], sheet[second.name]),
-            among,
-            generator(seed, "analysis", *first.name, *second.name, "comparison"),
-        )
-        for first, second, among in pairs
+    return corrected(_compared(pairs, entrants, seed))
+
+
+def _compared(
+    pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int
+) -> list[Comparison]:
+    """All pairs, without corrections; those with broken trials as far as they hold whatever became of these."""
+    ends = [both_ends(one.counted, one.broken, one.budget) for one in entrants]
+    three = [
+        _laid(entrants, groups) for groups in ([one.counted for one in entrants], *map(list, zip(*ends, strict=True)))
     ]
-    return corrected([one for one in found if one])
+    found = []
+    for first, second, among in pairs:
+        bounded = len(first.broken) or len(second.broken)
+        made = [
+            compare(
+                (first.name, second.name),
+                values,
+                (sheet[first.name], sheet[second.name]),
+                among,
+                generator(seed, "analysis", *first.name, *second.name, "comparison"),
+            )
+            for values, sheet in (three if bounded else three[:1])
+        ]
+        if (one := made[0]) is None:
+            continue
+        found.append(agreed(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
+    return found
+
+
+def _laid(
+    entrants: Sequence[Entrant], groups: list[Outcomes]
+) -> tuple[tuple[float, ...], dict[tuple[str, str], Sheet]]:
+    values, laid = sheets(groups)
+    return values, {one.name: found for one, found in zip(entrants, laid, strict=True)}
 
 
 def ranked(standings: Sequence[Standing], found: Sequence[Comparison]) -> tuple[Standing, ...]:

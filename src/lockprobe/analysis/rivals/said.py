@@ -45,9 +45,10 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
     """One pair: who solves the box more often; whether noise helps one more; who needs fewer steps."""
     names, pairs = _names(summary), sum(other.among == one.among for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
+    broken = ", the largest p-value over what became of broken trials" if one.bounded else ""
     shares = (
         f"{_percent(one.second_share)} against {_percent(one.first_share)} of the {one.success.pairs} trials that both "
-        f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)})"
+        f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
     )
     if one.verdict:
         solves = verb(one.second[0], "solves", "solve")
