@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from solved import people
 
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, crossed_spread
+from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, crossed_spread, share_of
+from lockprobe.analysis.proportions import proportion
 
 
 def test_clusters_of_one_kind_alone_give_what_that_kind_gives():
@@ -102,3 +104,25 @@ def test_intervals_near_the_ceiling_hold_the_truth(alike, truth):
         low, high = ends(np.where(rng.random((30, 1)) < copied, same, own).sum(axis=1), np.full(30, 7))
         held += low <= truth <= high
     assert held >= 0.91 * 400
+
+
+def test_a_share_of_one_condition_is_wilsons_for_agents_and_knows_people():
+    solved = np.repeat([True, True, False, False], 5)
+    luck, person = np.arange(20), np.repeat(list("abcd"), 5)
+    assert share_of(solved, np.empty(0, dtype=np.str_), luck) == proportion(10, 20)
+    found, crossed = share_of(solved, person, luck), crossed_proportion(solved, np.ones(20), person, luck)
+    assert (found.count, found.n, found.low, found.high) == (10, 20, crossed.low, crossed.high)
+    assert found.low < proportion(10, 20).low
+
+
+@pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)])
+def test_the_interval_of_people_at_a_single_p_holds_the_truth(per_p, boxes, likeness):
+    """As independent trials it holds it in as few as six of ten studies."""
+    together, alone = [], []
+    for seed in range(200):
+        columns = people(np.random.default_rng(seed), per_p, boxes, likeness, p=1)
+        for kept, names in ((together, columns.person), (alone, [])):
+            found = share_of(columns.solved, names, columns.luck)
+            kept.append(found.low <= 0.5 <= found.high)
+    assert np.mean(together) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 200)
+    assert np.mean(alone) < np.mean(together)

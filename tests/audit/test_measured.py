@@ -1,8 +1,11 @@
 """The audit that ships is one that this release would measure, and says what the report says of every test."""
 
+from pathlib import Path
+
 import pytest
 
 from lockprobe.analysis.inference.battery import infer
+from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.audit.measured import as_data, false_positives, measured, shipped
 from lockprobe.audit.rates import EARLY, measure
 from lockprobe.audit.simulate import simulate_outcomes
@@ -41,3 +44,29 @@ def test_data_says_what_the_rates_say():
     assert data["worlds"] == {"no-effect": WORLDS["no-effect"].says}
     assert [row["test"] for row in data["rates"]] == [rate.test for rate in rates]
     assert false_positives("no such test") is None
+
+
+def figure(rate):
+    return f"{rate.rate:.2f} {rate.world}"
+
+
+def documented():
+    """The rows of the table in the docs, question by question, as they follow from the shipped audit."""
+    for question, text in QUESTIONS.items():
+        asked = [rate for rate in measured() if rate.question == question]
+        yield f"| *{text}* | | |"
+        for test in dict.fromkeys(rate.test for rate in asked):
+            mine = [rate for rate in asked if rate.test == test]
+            worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate)
+            name = f"**{test}**" if mine[0].recommended else test
+            wrong = "" if worst.valid else " **!**"
+            said = ", ".join(figure(rate) for rate in mine if rate.truth)
+            yield f"| {name} | {worst.rate:.3f} {worst.world}{wrong} | {said} |"
+
+
+def test_the_docs_hold_the_shipped_audit():
+    written = (Path(__file__).parents[2] / "docs" / "statistics.md").read_text(encoding="utf-8")
+    assert "\n".join(documented()) in written
+    studies = {rate.studies for rate in measured()}
+    assert len(studies) == 1
+    assert f"`lockprobe audit --studies {studies.pop()}`" in written

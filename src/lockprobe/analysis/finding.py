@@ -94,6 +94,6 @@ def _broken_said(agent: AgentSummary) -> str:
     shares = "; ".join(f"{share.count} of {share.n} {told(p)}" for p, share in broken.at)
     return (
         f"Trials of {agent.called} broke under some conditions more often than under others ({shares}; permutation "
-        f"test, {p_said(broken.p_value)}), so that those that remain are a selection. A difference is concluded only if "
-        "it holds with all broken trials counted as unsolved, and with all counted as solved."
+        f"test, {p_said(broken.p_value)}), so that those that remain are a selection. A difference is concluded only "
+        "if it holds with all broken trials counted as unsolved, and with all counted as solved."
     )

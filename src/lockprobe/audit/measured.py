@@ -1,6 +1,6 @@
 """The audit as it was measured for this release, shipped as data, so that every report can stand beside it.
 
-``measured.json`` is what ``lockprobe audit --studies 2000 --json`` prints.
+``measured.json`` is what ``lockprobe audit --studies 1000 --json`` prints.
 """
 
 from __future__ import annotations
