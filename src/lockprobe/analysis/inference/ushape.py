@@ -44,7 +44,7 @@ class Line:
     Attributes:
         slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs.
         z: The score of that slope in standard errors (Cochran-Armitage), which exists even then, of the same sign.
-        p_value: Two-sided, of that score: Student's t over clusters.
+        p_value: Two-sided, of that score; of clusters by Student's t.
     """
 
     slope: float | None
@@ -106,23 +106,20 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
     tested two-sided at 5 %, which found a U in at most 5 % of studies of a success that is flat or levels off, early
     or late, with 10, 30 or 100 trials per p; one-sided tests at 5 % would find it in up to 7 %.
 
-    Trials of one person are alike, and trials of equal luck may differ between p as if by agreement. So the variance
-    of a slope is that between clusters where this is larger than that of independent trials, with Student's t.
+    Trials of one person are alike. Where trials come in clusters the variance of a slope is that between clusters if it
+    is larger than that of independent trials, with Student's t over clusters.
 
     Args:
         p: Flip probability of each trial, shape (trials,); three values at least.
         solved: Whether it was solved, of the same shape.
-        cluster: What belongs together, of the same shape; each trial by itself without it.
+        cluster: What belongs together, of the same shape; without it trials are independent.
     """
     counted = counts(p, solved)
     if len(counted.p) < 3:
         return TwoLines(break_p=None, first=None, second=None, p_value=None, direction=None, note=_TOO_FEW)
     at = _robin_hood(counted)
-    order = np.lexsort((solved, p) if cluster is None else (solved, p, cluster))  # sums do not hang on the order
-    p, solved = p[order], solved[order]
-    together = np.arange(len(p)) if cluster is None else cluster[order]
     first, second = (
-        _line(side, _clustered_z(p[here], solved[here], together[here]))
+        _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
         for side, here in zip(_sides(counted, at), (p <= counted.p[at], p >= counted.p[at]), strict=True)
     )
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
@@ -205,22 +202,27 @@ def _score(counted: Counts) -> float:
     return float(counted.solved @ centred / math.sqrt(variance)) if variance > 0 else 0.0
 
 
-def _clustered_z(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]) -> tuple[float, float]:
-    """The same score where trials come in clusters, and its two-sided p-value."""
+def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]) -> float:
+    """The two-sided p-value of a slope's score where trials come in clusters."""
     from scipy.stats import t
 
-    centred, rest = p - p.mean(), solved - solved.mean()
-    share = float(solved.mean())
-    sums = np.bincount(np.unique(cluster, return_inverse=True)[1], weights=centred * rest)
-    k, independent = len(sums), share * (1 - share) * float(np.sum(centred**2))
-    variance = max(independent, k / (k - 2) * float(np.sum(sums**2)) if k > 2 else math.inf)
-    z = float(solved @ centred) / math.sqrt(variance) if 0 < variance < math.inf else 0.0
-    return z, float(2 * t.sf(abs(z), max(k - 2, 1)))
+    order = np.lexsort((solved, p, cluster))  # so that sums do not hang on the order of trials
+    centred, rest = (p - p.mean())[order], (solved - solved.mean())[order]
+    sums = np.bincount(np.unique(cluster[order], return_inverse=True)[1], weights=centred * rest)
+    k, independent = len(sums), float(solved.mean() * (1 - solved.mean()) * np.sum(centred**2))
+    if k < 3 or not independent:
+        return 1.0
+    variance = max(independent, k / (k - 2) * float(np.sum(sums**2)))
+    return float(2 * t.sf(abs(float(np.sum(sums))) / math.sqrt(variance), k - 2))
 
 
-def _line(counted: Counts, clustered: tuple[float, float]) -> Line:
-    fit, (z, p_value) = logit_fit(np.vander(counted.p, 2, increasing=True), counted), clustered
-    return Line(slope=None if fit is None else float(fit.coefficients[1]), z=z, p_value=p_value)
+def _line(counted: Counts, clustered_p: float | None) -> Line:
+    fit, z = logit_fit(np.vander(counted.p, 2, increasing=True), counted), _score(counted)
+    return Line(
+        slope=None if fit is None else float(fit.coefficients[1]),
+        z=z,
+        p_value=math.erfc(abs(z) / math.sqrt(2)) if clustered_p is None else clustered_p,
+    )
 
 
 def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
