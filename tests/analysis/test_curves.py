@@ -1,7 +1,7 @@
 """Proportions and success curves have known values, stay in range, and leave errors out."""
 
 import math
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +80,9 @@ def test_curve_of_nothing_solved():
     assert success_curve([]).n == 0
 
 
+PLAYED = make_trial(SOLUTION)
+
+
 def solved_at(steps, *, n, budget=20):
     """Trials solved at these steps, and others that are not, n in all."""
     waits = [make_trial([0] * (step - 4) + list(SOLUTION), budget=budget) for step in steps]
@@ -118,7 +121,7 @@ def stand_ins(steps, budget, solved=None):
     """As far as curves and tests look: trials of these lengths."""
     solved = np.full(len(steps), True) if solved is None else solved
     return [
-        SimpleNamespace(steps=range(n), solved=bool(s), ending="solved" if s else "budget", budget=budget)
+        replace(PLAYED, steps=PLAYED.steps[:1] * n, ending="solved" if s else "budget", budget=budget)
         for n, s in zip(steps, solved, strict=True)
     ]
 
@@ -212,3 +215,12 @@ def test_without_room_or_trials_nothing_is_relative():
     assert relative(curve, [0.0] + [1.0] * 20, 1) is None
     with pytest.raises(BadValue, match="20 steps"):
         relative(curve, CHANCE[:-1], 4)
+
+
+def test_the_band_of_people_counts_those_of_one_person_together():
+    trials = [make_trial(SOLUTION if i < 15 else (0,) * 20, agent="llm:a", trial=i) for i in range(30)]
+    people = [replace(trial, agent=f"participant:{trial.trial // 5:04d}") for trial in trials]
+    alone, together = success_curve(trials), success_curve(people)
+    assert together.share == alone.share
+    assert together.low[-1] < alone.low[-1]
+    assert together.high[-1] > alone.high[-1]

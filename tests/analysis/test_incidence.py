@@ -101,3 +101,14 @@ def test_nothing_counted_means_nothing_known():
     found = incidence(np.zeros(0, dtype=int), np.zeros(0, dtype=bool), 3)
     assert np.isnan(found.share).all()
     assert (found.low, found.high, found.area) == ((0.0,) * 4, (1.0,) * 4, None)
+
+
+def test_a_design_effect_widens_the_band_as_fewer_trials_would():
+    steps, happened = np.repeat([5, 10, 20], 10), np.repeat([True, True, False], 10)
+    alone, together = incidence(steps, happened, 20), incidence(steps, happened, 20, design_effect=2.0)
+    fewer = incidence(steps[::2], happened[::2], 20)
+    assert together.share == alone.share
+    assert together.low == pytest.approx(fewer.low)
+    assert together.high == pytest.approx(fewer.high)
+    assert together.area.high - together.area.low > alone.area.high - alone.area.low
+    assert together.area.value == alone.area.value

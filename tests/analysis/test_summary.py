@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.analysis.conclusions import beside, courses_said, loop_finding
+from lockprobe.analysis.conclusions import beside, conclusions, courses_said, loop_finding
 from lockprobe.analysis.finding import finding
 from lockprobe.analysis.summary import summarise
 from lockprobe.errors import BadValue
@@ -177,6 +177,34 @@ def test_a_known_box_gives_every_curve_its_place_between_chance_and_the_optimum(
     assert summary.reference.no_repeat[20] == pytest.approx(0.69, abs=0.01)
     assert 0 < summary.conditions[0].relative.value < 1
     assert summarise(play_study(small_study(["round-robin"]))).conditions[0].relative is None
+
+
+def test_no_effect_is_not_said_above_a_rise_and_fall():
+    """Success rises and falls again, and no single p is shown to differ: one order of sentences that agree."""
+    agent = only([t for i, k in enumerate((12, 15, 18, 21, 18, 13, 8)) for t in condition(i / 10, k, 30)])
+    assert (agent.contrast.detectable, agent.inference.course.kind) == (False, "rises and falls")
+    assert "Success rises with false reports and falls again" in " ".join(conclusions(agent))
+    assert finding(agent).startswith("No single p is shown to change the success of llm:local; for the course")
+    assert "No effect" not in finding(agent)
+
+
+def test_partial_studies_are_compared_on_what_both_conditions_have():
+    """Thirty trials told the truth, five at 0.4: the counts, the points and the interval are of those five."""
+    trials = [*condition(0.0, 9, 30), *(t for t in condition(0.4, 24, 30) if t.trial <= 5)]
+    agent = only(trials)
+    found = agent.contrast.difference
+    assert (found.first.n, found.second.n, agent.contrast.whole) == (5, 5, False)
+    assert found.value == found.second.value - found.first.value
+    assert found.low <= found.value <= found.high
+    assert "of the trials that it finished under both conditions" in finding(agent)
+
+
+def test_equal_shares_are_said_of_the_sample_they_are_of():
+    same = [make_trial(SOLUTION if i < 2 else (int(10 * p) % 4, *FAILED[1:]), agent=AGENT, p=p, trial=i)
+            for p, n in ((0.0, 30), (0.4, 5)) for i in range(n)]  # fmt: skip
+    said = finding(only(same))
+    assert "of the trials that it finished under both conditions it solved equally many, 2 of 5" in said
+    assert "under every condition" not in said
 
 
 def test_the_contrast_is_the_permutation_test_of_the_inference():

@@ -14,8 +14,9 @@ from typing import Literal
 
 import numpy as np
 
+from lockprobe.analysis.clustered import crossed_proportion
 from lockprobe.analysis.incidence import Area, incidence
-from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.outcomes import Outcomes, ended, outcomes
 from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 
@@ -130,12 +131,12 @@ class Relative:
 
 
 def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
-    """Cumulative success by step over the trials of one condition."""
+    """Cumulative success by step over the trials of one condition; those of one person count together in its band."""
     counted = ended(trials)
     budget = max((trial.budget for trial in trials), default=0)
     steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
     solved = np.array([trial.solved for trial in counted], dtype=np.bool_)
-    found = incidence(steps, solved, budget)
+    found = incidence(steps, solved, budget, _design_effect(outcomes(counted)))
     return SuccessCurve(
         n=len(counted),
         errors=len(trials) - len(counted),
@@ -145,6 +146,14 @@ def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
         high=found.high,
         area=found.area,
     )
+
+
+def _design_effect(counted: Outcomes) -> float:
+    """How much surer the share solved would be were the trials of people independent; 1 for agents."""
+    if not counted.of_people:
+        return 1.0
+    ones = np.ones(len(counted))
+    return crossed_proportion(counted.solved, ones, counted.person, counted.luck).design_effect
 
 
 def _first(values: Sequence[float], share: float) -> int | None:

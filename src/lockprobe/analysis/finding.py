@@ -66,7 +66,7 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (
         f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}, "
-        f"{size} ({_interval(contrast)}). That is not evidence that there is none."
+        f"{size} ({_interval(contrast)}). That is not evidence that {'none does' if risen else 'there is none'}."
     )
 
 

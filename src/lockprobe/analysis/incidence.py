@@ -52,13 +52,16 @@ class Incidence:
     area: Area | None
 
 
-def incidence(steps: NDArray[np.integer[Any]], happened: NDArray[np.bool_], horizon: int) -> Incidence:
+def incidence(
+    steps: NDArray[np.integer[Any]], happened: NDArray[np.bool_], horizon: int, design_effect: float = 1.0
+) -> Incidence:
     """One minus Kaplan-Meier on a grid of steps, in whole numbers: plain shares come out to the last digit.
 
     Args:
         steps: The step of the event, or the last one that was played without it, shape (trials,).
         happened: Whether it was an event, of the same shape.
         horizon: Last step of the curve.
+        design_effect: How much larger the variance is than that of independent trials, >= 1, as for trials of people.
     """
     left = np.bincount(steps, minlength=horizon + 1)[: horizon + 1]
     running = (len(steps) - np.cumsum(left) + left).tolist()
@@ -76,11 +79,12 @@ def incidence(steps: NDArray[np.integer[Any]], happened: NDArray[np.bool_], hori
             size = reached / (remaining / whole * hazard)
         elif n:
             size = n / before  # Peto's: as many trials as would leave n running
-        down, up = _wilson(reached, size)
+        down, up = _wilson(reached, size / design_effect)
         share.append(reached if len(steps) else math.nan)
         low.append(down)
         high.append(up if n or not remaining else 1.0)
-    area = _area(np.array(share), np.array(greenwood), len(steps)) if horizon and len(steps) else None
+    carried = design_effect * np.array(greenwood)
+    area = _area(np.array(share), carried, len(steps) / design_effect) if horizon and len(steps) else None
     return Incidence(share=tuple(share), low=tuple(low), high=tuple(high), area=area)
 
 
@@ -93,7 +97,7 @@ def _wilson(share: float, n: float) -> tuple[float, float]:
     return max(0.0, centre - half) if share > 0 else 0.0, min(1.0, centre + half) if share < 1 else 1.0
 
 
-def _area(share: NDArray[np.float64], greenwood: NDArray[np.float64], n: int) -> Area:
+def _area(share: NDArray[np.float64], greenwood: NDArray[np.float64], n: float) -> Area:
     """Agresti and Coull's interval carried over from shares to means of scores in [0, 1].
 
     The scores are joined by ``Z**2`` trials more, half of them solved at once and half never, so that the interval
