@@ -18,8 +18,18 @@ REFERENCES = ("random", "round-robin", "human-inspired")
 
 def simulated(world, name, seed):
     """A study of the paper's size by a simulated agent, under a model's name and on chain-4."""
-    trials = simulate(WORLDS[world], Design(), np.random.default_rng(seed))
-    return [replace(trial, agent=name, box="chain-4") for trial in trials]
+    names = dict(zip("ABCD", box("chain-4").names, strict=True))
+    return [
+        replace(
+            trial,
+            agent=name,
+            box="chain-4",
+            joints=tuple(names.values()),
+            target=names[trial.target],
+            steps=tuple(replace(step, joint=names[step.joint]) for step in trial.steps),
+        )
+        for trial in simulate(WORLDS[world], Design(), np.random.default_rng(seed))
+    ]
 
 
 @pytest.fixture(scope="session")
