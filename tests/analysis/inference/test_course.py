@@ -72,7 +72,7 @@ def test_without_trials_there_is_no_course():
 def test_over_many_agents_a_course_is_seldom_said_that_is_none():
     """Thirteen agents to whom p does nothing: without correction some course is seen in half of the studies."""
     alone, corrected = [], []
-    for study in range(40):
+    for study in range(25):
         drawings = [drawn([0.5] * 7, n=20, seed=1000 * study + agent) for agent in range(13)]
         tests = [
             (any_difference(one, np.random.default_rng(study), 199), two_lines(one.p, one.solved)) for one in drawings
@@ -85,7 +85,7 @@ def test_over_many_agents_a_course_is_seldom_said_that_is_none():
         alone.append(any(kind != "no change detectable" for kind in kinds[0]))
         corrected.append(any(kind != "no change detectable" for kind in kinds[1]))
     assert np.mean(alone) > 0.25
-    assert np.mean(corrected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 40)
+    assert np.mean(corrected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 25)
 
 
 def test_levels_are_holms_over_the_smaller_of_two_tests():
