@@ -10,6 +10,9 @@ from lockprobe.analysis.finding import finding
 from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.speaking import begun, called, of_people, verb
 from lockprobe.analysis.summary import summarise
+from lockprobe.audit.simulate import simulate
+from lockprobe.audit.worlds import WORLDS
+from lockprobe.seeds import generator
 
 
 @pytest.fixture(scope="module")
@@ -48,3 +51,11 @@ def test_specs_stay_as_they_are():
     assert of_people("That the agent solves the box less often after a loop is not detectable") == (
         "That people solve the box less often after a loop is not detectable"
     )
+
+
+def test_a_sentence_on_loops_names_what_the_test_assumes():
+    """Trials that are solved end before they can loop; that they would have looped like the others nobody can see."""
+    truth = WORLDS["loop-trapped"]
+    (agent,) = summarise(simulate(truth, truth.design, generator(1, "loops"))).agents
+    (said,) = (sentence for sentence in conclusions(agent) if "loop later" in sentence)
+    assert "if trials that were solved would have gone on to loop like those still running" in said
