@@ -5,7 +5,7 @@ from __future__ import annotations
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rivals.comparison import Comparison
 from lockprobe.analysis.rivals.exchange import BlockMean
-from lockprobe.analysis.speaking import begun, verb
+from lockprobe.analysis.speaking import begun, p_said, percent, verb
 from lockprobe.analysis.summary import StudySummary
 
 __all__ = ["comparison_said", "ranking_said"]
@@ -28,7 +28,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
         return ""
     names = _names(summary)
     said = [
-        f"{names[row.agent, row.modality]} {_percent(row.success.value)} ({_rank(*row.ranks)})"
+        f"{names[row.agent, row.modality]} {percent(row.success.value)} ({_rank(*row.ranks)})"
         for row in placed
         if row.ranks
     ]
@@ -47,7 +47,7 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
     second, first = names[one.second], names[one.first]
     broken = ", the largest p-value over what became of broken trials" if one.bounded else ""
     shares = (
-        f"{_percent(one.second_share)} against {_percent(one.first_share)} of the {one.success.pairs} trials that both "
+        f"{percent(one.second_share)} against {percent(one.first_share)} of the {one.success.pairs} trials that both "
         f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
     )
     if one.verdict:
@@ -116,13 +116,8 @@ def _points(found: BlockMean) -> str:
     return f"{100 * found.value:+.0f} points{interval}".replace("-", "\N{MINUS SIGN}")
 
 
-def _percent(value: float) -> str:
-    return f"{100 * value:.0f} %"
-
-
 def _p(value: float | None, pairs: int, beside: str = "") -> str:
     if value is None:
         return "not tested"
     looked = [beside] * bool(beside) + [f"{pairs} pairs"] * (pairs > 1)
-    said = "p < 0.001" if value < 0.001 else f"p = {value:.2g}"
-    return said + (f", corrected for {' and '.join(looked)}" if looked else "")
+    return p_said(value) + (f", corrected for {' and '.join(looked)}" if looked else "")
