@@ -191,12 +191,14 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
 
 def _courses_corrected(agents: tuple[AgentSummary, ...]) -> tuple[AgentSummary, ...]:
     """Of several agents that heed reports, courses at levels corrected for their number."""
-    heeding = [agent for agent in agents if not agent.blind and agent.inference.course]
-    if len(heeding) < 2:
+    heeds = [not agent.blind and agent.inference.course is not None for agent in agents]
+    if sum(heeds) < 2:
         return agents
-    tests = [(agent.inference.difference, agent.inference.lines) for agent in heeding]
-    level = dict(zip(map(id, heeding), levels(tests), strict=True))
-    return tuple(_at_level(agent, level[id(agent)]) if id(agent) in level else agent for agent in agents)
+    found = [agent.inference for agent, heeding in zip(agents, heeds, strict=True) if heeding]
+    level = iter(levels([(one.difference, one.lines) for one in found]))
+    return tuple(
+        _at_level(agent, next(level)) if heeding else agent for agent, heeding in zip(agents, heeds, strict=True)
+    )
 
 
 def _at_level(agent: AgentSummary, level: float) -> AgentSummary:
