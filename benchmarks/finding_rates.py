@@ -37,16 +37,8 @@ PERMUTATIONS = 400
 
 def flat(values: int) -> World:
     """Unequal luck over so many p."""
-    return World(
-        name="unequal-luck",
-        says="",
-        success=(0.5,) * values,
-        trap=(0.0,) * values,
-        shared=1.0,
-        apart=True,
-        design=Design(p=tuple(i / max(10, values - 1) for i in range(values))),
-        truths=frozenset(),
-    )
+    p = tuple(i / max(10, values - 1) for i in range(values))
+    return replace(WORLDS["unequal-luck"], success=(0.5,) * values, trap=(0.0,) * values, design=Design(p=p))
 
 
 def judged(truth: World, design: Design, number: int) -> list[bool]:
