@@ -108,6 +108,12 @@ def both(count, trials):
     return [found.low, found.high]
 
 
+def widest(trials):
+    """Half the width of the widest interval of a share of so many trials."""
+    low, high = both(trials // 2, trials)
+    return (high - low) / 2
+
+
 def doubter_is_done_by():
     """The last step at which it solves the box in any reading. What it does hangs on what it was told alone, so that
     all that it can meet at any p it can meet at 0.5."""
@@ -139,8 +145,6 @@ QUOTED = [
     ("README.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
     ("README.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
     ("docs/embedded-model.md", "0 of 61 (95 % interval 0 to {:.0f} %)", lambda: [100 * proportion(0, 61).high]),
-    ("docs/embedded-model.md", "18 and 17 solved (95 % intervals {:.0f} to {:.0f} % and {:.0f} to {:.0f} %)",
-     lambda: [100 * bound for count in (18, 17) for bound in both(count, 30)]),
     ("docs/embedded-model.md", "85 solved (40 %, 95 % Wilson interval {:.0f} to {:.0f} %",
      lambda: [100 * bound for bound in both(85, 210)]),
     ("docs/embedded-model.md", "26 of 72 (36 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(26, 72)]),
@@ -161,6 +165,22 @@ QUOTED = [
      lambda: pace("ideal-observer?noise=naive")),
     ("docs/ideal-observer.md", "needs {:.1f} steps (`naive`) or {:.1f} (`aware`",
      lambda: [course(f"ideal-observer?plan=information&noise={noise}").steps for noise in ("naive", "aware")]),
+    ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
+     lambda: pace("ideal-observer?noise=naive&prior=chains")),
+    ("docs/ideal-observer.md", "under `any-literal` {} steps (80 % by step {}, all by {})",
+     lambda: pace("ideal-observer?noise=naive&prior=any-literal")),
+    ("docs/detectors.md", "flagged wrongly (95 % intervals of at most ±{:.4f})", lambda: [widest(4000)]),
+    ("docs/detectors.md", "95 % intervals of at most ±{:.2f}):", lambda: [widest(100)]),
+    ("docs/cognitive-models.md", "97 is {:.0f} to {:.0f}, 100 is {:.0f} to {:.0f}, 88 is {:.0f} to {:.0f}",
+     lambda: [100 * bound for count in (97, 100, 88) for bound in both(count, 100)]),
+    ("docs/cognitive-models.md", "78 is {:.0f} to {:.0f}, 27 is {:.0f} to {:.0f})",
+     lambda: [100 * bound for count in (78, 27) for bound in both(count, 100)]),
+    ("docs/cognitive-models.md", "it called 2 random ({:.0f} to {:.0f} %), and all 12",
+     lambda: [100 * bound for bound in both(2, 12)]),
+    ("docs/twin.md", "None of 4000 is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
+    ("docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
+     lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]
+     + [100 * bound for count in (179, 142) for bound in both(count, 200)]),
     ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
      lambda: pace("human-inspired")),
     ("docs/monte-carlo.md", "solved `chain-4` in {} of 100 000 trials ({} %, 95 % interval {} to {} %)",
@@ -221,10 +241,13 @@ ROWS = [
       for agent, told_the_truth in HEARERS.items()),
     ("docs/monte-carlo.md", "`ideal-observer`",
      lambda: [f"{course('ideal-observer', p).success:.9g}" for p in (0, 0.3, 0.8, 1)]),
-    ("docs/ideal-observer.md", "`noise=naive` | transient", lambda: judged("naive", "transient", 0, 0.2, 0.4, 0.6)),
-    ("docs/ideal-observer.md", "`noise=aware` | transient", lambda: judged("aware", "transient", 0, 0.2, 0.4, 0.6)),
+    *(("docs/ideal-observer.md", f"`noise={noise}` | {flip}",
+       lambda noise=noise, flip=flip: judged(noise, flip, 0, 0.2, 0.4, 0.6))
+      for noise in ("naive", "aware") for flip in READINGS),
 ]  # fmt: skip
 """File, how a row of a table begins, and how it ends."""
+
+REPORT = "src/lockprobe/report/templates/report.html.jinja"
 
 MEASURED = [
     ("README.md", "`--full --seed 2`", ["src/lockprobe/cli/run.py"]),
@@ -235,7 +258,16 @@ MEASURED = [
     ("docs/twin.md", "`python benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
     ("docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
     ("docs/gymnasium.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),
-    ("docs/gymnasium.md", "examples/fitted_q.py", ["examples/fitted_q.py"]),
+    (
+        "docs/gymnasium.md",
+        "`uv run python examples/fitted_q.py --shuffle --played 0.2 --seed 1`",
+        ["examples/fitted_q.py"],
+    ),
+    ("docs/models.md", "--max-steps 5 --estimate`", ["src/lockprobe/cli/run.py"]),
+    ("docs/cognitive-models.md", "`lockprobe.fit.recovery.recover_parameters(", ["src/lockprobe/fit/recovery.py"]),
+    ("docs/cognitive-models.md", "`lockprobe.fit.recovery.recover_models(", ["src/lockprobe/fit/recovery.py"]),
+    ("docs/cognitive-models.md", "recover_findings(sets=10, seed=7000)", ["src/lockprobe/fit/recovery.py"]),
+    (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
     ("docs/embedded-model.md", "`lockprobe run flips --full --seed 2`", ["src/lockprobe/cli/run.py"]),
     ("docs/embedded-model.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
     ("docs/detectors.md", "lockprobe detectors --trials 4000 --clock", ["src/lockprobe/cli/detectors.py"]),

@@ -22,6 +22,9 @@ _SEQUENCE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]?|O?.?)", re.DOTALL)
 _PATIENCE = 0.02
 """Seconds in which the rest of an arrow key or the like comes."""
 
+_HEED = 0.2
+"""Seconds after which Ctrl-C is heeded where it came just before the wait for a key: such a wait is not interrupted."""
+
 
 class Keys:
     """Standard input as keys, while it is open. What a terminal was set to is set again at the end."""
@@ -54,6 +57,8 @@ class Keys:
 
     def _press(self, terminal: int) -> str | None:
         while not self._pressed:
+            while not select.select([terminal], [], [], _HEED)[0]:
+                pass
             read = os.read(terminal, 1024)
             if not read:
                 return None

@@ -89,7 +89,9 @@ POLICIES = [
 
 
 @pytest.mark.parametrize("flip", KINDS)
-@pytest.mark.parametrize("policy", POLICIES, ids=repr)
+@pytest.mark.parametrize(
+    "policy", POLICIES, ids=[f"{type(policy).__name__}-{at}" for at, policy in enumerate(POLICIES)]
+)
 def test_the_course_is_the_sum_over_every_choice_and_every_flip(policy, flip):
     solved, apart = by_brute_force(policy, box("chain-3"), 0.3, flip, 4)
     course = propagate(policy, "chain-3", p=0.3, flip=flip, max_steps=4, listing="panel")
