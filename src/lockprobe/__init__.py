@@ -13,7 +13,6 @@ True
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from lockprobe.environment import announce
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
     from lockprobe.studies.studyfile import study
 
 __all__ = ["__version__", "box", "load", "population", "propagate", "run_study", "run_trial", "study", "tidy_rows"]
-
-__version__ = version("lockprobe")
 
 _HOMES = {
     "box": "lockprobe.lockbox.families",
@@ -48,6 +45,10 @@ announce()  # a Gymnasium that is loaded, or will be, knows lockprobe/Lockbox-v0
 
 def __getattr__(name: str) -> object:
     """Public names are imported when they are first used, so that ``lockprobe --help`` stays quick."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("lockprobe")
     if name not in _HOMES:
         raise AttributeError(f"module 'lockprobe' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Annotated
 
-from pydantic import Field
+from annotated_types import Ge, Le, Lt
 
 __all__ = ["BROKEN_OFF", "Call", "Usage"]
 
 BROKEN_OFF = "broken off"
 """What stands for the error of a call that was on its way when its run ended."""
 
-_Count = Annotated[int, Field(ge=0, le=2**53)]
+_Count = Annotated[int, Ge(0), Le(2**53)]
 """How a number is checked that stands on disk."""
 
 
@@ -78,7 +79,7 @@ class Call:
     stop: str = ""
     served: str = ""
     usage: Usage = field(default_factory=Usage)
-    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    seconds: Annotated[float, Ge(0), Lt(inf)] = 0.0
     retries: _Count = 0
     unanswered: _Count = 0
     error: str = ""

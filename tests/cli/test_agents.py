@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from lockprobe.agents.llm.knowledge import OWN_FACTS, facts_of
-from lockprobe.cli.agents import models
+from lockprobe.cli.models import models
 from lockprobe.errors import BadValue
 
 

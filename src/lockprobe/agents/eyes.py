@@ -19,7 +19,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from lockprobe.pictures.depth import turbo
 from lockprobe.pictures.picture import Picture
@@ -192,5 +191,7 @@ def _nearness(image: _Image) -> tuple[_Image, NDArray[np.bool_]]:
     """How near, or how high, each pixel of a picture of depth says that things are, and whether it says so."""
     if image.shape[-1] == 1:
         return image[..., 0], image[..., 0] > _BLACK
+    from scipy.spatial import KDTree
+
     nearest = np.asarray(KDTree(np.concatenate([turbo() / 255.0, np.zeros((1, 3))])).query(image)[1])
     return nearest / 255.0, nearest < 256

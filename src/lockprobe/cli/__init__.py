@@ -14,7 +14,7 @@ from typer.exceptions import TyperException
 
 from lockprobe.errors import UserMistake
 
-__all__ = ["COMMANDS", "build", "main"]
+__all__ = ["COMMANDS", "build", "main", "overview"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
@@ -34,21 +34,15 @@ COMMANDS = {
     "box": ("boxes", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "The agents there are."),
     "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
-    "models": ("agents", "models", "Language models on this machine."),
-    "doctor": ("agents", "doctor", "What works on this machine, and what to do about the rest."),
+    "models": ("models", "models", "Language models on this machine."),
+    "doctor": ("health", "doctor", "What works on this machine, and what to do about the rest."),
 }
 """Name -> (module, function or group in it, help)."""
 
 
 def build(names: Iterable[str]) -> typer.Typer:
     """The command with these subcommands; only their modules are imported."""
-    app = typer.Typer(
-        help="A laboratory for probing the behaviour of embodied agents with lockboxes.",
-        no_args_is_help=True,
-        add_completion=False,
-        pretty_exceptions_enable=False,
-    )
-    app.callback()(lambda: None)  # so that a single subcommand still has a name
+    app = _without_subcommands()
     for name in names:
         module, attribute, text = COMMANDS[name]
         found = getattr(import_module(f"lockprobe.cli.{module}"), attribute)
@@ -59,12 +53,31 @@ def build(names: Iterable[str]) -> typer.Typer:
     return app
 
 
+def overview() -> typer.Typer:
+    """The command with the names and help of all subcommands, and nothing behind them: no module is imported."""
+    app = _without_subcommands()
+    for name, (_, _, text) in COMMANDS.items():
+        app.command(name, help=text)(lambda: None)
+    return app
+
+
+def _without_subcommands() -> typer.Typer:
+    app = typer.Typer(
+        help="A laboratory for probing the behaviour of embodied agents with lockboxes.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(lambda: None)  # so that a single subcommand still has a name
+    return app
+
+
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     _writable_streams()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        status = build([asked] if asked in COMMANDS else COMMANDS)(standalone_mode=False)
+        status = (build([asked]) if asked in COMMANDS else overview())(standalone_mode=False)
     except UserMistake as mistake:
         status = _complain(str(mistake))
     except TyperException as mistake:

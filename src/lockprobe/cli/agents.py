@@ -1,25 +1,18 @@
-"""What there is: ``lockprobe agents``, ``plants``, ``models`` and ``doctor``."""
+"""Who can act, and on what: ``lockprobe agents`` and ``plants``."""
 
 from __future__ import annotations
 
 import json as json_
-from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
-from lockprobe.agents import weights
 from lockprobe.agents.catalogue import known_specs
-from lockprobe.agents.llm.knowledge import facts_of
-from lockprobe.agents.llm.settings import read_settings
-from lockprobe.cli.health import examine
 from lockprobe.plants.catalogue import known_plants
 
-__all__ = ["agents", "doctor", "list_models", "models", "plants", "pull", "show"]
+__all__ = ["agents", "plants"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
-
-models = typer.Typer(invoke_without_command=True)
 
 
 def agents(json: AsJson = False) -> None:
@@ -32,72 +25,3 @@ def plants(json: AsJson = False) -> None:
     """What can be acted on, by spec."""
     for spec, what in known_plants().items():
         print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:9}  {what}")
-
-
-@models.callback()
-def list_models(context: typer.Context, json: AsJson = False) -> None:
-    """The language models that can play without a key, and which of them are here."""
-    if context.invoked_subcommand is not None:
-        return
-    for model in weights.KNOWN.values():
-        path = weights.find(model)
-        if json:
-            print(
-                json_.dumps(
-                    {
-                        "name": model.name,
-                        "spec": model.spec,
-                        "here": path is not None,
-                        "path": str(path) if path else None,
-                        "megabytes": model.megabytes,
-                        "sha256": model.sha256,
-                        "quantisation": model.quantisation,
-                    }
-                )
-            )
-        else:
-            where = str(path) if path else f"not here; lockprobe models pull {model.name}"
-            print(f"{model.name}  {model.quantisation}, {model.megabytes} MB  {model.spec}\n  {where}")
-
-
-@models.command("pull")
-def pull(name: Annotated[str, typer.Argument(help="Name from `lockprobe models`.")]) -> None:
-    """Fetch a model's file from its publisher, checked by its hash."""
-    print(weights.pull(name))
-
-
-@models.command("show")
-def show(
-    spec: Annotated[str, typer.Argument(help="As --agent takes it, for example llm:openai/o3?effort=low.")],
-    json: AsJson = False,
-) -> None:
-    """What is known of a hosted model, and what it would be sent. No key is needed, and nothing is asked."""
-    name, settings = read_settings(spec.removeprefix("llm:"))
-    facts = facts_of(name)
-    known = {what: value for what, value in asdict(facts).items() if what != "known"}
-    if json:
-        print(json_.dumps({"model": name, "known": facts.known, "facts": known, "sent": settings.sent(facts)}))
-        return
-    print(name if facts.known else f"{name}: nothing is known of it; it is asked like this all the same")
-    for title, found in (("sent", settings.sent(facts)), ("known", known if facts.known else {})):
-        for what, value in found.items():
-            print(f"  {title:5}  {what:14}  {_in_words(value)}")
-
-
-def _in_words(value: object) -> str:
-    if isinstance(value, dict):  # the price
-        return ", ".join(f"{name} {part}" for name, part in value.items() if part is not None)
-    if isinstance(value, tuple):
-        return ", ".join(value) or "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return "not known" if value is None else str(value)
-
-
-def doctor(json: AsJson = False) -> None:
-    """What works on this machine, and what to do about the rest."""
-    for finding in examine():
-        if json:
-            print(json_.dumps({"what": finding.what, "ok": finding.ok, "detail": finding.detail}))
-        else:
-            print(f"{'ok     ' if finding.ok else 'missing'}  {finding.what}: {finding.detail}")

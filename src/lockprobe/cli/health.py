@@ -1,20 +1,24 @@
-"""What ``lockprobe doctor`` looks at."""
+"""What works on this machine: ``lockprobe doctor``."""
 
 from __future__ import annotations
 
 import importlib.metadata
 import importlib.util
+import json as json_
 import os
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
+
+import typer
 
 from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
 from lockprobe.plants.catalogue import require_mujoco
 from lockprobe.plants.rendering.probing import VARIABLE, automatic, probe
 
-__all__ = ["Finding", "examine"]
+__all__ = ["Finding", "doctor", "examine"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,3 +98,12 @@ def _package(module: str, package: str, what: str, remedy: str) -> Finding:
     if importlib.util.find_spec(module) is None:
         return Finding(what=what, ok=False, detail=remedy)
     return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")
+
+
+def doctor(json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False) -> None:
+    """What works on this machine, and what to do about the rest."""
+    for finding in examine():
+        if json:
+            print(json_.dumps({"what": finding.what, "ok": finding.ok, "detail": finding.detail}))
+        else:
+            print(f"{'ok     ' if finding.ok else 'missing'}  {finding.what}: {finding.detail}")

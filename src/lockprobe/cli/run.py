@@ -15,7 +15,6 @@ from lockprobe.cli.amounts import money, print_estimates
 from lockprobe.cli.display import watch
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.options import PEOPLE
-from lockprobe.report import write_report
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
@@ -123,6 +122,8 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
 
 
 def _report(directory: Path) -> Path:
+    from lockprobe.report import write_report  # a second of imports, which the first trials need not wait for
+
     return write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
 
 

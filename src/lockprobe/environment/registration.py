@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
@@ -38,7 +37,7 @@ def announce() -> None:
         sys.meta_path.insert(0, _UntilGymnasium())
 
 
-class _UntilGymnasium(MetaPathFinder):
+class _UntilGymnasium:
     """Waits among the finders of modules until Gymnasium has been loaded, and finds nothing else."""
 
     def find_spec(

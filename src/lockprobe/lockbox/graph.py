@@ -15,7 +15,6 @@ from statistics import fmean
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.difficulty import depths
@@ -187,6 +186,8 @@ def _wanted(sheet: _Sheet, node: int, others: Sequence[int], place: Mapping[int,
 
 def _apart(sheet: _Sheet, order: Sequence[int], wanted: Sequence[float], weights: Sequence[float]) -> dict[int, float]:
     """The heights nearest to those wanted that keep the order and leave every node its room."""
+    from scipy.optimize import isotonic_regression
+
     halves = [_HALF[sheet.kinds[node][0]] for node in order]
     room = np.cumsum([0.0, *(a + b for a, b in pairwise(halves))])
     fitted = isotonic_regression(np.array(wanted) - room, weights=weights).x

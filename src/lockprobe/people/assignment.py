@@ -18,7 +18,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from lockprobe.options import PEOPLE
 from lockprobe.people.diary import Slot
@@ -162,6 +161,8 @@ def _in_places(rest: list[Condition], before: Sequence[Sequence[Condition]]) -> 
     """The same in such an order that each stands where it has stood least before."""
     if not rest:
         return []
+    from scipy.optimize import linear_sum_assignment
+
     stood = Counter((place, condition) for order in before for place, condition in enumerate(order))
     price = np.array([[stood[place, condition] for condition in rest] for place in range(len(rest))], dtype=float)
     return [rest[i] for i in linear_sum_assignment(price)[1].tolist()]
@@ -176,6 +177,8 @@ def _with_luck(order: Sequence[Condition], study: Study, taken: Collection[Slot]
         return ()
     closed = {(slot.p, slot.modality, slot.repetition, slot.trial) for slot in taken}
     gone = Counter((slot.repetition, slot.trial) for slot in set(taken))
+    from scipy.optimize import linear_sum_assignment
+
     conditions = len(conditions_of(study))
     lucks = [
         (repetition, trial)

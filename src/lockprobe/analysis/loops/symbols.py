@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Hashable, Sequence
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
-from lockprobe.record import Trial
+
+if TYPE_CHECKING:
+    from lockprobe.record import Trial
 
 __all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "parse_sequence", "refuse_nan", "symbols"]
 

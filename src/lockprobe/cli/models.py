@@ -1,0 +1,79 @@
+"""Language models on this machine, and what is known of others: ``lockprobe models``."""
+
+from __future__ import annotations
+
+import json as json_
+from dataclasses import asdict
+from typing import Annotated
+
+import typer
+
+from lockprobe.agents import weights
+from lockprobe.agents.llm.knowledge import facts_of
+from lockprobe.agents.llm.settings import read_settings
+
+__all__ = ["list_models", "models", "pull", "show"]
+
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+
+models = typer.Typer(invoke_without_command=True)
+
+
+@models.callback()
+def list_models(context: typer.Context, json: AsJson = False) -> None:
+    """The language models that can play without a key, and which of them are here."""
+    if context.invoked_subcommand is not None:
+        return
+    for model in weights.KNOWN.values():
+        path = weights.find(model)
+        if json:
+            print(
+                json_.dumps(
+                    {
+                        "name": model.name,
+                        "spec": model.spec,
+                        "here": path is not None,
+                        "path": str(path) if path else None,
+                        "megabytes": model.megabytes,
+                        "sha256": model.sha256,
+                        "quantisation": model.quantisation,
+                    }
+                )
+            )
+        else:
+            where = str(path) if path else f"not here; lockprobe models pull {model.name}"
+            print(f"{model.name}  {model.quantisation}, {model.megabytes} MB  {model.spec}\n  {where}")
+
+
+@models.command("pull")
+def pull(name: Annotated[str, typer.Argument(help="Name from `lockprobe models`.")]) -> None:
+    """Fetch a model's file from its publisher, checked by its hash."""
+    print(weights.pull(name))
+
+
+@models.command("show")
+def show(
+    spec: Annotated[str, typer.Argument(help="As --agent takes it, for example llm:openai/o3?effort=low.")],
+    json: AsJson = False,
+) -> None:
+    """What is known of a hosted model, and what it would be sent. No key is needed, and nothing is asked."""
+    name, settings = read_settings(spec.removeprefix("llm:"))
+    facts = facts_of(name)
+    known = {what: value for what, value in asdict(facts).items() if what != "known"}
+    if json:
+        print(json_.dumps({"model": name, "known": facts.known, "facts": known, "sent": settings.sent(facts)}))
+        return
+    print(name if facts.known else f"{name}: nothing is known of it; it is asked like this all the same")
+    for title, found in (("sent", settings.sent(facts)), ("known", known if facts.known else {})):
+        for what, value in found.items():
+            print(f"  {title:5}  {what:14}  {_in_words(value)}")
+
+
+def _in_words(value: object) -> str:
+    if isinstance(value, dict):  # the price
+        return ", ".join(f"{name} {part}" for name, part in value.items() if part is not None)
+    if isinstance(value, tuple):
+        return ", ".join(value) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "not known" if value is None else str(value)
