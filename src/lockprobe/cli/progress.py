@@ -84,6 +84,12 @@ def _of_people(study: Study, journal: Journal) -> str:
     )
 
 
+def _when(study: Study, owed: int) -> str:
+    """When there is a report to read."""
+    slow = study.simulated or any(resolve(spec).engine in {"process", "network"} for spec in study.agents)
+    return "(within a minute, and renewed while the run goes on)" if slow and owed else "(at the end)"
+
+
 class Plain:
     """Prints lines: the first trial's steps of every slow agent, then how it goes."""
 
@@ -124,6 +130,7 @@ class Plain:
                 time_needed += " and what the provider needs"
             self.say(f"It takes {time_needed}; --full plays the paper's 7 p x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
+        self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")
         if owed < run:
             self.say(f"{run - owed} of {run} trials are done already; {owed} are owed")
         self._costs(study, journal)

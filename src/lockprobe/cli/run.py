@@ -13,6 +13,7 @@ from lockprobe.agents.access import Access
 from lockprobe.cli import asking
 from lockprobe.cli.amounts import money, print_estimates
 from lockprobe.cli.display import watch
+from lockprobe.cli.live_report import LiveReport
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.options import PEOPLE
 from lockprobe.studies.estimate import most_of_one_call
@@ -102,14 +103,17 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
     ):
         if budget is not None:
             journal.calls.limit(budget)
+        live = LiveReport(observer, directory)
         try:
-            play_study(planned, journal, limits=limits, observer=observer)
+            play_study(planned, journal, limits=limits, observer=live)
         except KeyboardInterrupt:
             observer.interrupted(directory)
             raise
         except BudgetReached as reached:
             observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
             status = BUDGET_REACHED
+        finally:
+            live.end()
     if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
         observer.broke()
         status = ALL_BROKE

@@ -1,0 +1,81 @@
+"""The report of a run that goes on: written when its strategies have played, and renewed while a slow agent plays."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from lockprobe.agents.catalogue import AgentSource
+from lockprobe.record import Step, Trial
+from lockprobe.studies.journal import Journal, Timing
+from lockprobe.studies.runner import Observer
+from lockprobe.studies.study import Study
+
+__all__ = ["LiveReport"]
+
+FIRST_PAUSE = 60.0
+"""Seconds from the first report to the next. Each further pause is twice as long: a study of hours is not slowed."""
+
+
+class LiveReport:
+    """Watches a run for another observer, and writes its report beside it, in a process of low priority.
+
+    A report is begun when the turn of a slow agent comes and something has been played, then after pauses that double.
+    At most one is being written. What such a process says goes nowhere: the run writes the last report itself.
+    """
+
+    def __init__(self, observer: Observer, directory: Path) -> None:
+        self._observer = observer
+        self._directory = directory
+        self._simulated = False
+        self._played = 0
+        self._pause = FIRST_PAUSE
+        self._next: float | None = None  # None: no slow agent's turn has come
+        self._writing: subprocess.Popen[bytes] | None = None
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """How much has been played before."""
+        self._simulated = study.simulated
+        self._played = len(journal.trials)
+        self._observer.begin(study, journal, owed)
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """A slow agent's turn: what the others played is reported now."""
+        self._observer.agent(source, owed)
+        if self._next is None and (self._simulated or source.engine != "inline"):
+            self._next = time.monotonic()
+            self._renew()
+
+    def step(self, key: str, step: Step) -> None:
+        """Passed on."""
+        self._observer.step(key, step)
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """A trial is on disk: the report may be due."""
+        self._observer.trial(trial, timing)
+        self._played += 1
+        self._renew()
+
+    def end(self) -> None:
+        """Wait until nothing is being written."""
+        if self._writing is not None:
+            self._writing.wait()
+
+    def _renew(self) -> None:
+        if self._next is None or not self._played or time.monotonic() < self._next:
+            return
+        if self._writing is not None and self._writing.poll() is None:
+            return
+        command = [sys.executable, "-m", "lockprobe", "report", str(self._directory)]
+        quiet = subprocess.DEVNULL
+        with contextlib.suppress(OSError):  # a machine that can start no process has its report at the end
+            self._writing = subprocess.Popen(  # noqa: S603 - ourselves
+                command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True
+            )
+            os.setpriority(os.PRIO_PROCESS, self._writing.pid, 10)
+        self._next = time.monotonic() + self._pause
+        self._pause *= 2

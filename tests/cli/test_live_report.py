@@ -1,0 +1,101 @@
+"""The report of a run that goes on: when it is written, and that nothing of it disturbs the run."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import pytest
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.cli import live_report
+from lockprobe.cli.live_report import FIRST_PAUSE, LiveReport
+from lockprobe.lockbox.families import box
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.runner import Silent, run
+from lockprobe.studies.study import Study
+
+
+class Process:
+    """A report that is being written until it is said to be done."""
+
+    begun = ()
+
+    def __init__(self, command, **settings):
+        self.command, self.done, self.pid = command, False, 0
+        Process.begun += (self,)
+
+    def poll(self):
+        return 0 if self.done else None
+
+    def wait(self):
+        self.done = True
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    now = [0.0]
+    Process.begun = ()
+    monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=Process, DEVNULL=None))
+    monkeypatch.setattr(live_report.os, "setpriority", lambda *arguments: None)
+    monkeypatch.setattr(live_report.time, "monotonic", lambda: now[0])
+    return now
+
+
+def slow(source):
+    return dataclasses.replace(source, engine="process")
+
+
+def test_it_is_written_when_the_strategies_have_played_and_after_pauses_that_double(clock, tmp_path):
+    live = LiveReport(Silent(), tmp_path)
+    live.trial(None, None)
+    live.agent(resolve("random"), 3)
+    live.trial(None, None)
+    assert not Process.begun  # strategies take a second: their report is the last one
+    live.agent(slow(resolve("round-robin")), 3)
+    assert [process.command[-2:] for process in Process.begun] == [["report", str(tmp_path)]]
+    times = []
+    for second in range(1, 2000):
+        clock[0] = float(second)
+        Process.begun[-1].done = True
+        before = len(Process.begun)
+        live.trial(None, None)
+        times += [second] * (len(Process.begun) - before)
+    assert times == [FIRST_PAUSE * factor for factor in (1, 3, 7, 15, 31)]
+
+
+def test_one_is_written_at_a_time_and_waited_for_at_the_end(clock, tmp_path):
+    live = LiveReport(Silent(), tmp_path)
+    live.agent(slow(resolve("random")), 3)
+    assert not Process.begun  # there is nothing to report yet
+    live.trial(None, None)
+    clock[0] = 1e6
+    live.trial(None, None)
+    (only,) = Process.begun
+    assert not only.done
+    live.end()
+    assert only.done
+
+
+def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on(monkeypatch, tmp_path):
+    class Watching(Silent):
+        seen = ()
+
+        def begin(self, study, journal, owed):
+            self.seen += (owed,)
+
+        def agent(self, source, owed):
+            self.seen += (source.spec,)
+
+        def trial(self, trial, timing):
+            self.seen += (trial.key,)
+
+    def none_left(*arguments, **settings):
+        raise OSError
+
+    monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=none_left, DEVNULL=None))
+    small = Study(
+        name="trial", agents=("random",), box=box(), p=(0.0,), repetitions=1, trials=2, max_steps=2, plant="fast-twin"
+    )
+    observer = Watching()
+    with Journal.open(tmp_path, small) as journal:
+        run(small, journal, observer=LiveReport(observer, tmp_path))
+    assert observer.seen == (2, "random", *(plan.key for plan in small.plans("random")))
