@@ -149,7 +149,7 @@ def test_mistakes(words, mistake, message):
 
 
 def test_a_generated_box_is_played_on_shuffled_panels(tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
+    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
     ask("generate", "--joints", 4, "--out", tmp_path)
     (file,) = tmp_path.iterdir()
     run_app = typer.Typer()

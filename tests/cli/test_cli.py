@@ -33,7 +33,7 @@ def directory(tmp_path_factory):
 
 def test_plain_lines_say_what_is_played(directory):
     again = lockprobe("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
-                      "--repetitions", 2, "--seed", 3, "--out", directory)  # fmt: skip
+                      "--repetitions", 2, "--seed", 3, "--no-report", "--out", directory)  # fmt: skip
     assert "Flip study on chain-4: p = 0, 0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
     assert "32 of 32 trials are done already; 0 are owed" in again.stdout
     assert "\x1b" not in again.stdout
@@ -50,7 +50,8 @@ def test_json_lines(tmp_path):
 def test_a_terminal_gets_a_live_table(tmp_path):
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "50", "--out", tmp_path],
+        [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "50", "--no-report",
+         "--out", tmp_path],
         stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm", "COLUMNS": "120"},
     )  # fmt: skip
     os.close(theirs)
@@ -184,7 +185,7 @@ def test_the_settings_of_another_study_are_refused_with_both_ways_out(directory)
 
 def test_without_out_the_same_command_finds_its_directory_again(tmp_path):
     for _ in range(2):
-        done = lockprobe("run", "flips", "--agent", "round-robin", "--trials", 1, cwd=tmp_path)
+        done = lockprobe("run", "flips", "--agent", "round-robin", "--trials", 1, "--no-report", cwd=tmp_path)
     assert "21 of 21 trials are done already" in done.stdout
     assert len(list((tmp_path / "lockprobe-runs").iterdir())) == 1
 

@@ -65,7 +65,9 @@ def test_it_is_written_when_the_strategies_have_played_and_after_pauses_that_dou
 def test_one_is_written_at_a_time_and_waited_for_at_the_end(clock, tmp_path):
     live = LiveReport(Silent(), tmp_path)
     live.agent(slow(resolve("random")), 3)
-    assert not Process.begun  # there is nothing to report yet
+    live.trial(None, None)
+    assert not Process.begun  # there is next to nothing to report yet
+    clock[0] = FIRST_PAUSE
     live.trial(None, None)
     clock[0] = 1e6
     live.trial(None, None)

@@ -98,7 +98,7 @@ def provider(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
     (tmp_path / "models.toml").write_text(FACTS)
     monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
-    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
+    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
     answers = [truthful]
 
     def newest(request):
@@ -299,7 +299,7 @@ def test_batches_are_for_providers_that_have_them(tmp_path, provider):
 
 
 def test_people_are_invited_and_not_run(tmp_path):
-    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5)
+    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
     mixed = lockprobe(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert mixed.returncode == 0, mixed.stderr
     invited = "People: 0 of 4 trials played; they are not run but invited, by lockprobe serve"
@@ -323,7 +323,7 @@ def test_strategies_come_after_people_or_before_them(tmp_path):
     people, both = (
         study(Request(agent=list(agents), **asked)) for agents in (["participant"], ["random", "round-robin"])
     )
-    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5)
+    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
     arguments += ("--agent", "random", "--agent", "round-robin")
     first = tmp_path / "people first"
     take_part(first, people, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])

@@ -68,7 +68,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
 
 def test_people_join_a_study_that_others_have_played(tmp_path):
     done = lockprobe("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 2, "--repetitions", 1,
-                     "--out", tmp_path)  # fmt: skip
+                     "--no-report", "--out", tmp_path)  # fmt: skip
     assert done.returncode == 0, done.stderr
     token = "t" * 20
     with server(tmp_path, "--port", 0, environment={**os.environ, "LOCKPROBE_ADMIN_TOKEN": token}) as where:

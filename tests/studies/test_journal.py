@@ -141,7 +141,7 @@ def test_killed_while_writing(tmp_path, whole, at, part):
 def test_killed_at_any_moment(tmp_path, whole):
     """A real command, killed from outside again and again until it gets through."""
     command = [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "400",
-               "--repetitions", "1", "--p", "0,0.4", "--out", str(tmp_path / "d")]  # fmt: skip
+               "--repetitions", "1", "--p", "0,0.4", "--no-report", "--out", str(tmp_path / "d")]  # fmt: skip
     kept = 0
     for attempt in range(60):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)

@@ -69,7 +69,8 @@ def runs():
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as forks:
 
         def start(directory):
-            asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS, "--out", directory]
+            asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS]
+            asked += ["--no-report", "--out", directory]
             print(json.dumps(["lockprobe", *map(str, asked)]), file=forks.stdin, flush=True)
             return int(forks.stdout.readline()), lambda: int(forks.stdout.readline())
 

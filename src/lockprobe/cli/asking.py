@@ -35,6 +35,7 @@ __all__ = [
     "Timeout",
     "Trials",
     "Workers",
+    "WriteReport",
 ]
 
 _STUDY = "The study; mechanisms.toml comes with the package."
@@ -45,6 +46,7 @@ _ASSESSMENT = "Ask, with every reply, what the last action did; asking may chang
 _BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
 _BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
 _ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
+_REPORT = "Write the report; without, `lockprobe report DIR` does it later."
 _RETRIES = "How often a request that the provider did not answer is made again."
 _WORKERS = "Processes for local models and simulated plants (one a core)."
 
@@ -80,5 +82,6 @@ Timeout = Annotated[float, typer.Option(help="Seconds after which a request that
 Retries = Annotated[int, typer.Option(help=_RETRIES)]
 Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
+WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
 EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]

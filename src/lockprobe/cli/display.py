@@ -123,8 +123,10 @@ class JsonLines(Plain):
 class LiveDisplay(Plain):
     """A table that stays in place, with the latest step of every trial that is being played."""
 
-    def __init__(self, console: Console, *, batch: bool = False, budget: Budget | None = None) -> None:
-        super().__init__(batch=batch, budget=budget)
+    def __init__(
+        self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool = True
+    ) -> None:
+        super().__init__(batch=batch, budget=budget, report=report)
         self._console = console
         self._playing: dict[str, str] = {}
         self._live: Live | None = None
@@ -199,20 +201,21 @@ class LiveDisplay(Plain):
 
 
 @contextmanager
-def watch(*, json: bool, batch: bool = False, budget: Budget | None = None) -> Iterator[Plain]:
+def watch(*, json: bool, batch: bool = False, budget: Budget | None = None, report: bool = True) -> Iterator[Plain]:
     """The display that fits where the output goes.
 
     Args:
         json: Whether machines read it.
         batch: Whether providers' batch interfaces are used.
         budget: What the study may cost.
+        report: Whether the run writes its report.
     """
     if json:
-        yield JsonLines(batch=batch, budget=budget)
+        yield JsonLines(batch=batch, budget=budget, report=report)
     elif not sys.stdout.isatty():
-        yield Plain(batch=batch, budget=budget)
+        yield Plain(batch=batch, budget=budget, report=report)
     else:
-        display = LiveDisplay(Console(), batch=batch, budget=budget)
+        display = LiveDisplay(Console(), batch=batch, budget=budget, report=report)
         try:
             yield display
         finally:

@@ -24,11 +24,16 @@ FIRST_PAUSE = 60.0
 class LiveReport:
     """Watches a run for another observer, and writes its report beside it, in a process of low priority.
 
-    A report is begun when the turn of a slow agent comes and something has been played, then after pauses that double.
+    A report is begun when the turn of a slow agent comes, or a minute later where nothing has been played, and then after
+    pauses that double.
     At most one is being written. What such a process says goes nowhere: the run writes the last report itself.
+
+    Args:
+        observer: Who is told of everything.
+        directory: Of the study; None for no report.
     """
 
-    def __init__(self, observer: Observer, directory: Path) -> None:
+    def __init__(self, observer: Observer, directory: Path | None) -> None:
         self._observer = observer
         self._directory = directory
         self._simulated = False
@@ -47,7 +52,7 @@ class LiveReport:
         """A slow agent's turn: what the others played is reported now."""
         self._observer.agent(source, owed)
         if self._next is None and (self._simulated or source.engine != "inline"):
-            self._next = time.monotonic()
+            self._next = time.monotonic() + (0 if self._played else FIRST_PAUSE)
             self._renew()
 
     def step(self, key: str, step: Step) -> None:
@@ -66,7 +71,7 @@ class LiveReport:
             self._writing.wait()
 
     def _renew(self) -> None:
-        if self._next is None or not self._played or time.monotonic() < self._next:
+        if self._directory is None or self._next is None or time.monotonic() < self._next:
             return
         if self._writing is not None and self._writing.poll() is None:
             return

@@ -93,9 +93,9 @@ def _when(study: Study, owed: int) -> str:
 class Plain:
     """Prints lines: the first trial's steps of every slow agent, then how it goes."""
 
-    def __init__(self, *, batch: bool = False, budget: Budget | None = None) -> None:
+    def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool = True) -> None:
         self.tally = Tally()
-        self._batch, self._budget = batch, budget
+        self._batch, self._budget, self._report = batch, budget, report
         self._journal: Journal | None = None
         self._simulated = False
         self._shown: str | None = None
@@ -130,7 +130,8 @@ class Plain:
                 time_needed += " and what the provider needs"
             self.say(f"It takes {time_needed}; --full plays the paper's 7 p x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
-        self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")
+        if self._report:
+            self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")
         if owed < run:
             self.say(f"{run - owed} of {run} trials are done already; {owed} are owed")
         self._costs(study, journal)
@@ -226,6 +227,9 @@ class Plain:
             self.say(f"Calls: {said}")
 
     def reported(self, path: Path | None) -> None:
-        """Say what it has cost, and name the report; None where there is nothing to report."""
+        """Say what it has cost, and name the report; None where there is none."""
         self._spent()
-        self.say("No report: no trial has ended" if path is None else f"Report: {path}")
+        if self._report:
+            self.say("No report: no trial has ended" if path is None else f"Report: {path}")
+        elif self._journal is not None:
+            self.say(f"No report, as asked; lockprobe report {self._journal.directory} writes it")

@@ -57,6 +57,7 @@ def run(
     batch: asking.Batch = False,
     budget: asking.Budget = None,
     estimate: asking.EstimateOnly = False,
+    report: asking.WriteReport = True,
     json: asking.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
@@ -92,18 +93,18 @@ def run(
         print_estimates(planned, directory, batch=batch, json=json)
         return
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    _play(planned, directory, limits, _allowed(planned, budget, directory), json=json)
+    _play(planned, directory, limits, _allowed(planned, budget, directory), report=report, json=json)
 
 
-def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
+def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None, *, report: bool, json: bool) -> None:
     status = 0
     with (
         Journal.open(directory, planned) as journal,
-        watch(json=json, batch=limits.access.batch, budget=budget) as observer,
+        watch(json=json, batch=limits.access.batch, budget=budget, report=report) as observer,
     ):
         if budget is not None:
             journal.calls.limit(budget)
-        live = LiveReport(observer, directory)
+        live = LiveReport(observer, directory if report else None)
         try:
             play_study(planned, journal, limits=limits, observer=live)
         except KeyboardInterrupt:
@@ -112,15 +113,13 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
         except BudgetReached as reached:
             observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
             status = BUDGET_REACHED
-        finally:
-            live.end()
     if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
         observer.broke()
         status = ALL_BROKE
     if planned.size == planned.invited and not journal.trials:
         return  # people have yet to be invited
-    path = _report(directory) if journal.trials or not status else None
-    observer.reported(path)
+    live.end()
+    observer.reported(_report(directory) if report and (journal.trials or not status) else None)
     if status:
         raise typer.Exit(status)
 
