@@ -25,7 +25,8 @@ class LiveReport:
     """Watches a run for another observer, and writes its report beside it, in a process of low priority.
 
     A report is begun when the turn of a slow agent comes, or a minute later where nothing has been played yet. Further
-    ones follow after pauses that double. At most one is being written. What such a process says goes nowhere: the run writes the last report itself.
+    ones follow after pauses that double. At most one is being written. What such a process says goes nowhere: the run
+    writes the last report itself.
 
     Args:
         observer: Who is told of everything.
