@@ -220,7 +220,7 @@ def test_a_trial_can_be_played_where_a_loop_is_running():
     [
         ({"flip": "often"}, "flip: got 'often', expected one of transient"),
         ({"max_steps": -1}, "max_steps: got -1, expected a whole number from 1"),
-        ({"p": 2}, "flip probability p: got 2"),
+        ({"p": 2}, "flip rate p: got 2"),
         ({"box": "chain-9"}, "no box is called 'chain-9'"),
     ],
 )

@@ -80,7 +80,7 @@ def test_courses_are_said_of_several_agents_only():
     blind = play_study(small_study(("random",), p=(0.0, 0.4)))
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "From p = 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every p for random "
+        "From a flip rate of 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every flip rate for random "
         "(Holm, corrected for looking at 2 agents)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
@@ -107,7 +107,7 @@ def test_a_clear_rise_is_called_one():
     agent = only([*condition(0.0, 7, 30), *condition(0.4, 20, 30)])
     assert (agent.contrast.detectable, agent.contrast.choices) == (True, 1)
     said = finding(agent)
-    assert "more often when each report was inverted with probability 0.4 than when told the truth" in said
+    assert "more often at a flip rate of 0.4 than when told the truth" in said
     assert "20 of 30 trials (67 %) against 7 of 30 trials (23 %)" in said
 
 

@@ -51,12 +51,12 @@ def test_the_crossing_is_interpolated(rejected, trials, below):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"success": (0.5,)}, "one share for each of 7 p"),
+        ({"success": (0.5,)}, "one share for each of 7 flip rates"),
         ({"success": (0.5, 1.0), "p": P2}, "success: got 1.0"),
         ({"success": (0.5, 0.6), "p": (0.4, 0.0)}, "ascending"),
         ({"success": (0.5, 0.6), "p": (0.5, 0.500000001)}, "0.500000001', expected values that differ by 0.000001"),
         ({"success": (0.5, 0.6, 0.5), "p": (0.0, 1e-300, 0.5)}, "differ by 0.000001"),
-        ({"success": (0.5, 0.6), "p": P2, "trap": (0.1,)}, "one chance for each of 2 p"),
+        ({"success": (0.5, 0.6), "p": P2, "trap": (0.1,)}, "one chance for each of 2 flip rates"),
         ({"success": (0.5, 0.6), "p": P2, "harm": 2.0}, "harm: got 2.0"),
         ({"success": (0.5, float("nan")), "p": P2}, "success: got nan"),
     ],
@@ -76,7 +76,7 @@ def test_impossible_designs_are_refused():
     effect = stated_world((0.2, 0.6), p=P2)
     for settings, message in (
         ({"target": 1.0}, "target power"),
-        ({"trials": ()}, "trials per p"),
+        ({"trials": ()}, "trials per flip rate"),
         ({"trials": (15, 10_001)}, "at most 10000"),
         ({"p": (0.4, 0.4 + 1e-9)}, "differ by 0.000001"),
     ):

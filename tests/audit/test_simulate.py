@@ -106,5 +106,5 @@ def test_equal_seeds_give_equal_studies_and_others_do_not():
 def test_unknown_worlds_and_designs_that_do_not_fit_are_refused():
     with pytest.raises(UnknownName, match="no-effect"):
         world("no-efect")
-    with pytest.raises(BadValue, match="one for each of 2 p"):
+    with pytest.raises(BadValue, match="one for each of 2 flip rates"):
         simulate(WORLDS["no-effect"], Design(p=(0.0, 0.4)), generator(1))

@@ -99,9 +99,9 @@ def test_its_rate_is_p():
 
 
 def test_bad_settings_are_named():
-    with pytest.raises(BadValue, match=r"^flip probability p: got 1.2, expected a number from 0 to 1$"):
+    with pytest.raises(BadValue, match=r"^flip rate p: got 1.2, expected a number from 0 to 1$"):
         OutcomeFlip(p=1.2)
-    with pytest.raises(BadValue, match=r"^flip probability p: got nan"):
+    with pytest.raises(BadValue, match=r"^flip rate p: got nan"):
         OutcomeFlip(p=float("nan"))
     with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only$"):
         OutcomeFlip(p=0.2, persistence="sometimes")

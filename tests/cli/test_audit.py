@@ -45,7 +45,7 @@ def test_power_for_a_stated_effect():
     assert [step["trials"] for step in found["measured"]] == [9, 30]
     assert found["trials_needed"] <= 30
     said = lockprobe(*stated).stdout
-    assert "trials per p for 0.8" in " ".join(said.split())
+    assert "trials per flip rate for 0.8" in " ".join(said.split())
     assert "n=30" in said
 
 
@@ -56,7 +56,7 @@ def test_power_for_a_stated_effect():
         (("audit", "--studies", "0"), "--studies"),
         (("power", "--success", "0.2,x"), "numbers with commas between"),
         (("power", "--harm", "0.5"), "shares at each p"),
-        (("power", "--success", "0.2,0.7"), "one share for each of 7 p"),
+        (("power", "--success", "0.2,0.7"), "one share for each of 7 flip rates"),
         (("power", "--success", "0.2,1.7", "--p", "0,0.4"), "got 1.7"),
         (("power", "--trials", "1"), "numbers of at least 2"),
         (("power", "--trials", "nan"), "whole numbers"),

@@ -34,7 +34,7 @@ def directory(tmp_path_factory):
 def test_plain_lines_say_what_is_played(directory):
     again = lockprobe("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
                       "--repetitions", 2, "--seed", 3, "--no-report", "--out", directory)  # fmt: skip
-    assert "Flip study on chain-4: p = 0, 0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
+    assert "Flip study on chain-4: flip rate 0, 0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
     assert "32 of 32 trials are done already; 0 are owed" in again.stdout
     assert "\x1b" not in again.stdout
 
@@ -154,7 +154,7 @@ def test_doctor_tells_what_works_and_which_renderer_is_taken():
             ["run", "flips", "--box", "chain-9"],
             "no box is called 'chain-9' (did you mean 'chain-8'?); there are: chain-2",
         ),
-        (["run", "flips", "--p", "2"], "flip probability p: got 2.0, expected a number from 0 to 1"),
+        (["run", "flips", "--p", "2"], "flip rate p: got 2.0, expected a number from 0 to 1"),
         (["run", "flips", "--p", "x"], "p: got 'x', expected numbers from 0 to 1 with commas between"),
         (["run", "flips", "--flip", "often"], "flip: got 'often', expected one of transient, sticky, outcome-only"),
         (["run", "flips", "--trials", "0"], "trials: got 0, expected a whole number from 1 to 1000000"),

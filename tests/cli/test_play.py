@@ -84,7 +84,7 @@ def test_at_the_end_truth_stands_beside_told():
     flipped = [step.step for step in HUMAN.steps if step.moved != step.told_moved]
     assert flipped
     assert [int(line.split()[0]) for line in shown.splitlines() if line.endswith("<- false")] == flipped
-    assert f"{len(flipped)} of {len(HUMAN.steps)} reports were false (p = 0.2)" in shown
+    assert f"{len(flipped)} of {len(HUMAN.steps)} reports were false (flip rate 0.2)" in shown
     assert re.search(r"^  A \(target\)$", shown, re.MULTILINE)
     for spec in ("ideal-observer", "human-inspired", "random"):
         other = run_trial(agent=spec, p=0.2, seed=SEED)

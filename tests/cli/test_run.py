@@ -60,7 +60,7 @@ def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
     with Journal.open(tmp_path, planned) as journal:
         Plain().begin(planned, journal, planned.size)
     said = capsys.readouterr().out
-    assert said.startswith("Modality study on chain-4: p = 0; 1 repetition of 10 trials of 20 steps;")
+    assert said.startswith("Modality study on chain-4: flip rate 0; 1 repetition of 10 trials of 20 steps;")
     assert "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)" in said
 
 

@@ -109,7 +109,7 @@ class NotAChannel:
         ({"channels": [{"p": 0.2}]}, BadValue, "channel: got {'p': 0.2}, expected a channel, or a mapping such as"),
         ({"channels": [{"channel": "Flip"}]}, UnknownName, "no channel is called 'Flip'"),
         ({"channels": [{"channel": "OutcomeFlip", "q": 1}]}, UnknownName, "no setting of OutcomeFlip is called 'q'"),
-        ({"channels": [{"channel": "OutcomeFlip", "p": 2}]}, BadValue, "flip probability p: got 2"),
+        ({"channels": [{"channel": "OutcomeFlip", "p": 2}]}, BadValue, "flip rate p: got 2"),
         ({"channels": [{"channel": "OutcomeFlip", "p": "a"}]}, BadValue, "channel: got {'channel': 'OutcomeFlip', 'p'"),
     ],
 )  # fmt: skip

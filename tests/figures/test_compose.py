@@ -1,6 +1,7 @@
 """Whole pictures: of any study, legible, deterministic, without touching global state."""
 
 import io
+import re
 import sys
 from itertools import combinations
 
@@ -55,7 +56,8 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
         texts = written(figure)
         assert texts
         for text, place in texts:
-            assert text.get_fontsize() >= 7, (name, text)
+            assert text.get_fontsize() >= 9, (name, text)
+            assert not re.search(r"\bp\b|(?<!\$)\bP\b", text.get_text().replace("$p$", "")), (name, text)
             beyond = [-place.x0, -place.y0, place.x1 - figure.bbox.x1, place.y1 - figure.bbox.y1]
             assert max(beyond) <= 1, (name, text)
         for (one, first), (other, second) in combinations(texts, 2):
@@ -77,7 +79,7 @@ def test_people_have_a_picture_of_their_own(studies):
 def test_panels_are_a_column_of_print_wide_and_two_beside_each_other(studies):
     for case, columns, rows in (("typical", 1, 1), ("three", 2, 2), ("strategies", 2, 2)):
         figure = figures.panels(figures.draw_loops_against_success, studies[case].subjects)
-        assert tuple(figure.get_size_inches()) == (3.5 * columns, 2.4 * rows)
+        assert tuple(figure.get_size_inches()) == (3.5 * columns, 2.9 * rows)
         assert sum(axes.get_visible() for axes in figure.axes) == len(studies[case].subjects)
 
 
@@ -94,6 +96,26 @@ def test_what_cannot_be_compared_takes_no_room(studies):
     for case, axes in (("three trials", [2, 2]), ("one trial", [1, 2]), ("one p", [2, 1]), ("errors", [1, 1])):
         made = figures.pictures(studies[case])
         assert [len(made[name].axes) for name in ("fig3-corrected", "fig5b-corrected")] == axes
+
+
+def test_a_single_flip_rate_is_no_axis(studies):
+    """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
+    made = figures.pictures(studies["one p"])
+    assert not {"fig4", "fig4-corrected", "courses", "fig5a", "fig5b", "fig3-by-p"} & made.keys()
+    (axes,) = figures.panels(figures.draw_loops_beside_chance, studies["one p"].subjects[:1]).axes
+    assert not len(axes.get_xticks())
+    assert axes.get_xlabel() == "flip rate $p$ = 0"
+
+
+def test_no_line_runs_through_the_words_of_a_forest(studies):
+    """Upright lines stop where the name of a row and its numbers stand."""
+    figure = figures.pictures(studies["typical"])["fig3-corrected"]
+    figure.draw_without_rendering()
+    forest = figure.axes[1]
+    words = [text.get_window_extent() for text in forest.texts]
+    upright = [line for line in forest.lines if len(set(line.get_xdata())) == 1 and len(line.get_xdata()) == 2]
+    assert len(upright) == 2 * len(forest.texts) / 2
+    assert not any(line.get_window_extent().overlaps(word) for line in upright for word in words)
 
 
 def test_equal_figures_are_equal_bytes(typical):

@@ -50,7 +50,7 @@ def test_two_that_play_alike_at_every_p_have_one_row():
     by_p = [{"p": p, "success": found, "steps": {"value": -1.0, "low": None}} for p in (0.0, 0.3)]
     pair = {"first_label": "a", "second_label": "b", "by_p": by_p}
     table = comparison_by_p_table([pair | {"same_at_every_p": True}, pair | {"same_at_every_p": False}])
-    assert [row[2] for row in table[1:]] == ["every p", "0", "0.3"]
+    assert [row[2] for row in table[1:]] == ["every flip rate", "0", "0.3"]
 
 
 def test_no_pairs_make_a_table_of_a_head_alone():

@@ -158,7 +158,7 @@ def test_no_name_hides_or_reorders_what_stands_beside_it(tmp_path):
 def test_the_page_says_what_was_found_and_under_what(reported):
     text = page_of(reported)
     for finding in results(reported)["findings"]:
-        assert finding.replace("'", "&#39;") in text
+        assert finding.replace("'", "&#39;") in text.replace("<i>P</i>", "P")
     for needed in ("reconstruction", "transient", "human-inspired", "Limits", "Seed", "false positives", "claims.html"):
         assert needed in text
     assert "Partial" not in text
@@ -177,7 +177,7 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     write_report(directory)
     content = json.loads((directory / "results.json").read_text())
     said = "success rises for cognitive:perseverant, llm:local; falls for cognitive:careful, human-inspired?lapse=0.3"
-    assert content["courses_said"] == f"From p = 0 to 0.4 {said} (Holm, corrected for looking at 4 agents)."
+    assert content["courses_said"] == f"From a flip rate of 0 to 0.4 {said} (Holm, corrected for looking at 4 agents)."
     page = page_of(directory)
     assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])
 

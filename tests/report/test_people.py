@@ -150,7 +150,7 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
         "2 people joined: 1 finished all their boxes, 1 left boxes open or are still at them; "
         "1 more withdrew, and nothing of theirs is kept." in page
     )
-    assert "Boxes left open, by condition: 0 of 2 at p = 0, 1 of 2 at p = 0.4." in page
+    assert "Boxes left open, by condition: 0 of 2 at a flip rate of 0, 1 of 2 at a flip rate of 0.4." in page
     assert f"Attention checks: {flow['right']} of {flow['checks']} answered right." in page
     took = {row["p"]: row for row in people["response_times"]}
     steps = [step.step for trial in load(path) for step in trial.steps if trial.p == 0.4]

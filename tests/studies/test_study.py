@@ -74,7 +74,7 @@ def test_identities_are_pinned():
             {"p": [0.1234567, 0.12345674]},
             r"p: got .*, expected values that differ by 0.000001 or more, within six digits",
         ),
-        ({"p": [1.5]}, "flip probability p: got 1.5, expected a number from 0 to 1"),
+        ({"p": [1.5]}, "flip rate p: got 1.5, expected a number from 0 to 1"),
         ({"agent": []}, r"agents: got \[\], expected at least one"),
         ({"max_steps": 0}, "max_steps: got 0, expected a whole number from 1"),
     ],

@@ -9,7 +9,7 @@ from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.robot import Verdicts
-from lockprobe.analysis.speaking import begun, called, of_people, of_trials, p_said, percent, told, verb
+from lockprobe.analysis.speaking import begun, called, of_people, of_trials, p_said, percent, test_said, told, verb
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 
 __all__ = ["beside", "conclusions", "courses_said", "loop_finding", "modality_finding", "verdicts_said"]
@@ -43,7 +43,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
         effect = "" if test.effect is None or question == "shape" else f"{test.unit} {test.effect:.2g}{interval}; "
         found = yes if isinstance(yes, str) else yes[test.direction > 0]
         sentence = verb(agent.agent, found if test.rejects else no, of_people(found if test.rejects else no))
-        said.append(f"{sentence} ({effect}{test.name}, {p_said(test.p_value)}).")
+        said.append(f"{sentence} ({effect}{test_said(test.name)}, {p_said(test.p_value)}).")
     return said
 
 
@@ -60,7 +60,7 @@ _SAID: dict[Question, tuple[str | tuple[str, str], str]] = {
     ),
     "shape": (
         "Success rises with false reports and falls again",
-        "That success falls again at high p is not detectable",
+        "That success falls again at high flip rates is not detectable",
     ),
     "looping": (
         (
@@ -165,9 +165,9 @@ def courses_said(summary: StudySummary) -> str:
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
     parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
     blind = [agent.called for agent in summary.agents if agent.blind]
-    parts += [f"is the same at every p for {', '.join(blind)}"] if blind else []
+    parts += [f"is the same at every flip rate for {', '.join(blind)}"] if blind else []
     many = "" if len(courses) < 2 else f" (Holm, corrected for looking at {len(courses)} agents)"
-    return f"From p = {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}." if parts else ""
+    return f"From a flip rate of {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}." if parts else ""
 
 
 _SAID_OF: dict[CourseKind, str] = {

@@ -33,13 +33,14 @@ def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     share = counted[0].success
     why = "No trial has been played under two conditions yet."
     if len(counted) == 1:
-        why = f"With a single {'p' if agent.name != agent.agent else 'condition'} there is no difference to look for."
+        single = "flip rate" if agent.name != agent.agent else "condition"
+        why = f"With a single {single} there is no difference to look for."
     interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
     return begun(f"{agent.called} solved {of_trials(share)}, {interval}. {why}")
 
 
 def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
-    """The clearest difference from the lowest p, and whether it is shown."""
+    """The clearest difference from the lowest flip rate, and whether it is shown."""
     found, first, second = contrast.difference, told(contrast.baseline.p), told(contrast.other.p)
     it, its = verb(agent.agent, "it", "they"), verb(agent.agent, "its", "their")
     counts = f"{of_trials(found.second)} against {of_trials(found.first)}"
@@ -53,14 +54,17 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
     subject = f"No effect of false reports on the success of {agent.called} is detectable"
     if risen:
-        subject = f"No single p is shown to change the success of {agent.called}; for the course over all p see below"
+        subject = (
+            f"No single flip rate is shown to change the success of {agent.called}; for the course over all flip rates "
+            "see below"
+        )
     if not any(one.value for one in agent.inference.difference.at):
         share = found.first
         interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
         if contrast.whole:
             return (
                 f"{subject}: {it} solved {percent(share.value)} of {its} trials under every condition "
-                f"(n = {share.n} at p = {contrast.baseline.p:g}, {interval})."
+                f"(n = {share.n} {first}, {interval})."
             )
         return f"{subject}: of the trials that {it} finished under both conditions {it} solved equally many, {counts}."
     size = "the largest difference" if contrast.farthest else "the clearest difference"
@@ -71,7 +75,7 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
 
 
 def _interval(contrast: Contrast) -> str:
-    """The difference, its interval, its p-value, and what they are corrected for."""
+    """The difference, its interval, its P value, and what they are corrected for."""
     found = contrast.difference
     chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
     said = (

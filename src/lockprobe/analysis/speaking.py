@@ -1,11 +1,19 @@
-"""Parts of sentences: who is spoken of, and shares, differences and p-values. People are many, and have no spec."""
+"""Parts of sentences: who is spoken of, shares, differences, flip rates and P values.
+
+People are many, and have no spec. The letter p is the flip rate's in code and in files: for readers a flip rate is
+written out, and the P of a P value is a capital.
+"""
 
 from __future__ import annotations
+
+import re
 
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.options import PEOPLE
 
-__all__ = ["begun", "called", "of_people", "of_trials", "p_said", "percent", "points_said", "told", "verb"]
+__all__ = ["begun", "called", "of_people", "of_trials", "p_said", "percent", "points_said", "test_said", "told", "verb"]
+
+_P = re.compile(r"\bp\b")
 
 _MANY = (
     ("the agent is", "people are"),
@@ -56,7 +64,7 @@ def of_people(sentence: str) -> str:
 
 def told(p: float) -> str:
     """Under which condition, in a sentence."""
-    return "when told the truth" if p == 0 else f"when each report was inverted with probability {p:g}"
+    return "when told the truth" if p == 0 else f"at a flip rate of {p:g}"
 
 
 def of_trials(share: Proportion) -> str:
@@ -75,5 +83,18 @@ def points_said(value: float) -> str:
 
 
 def p_said(value: float) -> str:
-    """A p-value."""
-    return "p < 0.001" if value < 0.001 else f"p = {value:.2g}"
+    """A P value.
+
+    >>> p_said(0.0004), p_said(0.843)
+    ('P < 0.001', 'P = 0.84')
+    """
+    return "P < 0.001" if value < 0.001 else f"P = {value:.2g}"
+
+
+def test_said(name: str) -> str:
+    """The name of a test for readers: names as they are on record, and in the audit, say p for the flip rate.
+
+    >>> test_said("looped by step 10, Mantel-Haenszel by p")
+    'looped by step 10, Mantel-Haenszel by flip rate'
+    """
+    return _P.sub("flip rate", name.replace("values of p", "flip rates"))

@@ -160,7 +160,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
         raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
     for trial in trials:
         if not 0 <= trial.p <= 1:
-            raise BadValue(f"p of {trial.key}", trial.p, "a number from 0 to 1")
+            raise BadValue(f"flip rate of {trial.key}", trial.p, "a number from 0 to 1")
     place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
 
     def group(trial: Trial) -> tuple[int, float]:

@@ -72,9 +72,11 @@ def stated_world(
         harm: Factor on the chance to solve once a loop is complete, [0, 1].
     """
     if len(success) != len(p):
-        raise BadValue("success", ",".join(f"{value:g}" for value in success), f"one share for each of {len(p)} p")
+        raise BadValue(
+            "success", ",".join(f"{value:g}" for value in success), f"one share for each of {len(p)} flip rates"
+        )
     if trap and len(trap) != len(p):
-        raise BadValue("trap", ",".join(f"{value:g}" for value in trap), f"one chance for each of {len(p)} p")
+        raise BadValue("trap", ",".join(f"{value:g}" for value in trap), f"one chance for each of {len(p)} flip rates")
     _check_p(p)
     for name, values, limit in (("success", success, "below 1"), ("trap", trap, "to 1"), ("harm", (harm,), "to 1")):
         for value in values:
@@ -145,7 +147,7 @@ def power(
     if not 0 < target < 1:
         raise BadValue("target power", target, "a number between 0 and 1")
     if not trials or min(trials) < 2 or max(trials) > MOST_TRIALS:
-        raise BadValue("trials per p", list(trials), f"numbers of at least 2 and at most {MOST_TRIALS}")
+        raise BadValue("trials per flip rate", list(trials), f"numbers of at least 2 and at most {MOST_TRIALS}")
     _check_p(p)
     designs = [
         Design(p=tuple(p), repetitions=REPETITIONS, trials=each)

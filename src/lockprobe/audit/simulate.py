@@ -102,7 +102,9 @@ def _person(truth: World, design: Design, place: int) -> str:
 
 def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
     if len(truth.success) != len(design.p) or len(truth.trap) != len(design.p):
-        raise BadValue(f"world {truth.name}", f"{len(truth.success)} shares", f"one for each of {len(design.p)} p")
+        raise BadValue(
+            f"world {truth.name}", f"{len(truth.success)} shares", f"one for each of {len(design.p)} flip rates"
+        )
     conditions = np.repeat(np.arange(len(design.p)), design.clusters)
     luck = _luck(truth, len(design.p), design.clusters, rng)
     lost = rng.random(len(conditions)) < truth.lost

@@ -82,13 +82,14 @@ WORLDS: Mapping[str, World] = {
     for made in (
         World(
             name="no-effect",
-            says="Nothing depends on p, and loops are irrelevant.",
+            says="Nothing depends on the flip rate, and loops are irrelevant.",
             success=(0.5,) * 7,
             truths=frozenset(),
         ),
         World(
             name="shared-luck",
-            says="Nothing depends on p, loops are irrelevant, and half of the trials go alike at every p.",
+            says="Nothing depends on the flip rate, loops are irrelevant, and half of the trials go alike at every "
+            "flip rate.",
             success=(0.5,) * 7,
             shared=0.5,
             truths=frozenset(),
@@ -121,7 +122,7 @@ WORLDS: Mapping[str, World] = {
         ),
         World(
             name="lost-half",
-            says="Nothing depends on p, and loops change nothing; but in half of the trials the agent is "
+            says="Nothing depends on the flip rate, and loops change nothing; but in half of the trials the agent is "
             "lost, and then it both loops and fails: success is rarer after a loop, and not because of it.",
             success=(0.9,) * 7,
             lost=0.5,
@@ -129,7 +130,7 @@ WORLDS: Mapping[str, World] = {
         ),
         World(
             name="many-p",
-            says="Nothing depends on p, of which there are 21, and loops are irrelevant.",
+            says="Nothing depends on the flip rate, of which there are 21, and loops are irrelevant.",
             success=(0.5,) * 21,
             trap=(0.0,) * 21,
             design=Design(p=MANY_P),
@@ -137,8 +138,8 @@ WORLDS: Mapping[str, World] = {
         ),
         World(
             name="unequal-luck",
-            says="Success is the same at every p, but other trials are solved at the lowest p than at all others, "
-            "which go alike.",
+            says="Success is the same at every flip rate, but other trials are solved at the lowest than at all "
+            "others, which go alike.",
             success=(0.5,) * 7,
             shared=1.0,
             apart=True,
@@ -146,7 +147,7 @@ WORLDS: Mapping[str, World] = {
         ),
         World(
             name="unequal-luck-many-p",
-            says="The same with 21 values of p.",
+            says="The same with 21 flip rates.",
             success=(0.5,) * 21,
             trap=(0.0,) * 21,
             shared=1.0,
@@ -156,7 +157,8 @@ WORLDS: Mapping[str, World] = {
         ),
         World(
             name="people",
-            says="Nothing depends on p; at each p six people play five boxes each, and are unequally good (0.5).",
+            says="Nothing depends on the flip rate; at each six people play five boxes each, and are "
+            "unequally good (0.5).",
             success=(0.5,) * 7,
             people=6,
             likeness=0.5,
@@ -173,8 +175,8 @@ WORLDS: Mapping[str, World] = {
         ),
         World(
             name="broken-trials",
-            says="Nothing depends on p and loops are irrelevant, but at p = 0.6 a call fails with probability 0.08, "
-            "which breaks long trials.",
+            says="Nothing depends on the flip rate and loops are irrelevant, but at 0.6 a call fails with probability "
+            "0.08, which breaks long trials.",
             success=(0.5,) * 7,
             breaks=(0.0,) * 6 + (0.08,),
             truths=frozenset(),

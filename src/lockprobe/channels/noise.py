@@ -43,7 +43,7 @@ class OutcomeFlip:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.p <= 1.0:
-            raise BadValue("flip probability p", self.p, "a number from 0 to 1")
+            raise BadValue("flip rate p", self.p, "a number from 0 to 1")
         if self.persistence not in get_args(FlipKind):
             raise BadValue("flip", self.persistence, f"one of {', '.join(get_args(FlipKind))}")
 

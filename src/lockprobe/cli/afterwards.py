@@ -75,7 +75,7 @@ def _story(screen: Screen, trial: Trial) -> None:
         line = f"{step.step:4}  {label[step.joint]:5}  {_WORDS[step.moved]:14}{_WORDS[step.told_moved]:14}{then:14}"
         screen.say((line + "<- false" * false).rstrip(), "red" if false else "")
     lies = sum(step.moved != step.told_moved for step in trial.steps)
-    screen.say(f"{lies} of {len(trial.steps)} reports were false (p = {trial.p:g}).")
+    screen.say(f"{lies} of {len(trial.steps)} reports were false (flip rate {trial.p:g}).")
     if asked:
         pairs = list(zip(trial.steps, said, strict=True))[:-1]
         right = sum((claimed == "moved") == step.moved for step, claimed in pairs)

@@ -61,7 +61,7 @@ def _directory(path: str) -> Path:
 Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
 Agents = Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")]
 BoxName = Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")]
-P = Annotated[str | None, typer.Option(help="Flip probabilities, for example 0,0.2,0.4.")]
+P = Annotated[str | None, typer.Option(help="Flip rates: how often reports are inverted, for example 0,0.2,0.4.")]
 Trials = Annotated[int | None, typer.Option(help="Trials per repetition and condition.")]
 Repetitions = Annotated[int | None, typer.Option(help="Repetitions.")]
 Seed = Annotated[int | None, typer.Option(help="Seed of everything (1).")]

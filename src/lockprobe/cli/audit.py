@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.speaking import test_said
 from lockprobe.audit.measured import as_data
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
@@ -56,26 +57,26 @@ def audit(
 
 
 def power(
-    success: Annotated[str | None, typer.Option(help="Effect: success at each p, for example 0.2,0.5,0.4.")] = None,
-    trap: Annotated[str | None, typer.Option(help="Effect: chance per step to begin a cycle at each p.")] = None,
+    success: Annotated[str | None, typer.Option(help="Effect: success at each flip rate (0.2,0.5,0.4).")] = None,
+    trap: Annotated[str | None, typer.Option(help="Effect: chance a step to begin a cycle, at each flip rate.")] = None,
     harm: Annotated[float, typer.Option(help="Effect: factor on the chance to solve after a loop, 0 to 1.")] = 1.0,
-    p: Annotated[str | None, typer.Option(help="Flip probabilities (0,0.1,...,0.6).")] = None,
-    trials: Annotated[str | None, typer.Option(help="Trials per p to measure at (15,30,60,120,240).")] = None,
+    p: Annotated[str | None, typer.Option(help="Flip rates (0,0.1,...,0.6).")] = None,
+    trials: Annotated[str | None, typer.Option(help="Trials per flip rate to measure at (15,30,60,120,240).")] = None,
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help="Simulated studies per number of trials.")] = 100,
     seed: Seed = 1,
     workers: Workers = None,
     json: AsJson = False,
 ) -> None:
-    """How many trials per p a test needs to find a stated effect, by simulation, with the error of the simulation.
+    """How many trials per flip rate a test needs to find a stated effect, by simulation, with its error.
 
-    Without an effect two are taken: a rise and fall of success like the paper's (0.23 at p = 0, 0.67 at 0.4, then
+    Without an effect two are taken: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then
     0.5), and an agent that loops trap when it is told the truth.
     """
     grid = P if p is None else parse_p(p)
     if success is None:
         if trap is not None or harm != 1.0 or p is not None:
-            raise BadValue("success", None, "shares at each p, when --p, --trap or --harm is given")
+            raise BadValue("success", None, "shares at each flip rate, when --p, --trap or --harm is given")
         worlds = default_worlds()
     else:
         worlds = (stated_world(_numbers("success", success), p=grid, trap=_numbers("trap", trap), harm=harm),)
@@ -136,7 +137,7 @@ def _rate_table(title: str, rates: Sequence[Rate]) -> Table:
     for test in dict.fromkeys(rate.test for rate in rates):
         mine = [rate for rate in rates if rate.test == test]
         worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate, default=None)
-        label = f"[bold]{test}[/bold] *" if mine[0].recommended else test
+        label = f"[bold]{test_said(test)}[/bold] *" if mine[0].recommended else test_said(test)
         table.add_row(label, _false(worst), ", ".join(_figure(rate) for rate in mine if rate.truth))
     return table
 
@@ -156,7 +157,8 @@ def _verdict(rates: Sequence[Rate]) -> str:
     said = (
         "Every recommended test (*) keeps its 5 % where there is nothing to find, within Monte Carlo error."
         if not wrong
-        else "Too often wrong: " + "; ".join(f"{rate.test} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
+        else "Too often wrong: "
+        + "; ".join(f"{test_said(rate.test)} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
     )
     return f"\n{said}\nRates at a level of 0.05 with Monte Carlo standard errors; ! is above 0.05 beyond them."
 
@@ -187,9 +189,9 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
         table.add_column("test", max_width=40)
         for rate in mine[0].measured:
             table.add_column(f"n={rate.trials}", justify="right")
-        table.add_column(f"trials per p for {target:g}", justify="right")
+        table.add_column(f"trials per flip rate for {target:g}", justify="right")
         for one in mine:
-            label = f"[bold]{one.test}[/bold] *" if one.recommended else one.test
+            label = f"[bold]{test_said(one.test)}[/bold] *" if one.recommended else test_said(one.test)
             table.add_row(label, *(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one))
         console.print(table)
     if not found:
@@ -198,7 +200,7 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
         console.print("\n* recommended. The others reject more often than they may, or are there to be compared.")
         console.print(
             "In brackets: the 95 % interval that the number of simulated studies leaves; --studies makes it narrower.\n"
-            "Assumed: trials of one p share no luck with those of another, as of a model that is sampled."
+            "Assumed: trials of one flip rate share no luck with those of another, as of a model that is sampled."
         )
 
 

@@ -34,10 +34,10 @@ WIDTH = 100
 def fit(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
     agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
-    p: Annotated[str | None, typer.Option(help="Only these flip probabilities, for example 0,0.4.")] = None,
+    p: Annotated[str | None, typer.Option(help="Only these flip rates, for example 0,0.4.")] = None,
     models: Annotated[str | None, typer.Option(help=f"Only these, with commas between: {', '.join(RIVALS)}.")] = None,
     folds: Annotated[int, typer.Option(help="Parts of the trials that are left out in turn.")] = 10,
-    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip probability on its own.")] = False,
+    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate on its own.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
     out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise.")] = None,
 ) -> None:
@@ -118,7 +118,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
 
 
 def _print_agent(console: Console, one: AgentFit) -> None:
-    counted = f"{one.trials} trials, {one.choices} choices, p = {', '.join(f'{p:g}' for p in one.p)}"
+    counted = f"{one.trials} trials, {one.choices} choices, flip rate {', '.join(f'{p:g}' for p in one.p)}"
     said = [
         f"{one.left_out} left out that ended as an error or without a step" if one.left_out else "",
         f"{one.passed_over} more not needed" if one.passed_over else "",

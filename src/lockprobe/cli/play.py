@@ -37,7 +37,7 @@ _SEEDS = 10_000
 
 def play(
     box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
-    p: Annotated[float, typer.Option(help="Flip probability: how often reports are false.")] = 0.0,
+    p: Annotated[float, typer.Option(help="Flip rate: how often reports are false.")] = 0.0,
     flip: Annotated[FlipKind, typer.Option(help="What becomes of a false report.")] = "transient",
     seed: Annotated[int | None, typer.Option(help="Seed of everything; drawn where it is left out.")] = None,
     max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,

@@ -48,7 +48,7 @@ def told(step: Step) -> str:
 
 def _conditions(study: Study) -> str:
     """How the box is shown, and how often reports are false, as far as the study varies it."""
-    p = f"p = {', '.join(f'{p:g}' for p in study.p)}"
+    p = f"flip rate {', '.join(f'{p:g}' for p in study.p)}"
     if not study.has_pictures:
         return p
     shown = f"shown as {', '.join(study.modalities)}"
@@ -128,7 +128,7 @@ class Plain:
             time_needed = f"about {minutes(trials)} minutes on two cores" if trials else "some seconds"
             if "network" in engines:
                 time_needed += " and what the provider needs"
-            self.say(f"It takes {time_needed}; --full plays the paper's 7 p x 3 repetitions x 10 trials.")
+            self.say(f"It takes {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")
         if self._report:
             self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")

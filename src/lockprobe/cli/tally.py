@@ -67,7 +67,7 @@ class Tally:
             self._count(trial)
 
     def _count(self, trial: Trial) -> None:
-        condition = trial.modality if self._shows and not trial.p else f"p={trial.p:g}"
+        condition = trial.modality if self._shows and not trial.p else f"flip rate {trial.p:g}"
         self.ended[condition] += trial.ending != "error"
         self.solved[condition] += trial.solved
 

@@ -42,7 +42,7 @@ COLUMN: Mapping[str, Column] = {
     "agent": Column("Who played, as Lockprobe names agents: participant:ID for people, strategies and models by spec."),
     "box": Column("Name of the lockbox."),
     "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
-    "p": Column("Flip probability: how often, independently in every step, the report said the opposite.", "", 0, 1),
+    "p": Column("Flip rate: how often, independently in every step, the report said the opposite.", "", 0, 1),
     "repetition": _count("Repetition of the study, from 1."),
     "trial": _count(
         "Trial within repetition and condition, from 1. Trials of one repetition and number share their luck."

@@ -9,21 +9,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from lockprobe.figures.frame import ACCENT, FAINT, INK, SMALL, Dash
+from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.interlock import draw_interlock, extent, settable, short_name, symbols
+from lockprobe.figures.looks import ACCENT, Dash
 from lockprobe.lockbox.box import Lockbox
 
 __all__ = ["box_figure", "draw_panel"]
 
 Point = tuple[float, float]
 
-_NAME = (0.62, 0.66)
+_NAME = (0.8, 0.84)
 """Room for a joint with its name, in inches."""
 
-_WIDTHS, _HEIGHTS, _EDGE = (2.5, 5.4), (1.1, 3.4), 0.36
+_WIDTHS, _HEIGHTS, _EDGE = (3.2, 6.9), (1.4, 4.3), 0.46
 """Least and greatest size of the panel in inches; how far joints stay from its edge."""
 
-_HEAD, _FOOT, _GAP = 0.26, 0.3, 0.25
+_HEAD, _FOOT, _GAP = 0.33, 0.38, 0.32
 """Height of the headings and of the legend; between panel and interlock."""
 
 _CLOSE = 0.08
@@ -35,7 +36,7 @@ _GHOST: Dash = (0, (2, 1.5))
 def box_figure(box: Lockbox) -> Figure:
     """The picture of a box: panel on the left, interlock on the right."""
     panel, interlock = _panel_size(box), extent(box)
-    high, wide = max(panel[1], interlock[1]), max(interlock[0], 2.7)
+    high, wide = max(panel[1], interlock[1]), max(interlock[0], 3.4)
     figure = Figure(figsize=(panel[0] + _GAP + wide + 0.1, high + _HEAD + _FOOT))
     width, height = figure.get_size_inches()
     for draw, left, breadth in ((draw_panel, 0.05, panel[0]), (draw_interlock, panel[0] + _GAP, wide)):
@@ -74,12 +75,12 @@ def draw_panel(axes: Axes, box: Lockbox) -> None:
         )
     )
     for joint, open_, (x, y) in zip(box.joints, box.initial, _spots(box), strict=True):
-        at = (_EDGE + x * (wide - 2 * _EDGE), bottom + _EDGE + 0.14 + y * (high - 2 * _EDGE - 0.14))
+        at = (_EDGE + x * (wide - 2 * _EDGE), bottom + _EDGE + 0.18 + y * (high - 2 * _EDGE - 0.18))
         target = joint.name == box.target
         (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=ACCENT if target else INK)
         axes.text(
             at[0],
-            at[1] - 0.19,
+            at[1] - 0.24,
             short_name(joint.name),
             ha="center",
             va="top",
@@ -105,12 +106,12 @@ def _panel_size(box: Lockbox) -> tuple[float, float]:
     beside = min((x for x, y in pairs if y < 0.3), default=1.0)
     above = min((y for x, y in pairs if x < 0.2 and y > 0.05), default=10.0)
     width = min(_WIDTHS[1], max(_WIDTHS[0], _NAME[0] / max(beside, 0.01) + 2 * _EDGE))
-    return width, min(_HEIGHTS[1], max(_HEIGHTS[0], _NAME[1] / above + 2 * _EDGE + 0.14))
+    return width, min(_HEIGHTS[1], max(_HEIGHTS[0], _NAME[1] / above + 2 * _EDGE + 0.18))
 
 
 def _slider(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
     """A block in a slot: closed on the left, open on the right."""
-    long, thick = 0.44, 0.13
+    long, thick = 0.56, 0.17
     _rounded(axes, (at[0] - long / 2, at[1] - thick / 2), (long, thick), face="white", edge=FAINT, dash="-")
     for position in (not open_, open_):
         here = position == open_
@@ -128,14 +129,14 @@ def _rounded(axes: Axes, corner: Point, size: Point, *, face: str, edge: str, da
 
 def _knob(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
     """A lever on a disc: closed upwards, open to the right."""
-    axes.add_patch(Circle(at, 0.13, facecolor="white", edgecolor=FAINT, linewidth=0.8))
+    axes.add_patch(Circle(at, 0.17, facecolor="white", edgecolor=FAINT, linewidth=0.8))
     for position in (not open_, open_):
         angle, here = 0.0 if position else pi / 2, position == open_
         axes.plot(
-            [at[0], at[0] + 0.21 * cos(angle)],
-            [at[1], at[1] + 0.21 * sin(angle)],
+            [at[0], at[0] + 0.27 * cos(angle)],
+            [at[1], at[1] + 0.27 * sin(angle)],
             color=colour,
-            linewidth=4.5 if here else 0.9,
+            linewidth=5.8 if here else 0.9,
             linestyle="-" if here else _GHOST,
             solid_capstyle="round",
         )

@@ -20,9 +20,11 @@ from lockprobe.figures.corrected import (
     draw_success_by_p_corrected,
     draw_success_curves_by_p,
     draw_success_curves_corrected,
+    relative_rows,
 )
 from lockprobe.figures.courses import draw_course
-from lockprobe.figures.differences import draw_changes, draw_differences, shown
+from lockprobe.figures.differences import change_rows, difference_rows, draw_changes, draw_differences, shown
+from lockprobe.figures.forest import height
 from lockprobe.figures.frame import FAINT, SMALL
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
@@ -39,10 +41,10 @@ __all__ = ["drawings", "panels", "pictures", "render", "single"]
 _COLUMN = 3.5
 """Width of a panel in inches."""
 
-_HEIGHT = 2.4
+_HEIGHT = 2.9
 """Height of a panel in inches."""
 
-_CHARACTER, _LINE = 0.06, 0.13
+_CHARACTER, _LINE = 0.077, 0.165
 """Width of a character of the small text and height of a line, in inches, generously."""
 
 _DPI = 200
@@ -61,46 +63,47 @@ Shown = TypeVar("Shown")
 def pictures(result: StudySummary) -> dict[str, Figure]:
     """Every picture of a study by its file name: the paper's figures, each followed by its corrected companion.
 
-    What runs over p is left out of a study that compares modalities at a single p.
+    What runs over p is left out of a study with a single p.
     """
     return {name: draw() for name, draw in drawings(result).items()}
 
 
 def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     """The same before they are drawn."""
-    subjects, rows = result.subjects, len(result.agents)
+    subjects = result.subjects
     by_p = partial(draw_success_by_p_corrected, reference=result.reference)
+    areas = relative_rows(result)
     relative = [draw_relative_success] if any(condition.relative for condition in result.conditions) else []
     judged = [agent for agent in subjects if any(condition.rationality for condition in agent.conditions)]
     pairs = shown(result)
-    moved = sum(one.interaction is not None for one in pairs)
-    below = [draw_changes] if moved else []
+    sides = [(draw_differences, height(difference_rows(result)))]
+    sides += [(draw_changes, height(moved))] if (moved := change_rows(result)) else []
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
     steps = [draw_relative_steps] if compared(result) else []
     drawn: dict[str, Callable[[], Figure]] = {
         "people": lambda: single(draw_people, result, *steps),
         "side-by-side": lambda: single(
-            draw_differences, result, *below, heights=(0.9 + 0.3 * len(pairs), 0.9 + 0.3 * moved)[: 1 + len(below)]
+            draw_differences, result, *(draw for draw, _ in sides[1:]), heights=[inches for _, inches in sides]
         ),
         "fig3": lambda: single(draw_success_curves, result),
         "fig3-corrected": lambda: single(
-            draw_success_curves_corrected, result, *relative, heights=(_HEIGHT, 0.6 + 0.3 * rows)[: 1 + len(relative)]
+            draw_success_curves_corrected, result, *relative, heights=[_HEIGHT, *[height(areas)] * len(relative)]
         ),
         "fig3-by-p": lambda: panels(draw_success_curves_by_p, subjects),
         "fig4": lambda: single(draw_success_by_p, result),
         "fig4-corrected": lambda: panels(by_p, subjects),
-        "courses": lambda: panels(draw_course, result.agents, heights=(1.5,)),
-        "rationality": lambda: panels(draw_optimal_actions, judged, draw_steps_lost, heights=(_HEIGHT, 1.7)),
+        "courses": lambda: panels(draw_course, result.agents, heights=(2.1,)),
+        "rationality": lambda: panels(draw_optimal_actions, judged, draw_steps_lost, heights=(_HEIGHT, 2.1)),
         "fig5a": lambda: panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
-        "fig5a-corrected": lambda: panels(draw_loop_harm, subjects, heights=(1.7,)),
+        "fig5a-corrected": lambda: panels(draw_loop_harm, subjects, heights=(2.5,)),
         "fig5b": lambda: panels(draw_loops_by_p, subjects),
         "fig5b-corrected": lambda: panels(draw_loops_beside_chance, subjects, *onset),
     }
-    left_out = {"courses"} if rows < 2 else set()
+    left_out = {"courses"} if len(result.agents) < 2 else set()
     left_out |= set() if judged else {"rationality"}
     left_out |= set() if pairs else {"side-by-side"}
     left_out |= set() if result.people else {"people"}
-    if result.modalities and len({condition.p for condition in result.conditions}) == 1:
+    if len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
     return {name: draw for name, draw in drawn.items() if name not in left_out}
 

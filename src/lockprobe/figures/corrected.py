@@ -12,8 +12,6 @@ from lockprobe.figures.frame import (
     EXACT,
     FAINT,
     INK,
-    SUBJECTS,
-    Style,
     agent_label,
     blank,
     counts,
@@ -25,9 +23,9 @@ from lockprobe.figures.frame import (
     percent,
     share_axis,
     step_axis,
-    styles,
     title,
 )
+from lockprobe.figures.looks import SUBJECTS, Style, styles
 from lockprobe.figures.marks import band, bars, staircase
 
 __all__ = [
@@ -35,9 +33,10 @@ __all__ = [
     "draw_success_by_p_corrected",
     "draw_success_curves_by_p",
     "draw_success_curves_corrected",
+    "relative_rows",
 ]
 
-_NAMED = 12
+_NAMED = 11
 """Curves whose names fit beside each other at the right edge."""
 
 
@@ -55,7 +54,7 @@ def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
         return blank(axes, "no trial has ended")
     alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
     for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f", p = {condition.p:g}, n = {condition.curve.n}"
+        told = "" if alike else f", $p$ = {condition.p:g}, n = {condition.curve.n}"
         staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
         if style.lead:
             band(axes, condition.curve.low, condition.curve.high, style)
@@ -66,7 +65,7 @@ def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
     _, _, first = shown[0]
     return title(
         axes,
-        f"p = {first.p:g}; {counts([first])} of each agent" if alike else "",
+        f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else "",
         "1 \N{MINUS SIGN} Kaplan-Meier; shade: pointwise 95 % band",
     )
 
@@ -86,8 +85,8 @@ def _exact_curves(axes: Axes, reference: Reference, budget: int) -> None:
         )
 
 
-def draw_relative_success(axes: Axes, result: StudySummary) -> None:
-    """How far every agent's curve at its lowest p lies from chance (0) to the shortest plan (1), by area."""
+def relative_rows(result: StudySummary) -> list[Row]:
+    """Every agent's area at its lowest p."""
     rows = []
     for agent, style in styles(result):
         condition = next((condition for condition in agent.conditions if condition.curve.n), None)
@@ -105,12 +104,17 @@ def draw_relative_success(axes: Axes, result: StudySummary) -> None:
                 face=style.face,
             )
         )
+    return rows
+
+
+def draw_relative_success(axes: Axes, result: StudySummary) -> None:
+    """How far every agent's curve at its lowest p lies from chance (0) to the shortest plan (1), by area."""
+    rows = relative_rows(result)
     ends = [end for row in rows if row.low is not None and row.high is not None for end in (row.low, row.high)]
     if not ends:
         return blank(axes, "no area between chance and the shortest plan")
-    forest(axes, rows, (min([*ends, 0.0]) - 0.05, max([*ends, 1.0]) + 0.05), left=-0.19)
-    axes.axvline(0, color=FAINT, linewidth=0.9, linestyle=EXACT["random"], zorder=1)
-    axes.axvline(1, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1)
+    levels = ((0.0, FAINT, EXACT["random"]), (1.0, INK, (0, (8, 3))))
+    forest(axes, rows, (min([*ends, 0.0]) - 0.05, max([*ends, 1.0]) + 0.05), left=-0.2, levels=levels)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])
     return title(axes, "area under the curve; bars: 95 % intervals")
 
@@ -118,7 +122,7 @@ def draw_relative_success(axes: Axes, result: StudySummary) -> None:
 def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
     """Cumulative success by step of one agent, one line per p; bands for the two p of its contrast.
 
-    Of more than twelve p only those two, the lowest and the highest are named; colours run from the lowest up.
+    Of more than eleven p only those two, the lowest and the highest are named; colours run from the lowest up.
     """
     counted = [condition for condition in agent.conditions if condition.curve.n]
     if not counted:
@@ -136,9 +140,9 @@ def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
         if condition in banded:
             band(axes, condition.curve.low, condition.curve.high, style)
         if condition in named:
-            labels.append((condition.curve.share[-1], "every p" if agent.blind else f"p = {condition.p:g}", colour))
+            labels.append((condition.curve.share[-1], "all $p$" if agent.blind else f"$p$ = {condition.p:g}", colour))
     step_axis(axes, len(counted[0].curve.share) - 1, "solved by this step")
-    title(axes, heading(agent), f"{counts(counted)} per p; shade: pointwise 95 % band")
+    title(axes, heading(agent), f"{counts(counted)} per flip rate; shade: pointwise 95 % band")
     return label_right(axes, labels)
 
 
@@ -179,7 +183,7 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
     return title(
         axes,
         heading(agent),
-        f"{counts(counted)} per p" + (f"; model of order {found.order} (AICc)" if curve else ""),
+        f"{counts(counted)} per flip rate" + (f"; model of order {found.order} (AICc)" if curve else ""),
         f"rises and falls? two-lines test: {p_value(agent.inference.lines.p_value)}" if several else "",
     )
 
@@ -197,7 +201,7 @@ def _peak(axes: Axes, agent: AgentSummary) -> None:
             markersize=4.5,
             color=INK,
             zorder=3,
-            label="may be the best p (95 % set)",
+            label="may be the best flip rate (95 % set)",
         )
     if found.best is not None and found.honest is not None:
         low, high = axes.get_xlim()

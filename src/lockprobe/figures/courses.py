@@ -5,7 +5,8 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.frame import ACCENT, SUBJECTS, Style, agent_label, counts, p_axis, share_axis, title
+from lockprobe.figures.frame import agent_label, counts, p_axis, share_axis, title
+from lockprobe.figures.looks import ACCENT, SUBJECTS, Style
 from lockprobe.figures.marks import bars, means
 
 __all__ = ["draw_course"]
@@ -27,5 +28,5 @@ def draw_course(axes: Axes, agent: AgentSummary) -> None:
         means(axes, x, shares, style, line=True)
         bars(axes, x, shares, style, label=label)
     found = agent.inference.course
-    kind = "the same at every p" if agent.blind else found.kind if found else ""
-    title(axes, agent_label(agent, 34), f"{kind}; {counts(played)} per p")
+    kind = "the same at every flip rate" if agent.blind else found.kind if found else ""
+    title(axes, agent_label(agent), f"{kind}; {counts(played)} per flip rate")

@@ -11,9 +11,10 @@ from lockprobe.analysis.rivals.comparison import Comparison
 from lockprobe.analysis.rivals.exchange import BlockMean
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.figures.forest import Row, forest
-from lockprobe.figures.frame import FAINT, SUBJECTS, agent_label, minus, title
+from lockprobe.figures.frame import FAINT, SMALL, agent_label, minus, title
+from lockprobe.figures.looks import SUBJECTS
 
-__all__ = ["SHOWN", "draw_changes", "draw_differences", "shown"]
+__all__ = ["SHOWN", "change_rows", "difference_rows", "draw_changes", "draw_differences", "shown"]
 
 SHOWN = 15
 """Pairs that one picture has room for."""
@@ -25,50 +26,59 @@ def shown(result: StudySummary) -> Sequence[Comparison]:
     return (between or result.comparisons)[:SHOWN]
 
 
-def draw_differences(axes: Axes, result: StudySummary) -> None:
+def difference_rows(result: StudySummary) -> list[Row]:
     """Differences in success over all p, a row for each pair."""
-    _draw(axes, result, [(one, one.success, one.verdict != 0, "") for one in shown(result)])
-    left = len([one for one in result.comparisons if one.among == shown(result)[0].among]) - len(shown(result))
-    title(axes, "share solved over all p", f"the first {SHOWN} pairs, {left} more in the tables" if left else "")
+    return [_row(result, one, one.success, shown=one.verdict != 0) for one in shown(result)]
 
 
-def draw_changes(axes: Axes, result: StudySummary) -> None:
-    """How much more the success of one changes with p than that of the other, at the p where the test sees it best."""
-    found = [
-        (
+def change_rows(result: StudySummary) -> list[Row]:
+    """How much more the success of one changes with p than that of the other, where the test sees it best."""
+    return [
+        _row(
+            result,
             one,
             moved.clearest.change,
-            moved.p_adjusted is not None and moved.p_adjusted < ALPHA,
-            f"to {moved.clearest.p:g}: ",
+            shown=moved.p_adjusted is not None and moved.p_adjusted < ALPHA,
+            where=f"to {moved.clearest.p:g}: ",
         )
         for one in shown(result)
         if (moved := one.interaction)
     ]
-    _draw(axes, result, found, width=15)
-    title(axes, "change from the lowest p to where it is clearest")
 
 
-def _draw(
-    axes: Axes, result: StudySummary, found: Sequence[tuple[Comparison, BlockMean, bool, str]], width: int = 20
-) -> None:
-    names = {(agent.agent, agent.modality): agent_label(agent, width) for agent in result.agents}
-    rows = [
-        Row(
-            name=f"{names[one.second]} \N{MINUS SIGN} {names[one.first]}",
-            said=where + _said(mean),
-            value=mean.value,
-            low=mean.low,
-            high=mean.high,
-            colour=SUBJECTS[0],
-            face=SUBJECTS[0] if told else "white",
-        )
-        for one, mean, told, where in found
-    ]
+def draw_differences(axes: Axes, result: StudySummary) -> None:
+    """Differences in success over all p."""
+    _draw(axes, difference_rows(result))
+    left = len([one for one in result.comparisons if one.among == shown(result)[0].among]) - len(shown(result))
+    title(
+        axes, "share solved over all flip rates", f"the first {SHOWN} pairs, {left} more in the tables" if left else ""
+    )
+
+
+def draw_changes(axes: Axes, result: StudySummary) -> None:
+    """How differently the success of two agents changes with p."""
+    _draw(axes, change_rows(result))
+    title(axes, "change from the lowest flip rate to where it is clearest")
+
+
+def _row(result: StudySummary, one: Comparison, mean: BlockMean, *, shown: bool, where: str = "") -> Row:
+    names = {(agent.agent, agent.modality): agent_label(agent) for agent in result.agents}
+    return Row(
+        name=f"{names[one.second]}\n\N{MINUS SIGN} {names[one.first]}",
+        said=where + _said(mean),
+        value=mean.value,
+        low=mean.low,
+        high=mean.high,
+        colour=SUBJECTS[0],
+        face=SUBJECTS[0] if shown else "white",
+    )
+
+
+def _draw(axes: Axes, rows: Sequence[Row]) -> None:
     ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
     reach = max([*(abs(end) for end in ends), 0.1]) * 1.06
-    forest(axes, rows, (-reach, reach))
-    axes.axvline(0, color=FAINT, linewidth=0.9, zorder=1)
-    axes.set_xlabel("difference, points", fontsize=8.0)
+    forest(axes, rows, (-reach, reach), levels=((0.0, FAINT, "-"),))
+    axes.set_xlabel("difference, points", fontsize=SMALL)
     ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]
     ticks = [tick for tick in ticks if abs(tick) <= reach]
     axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0") for tick in ticks])

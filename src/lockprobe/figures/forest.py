@@ -8,8 +8,15 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
+from lockprobe.figures.looks import Dash, Marker
 
-__all__ = ["Row", "forest"]
+__all__ = ["Row", "forest", "height"]
+
+_BAR, _LINE = 0.17, 0.165
+"""Height of a bar and of a line of text, in inches."""
+
+_WIDTH = 42
+"""Characters that fit above a bar."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,11 +40,33 @@ class Row:
     low: float | None
     high: float | None
     colour: str
-    marker: str = "o"
+    marker: Marker = "o"
     face: str
 
 
-def forest(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], *, left: float = 0.0) -> None:
+def height(rows: Sequence[Row]) -> float:
+    """How high axes with these rows have to be, in inches, with a title and a named axis."""
+    return 0.85 + len(rows) * _row(rows)
+
+
+def _row(rows: Sequence[Row]) -> float:
+    return _BAR + _LINE * max((_lines(row) for row in rows), default=1)
+
+
+def _lines(row: Row) -> int:
+    """Lines above a bar: the name's, and one more where its last has no room for the numbers."""
+    *above, last = row.name.split("\n")
+    return len(above) + (1 if len(last) + len(row.said.replace("$", "")) <= _WIDTH else 2)
+
+
+def forest(
+    axes: Axes,
+    rows: Sequence[Row],
+    limits: tuple[float, float],
+    *,
+    left: float = 0.0,
+    levels: Sequence[tuple[float, str, Dash]] = (),
+) -> None:
     """Draw the rows, the first on top. An estimate outside the limits is an arrow at the edge.
 
     Args:
@@ -45,8 +74,13 @@ def forest(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], *, left
         rows: What.
         limits: Of the horizontal axis.
         left: Where names begin, in widths of the axes; below 0 they begin left of them.
+        levels: Values to compare with, each with colour and dash: upright lines that stop where text stands.
     """
+    inches = _row(rows)
     for i, row in enumerate(rows):
+        for value, colour, dash in levels:
+            ends = [i - 0.7 * _BAR / inches, i + 0.5 * _BAR / inches]
+            axes.plot([value, value], ends, color=colour, linestyle=dash, linewidth=0.9, zorder=1)
         if row.low is not None and row.high is not None:
             axes.plot([row.low, row.high], [i, i], color=row.colour, linewidth=1.3, zorder=3, solid_capstyle="butt")
         if row.value is not None:
@@ -63,22 +97,26 @@ def forest(axes: Axes, rows: Sequence[Row], limits: tuple[float, float], *, left
                 zorder=4,
                 clip_on=inside,
             )
-        places = ((left, row.name, "left", INK), (1.0, row.said, "right", FAINT if row.face == "white" else INK))
-        for x, text, side, colour in places:
+        numbers = FAINT if row.face == "white" else INK
+        name = _LINE * (_lines(row) - row.name.count("\n") - 1)
+        for x, text, side, colour, above in (
+            (left, row.name, "left", INK, name),
+            (1.0, row.said, "right", numbers, 0.0),
+        ):
             axes.text(
                 x,
-                i - 0.18,
+                i - (0.75 * _BAR + above) / inches,
                 text,
                 transform=axes.get_yaxis_transform(),
                 ha=side,
                 va="bottom",
                 fontsize=SMALL,
                 color=colour,
-                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+                linespacing=1.1,
                 zorder=2,
             )
     axes.set_xlim(*limits)
-    axes.set_ylim(len(rows) - 0.6, -0.7)
+    axes.set_ylim(len(rows) - 1 + 0.6 * _BAR / inches, 0.25 * _BAR / inches - 1)
     axes.set_yticks([])
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.spines["bottom"].set(color="#888888", linewidth=0.7)

@@ -1,17 +1,15 @@
-"""What the figures share: colours, markers, axes, and names that are safe to set.
+"""What the figures share: axes, titles, labels at the edge, and names that are safe to set.
 
-Sizes are those of print: a panel is one column (3.5 inches) wide and no text is smaller than 7 points. What belongs
-together looks alike in every figure, in grey as well. Agents that the study is about are coloured (by Okabe and Ito,
-whom people with any common colour vision can tell apart), thick, with filled markers; references that were played are
-grey and thin with hollow ones; what is computed without a trial is grey, dotted or dashed, without any.
+Sizes are those of print: a panel is one column (3.5 inches) wide and no text is smaller than 9 points. What belongs
+together looks alike in every figure, in grey as well; what is computed without a trial is grey, dotted or dashed,
+without any marker.
 """
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from statistics import fmean
 
 import matplotlib as mpl
@@ -20,18 +18,15 @@ from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
 from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.figures.looks import Dash
 
 __all__ = [
-    "ACCENT",
     "BEYOND",
     "EXACT",
     "FAINT",
     "INK",
     "SMALL",
-    "SUBJECTS",
-    "Dash",
-    "Style",
     "agent_label",
     "blank",
     "counts",
@@ -42,89 +37,32 @@ __all__ = [
     "p_value",
     "percent",
     "share_axis",
-    "shifts",
+    "shortened",
     "step_axis",
-    "styles",
     "title",
 ]
-
-Dash = str | tuple[int, tuple[float, ...]]
-
-SUBJECTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-ACCENT = SUBJECTS[1]
-"""The colour of loops, where one agent is shown by itself."""
 
 INK, FAINT = "#222222", "#666666"
 EXACT: dict[str, Dash] = {"random": ":", "no-repeat": "--"}
 """How the two blind agents are drawn, in FAINT, wherever they are computed rather than played."""
 
-SMALL = 7.0
-"""Size of all text but names of axes, in points."""
+SMALL = 9.0
+"""Size of all text, in points."""
 
 BEYOND = 0.5
 """How far a curve runs on after the last step."""
 
-_TEXT = 8.0
-_GREYS = ("#3d3d3d", "#7a7a7a", "#a3a3a3", "#5c5c5c")
-_MARKERS = "osD^"
-_HOLLOW = "vP<>"
-_DASHES: tuple[Dash, ...] = ("-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)))
-_GAP = 0.08
+_GAP = 0.085
 """Least distance between labels at the right edge, in axes heights."""
 
-_ROOM = 29.5
+_BESIDE = 0.02
+"""Up to so far from the end of its line, in axes heights, a name needs no line that leads to it."""
+
+_ROOM = 22.5
 """Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
 
-_LINE = 54
+_LINE = 41
 """Characters in a line above a panel."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Style:
-    """How one agent looks; ``lead`` if the study is about it."""
-
-    colour: str
-    marker: str
-    dash: Dash
-    lead: bool
-
-    @property
-    def face(self) -> str:
-        """The inside of its markers."""
-        return self.colour if self.lead else "white"
-
-
-def styles(result: StudySummary) -> list[tuple[AgentSummary, Style]]:
-    """Every agent with its looks: those that the study is about first, then the references."""
-    subjects, references = result.subjects, [agent for agent in result.agents if agent not in result.subjects]
-    return [
-        *(
-            (
-                agent,
-                Style(
-                    colour=SUBJECTS[i % len(SUBJECTS)],
-                    marker=_MARKERS[i % len(_MARKERS)],
-                    dash=_DASHES[i % len(_DASHES)],
-                    lead=True,
-                ),
-            )
-            for i, agent in enumerate(subjects)
-        ),
-        *(
-            (agent, Style(colour=_GREYS[i % len(_GREYS)], marker=_HOLLOW[i % len(_HOLLOW)], dash="-", lead=False))
-            for i, agent in enumerate(references)
-        ),
-    ]
-
-
-def shifts(result: StudySummary) -> dict[tuple[str, str], float]:
-    """Sideways shifts in p that keep the marks of several agents apart; the first subject is not shifted."""
-    values = sorted({condition.p for condition in result.conditions})
-    gap = min((b - a for a, b in pairwise(values)), default=0.1)
-    return {
-        (agent.agent, agent.modality): 0.11 * min(gap, 0.15) * ((i + 1) // 2) * (1 if i % 2 else -1)
-        for i, (agent, _) in enumerate(styles(result))
-    }
 
 
 def counts(conditions: Sequence[ConditionSummary]) -> str:
@@ -144,40 +82,62 @@ def minus(text: str) -> str:
 
 
 def p_value(value: float | None) -> str:
-    """A p-value, in a way that cannot be taken for a flip probability."""
-    return "no p-value" if value is None else "p-value < 0.001" if value < 0.001 else f"p-value {value:.2g}"
+    """A P value, in a way that cannot be taken for a flip rate."""
+    return "no p-value" if value is None else "$P$ < 0.001" if value < 0.001 else f"$P$ = {value:.2g}"
 
 
-def agent_label(agent: AgentSummary, longest: int = 30) -> str:
-    """The agent's name, safe to set: shortened in the middle, in glyphs that exist, and never read as a formula."""
+def agent_label(agent: AgentSummary, longest: int = 36) -> str:
+    """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     font = get_font(findfont(mpl.font_manager.FontProperties()))
     name = "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in agent.agent)
-    if len(name) > longest:
-        name = f"{name[: longest // 2 - 1]}…{name[-longest // 2 :]}"
     extra = f" ({agent.shown})" if agent.shown else ""
+    name = shortened(name, longest - len(extra))
     hidden = " " if name.startswith("_") else ""  # a legend leaves out what begins with an underscore
     return (hidden + name + extra).replace("$", r"\$")
 
 
+def shortened(name: str, longest: int) -> str:
+    """A spec in so many characters: without provider and folders first, then without its end.
+
+    >>> shortened("llm:together/meta-llama/Llama-3.3-70B-Instruct-Turbo", 30)
+    '…Llama-3.3-70B-Instruct-Turbo'
+    """
+    if len(name) <= longest:
+        return name
+    head, mark, options = name.partition("?")
+    *_, last = re.split(r"(?<=[:/])", head)
+    if last != head and len(last) < longest:
+        return f"…{shortened(last + mark + options, longest - 1)}"
+    ends = [found.start() for found in re.finditer(r"[^\w.]", name[:longest]) if found.start() > longest // 3]
+    return f"{name[: ends[-1] if ends else longest - 1]}…"
+
+
 def heading(agent: AgentSummary) -> str:
-    """Its name, and whether it acted the same at every p."""
-    return agent_label(agent) + (", the same at every p" if agent.blind else "")
+    """Its name, and whether it acted the same at every flip rate."""
+    return agent_label(agent) + (", the same at every flip rate" if agent.blind else "")
 
 
 def share_axis(axes: Axes, label: str) -> None:
     """The vertical axis of every figure: a share, from 0 to 100 %."""
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
-    axes.set_ylabel(label, fontsize=_TEXT, color=INK)
+    axes.set_ylabel(label, fontsize=SMALL, color=INK)
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.6, zorder=0)
     _plain(axes)
 
 
 def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.0) -> None:
-    """The horizontal axis of Figs. 4 and 5b: flip probability, a tick at every value played, named where it fits."""
+    """The horizontal axis of Figs. 4 and 5b: flip rate, a tick at every value played, named where it fits.
+
+    With a single one there is no axis, and its name says which.
+    """
     values = sorted({condition.p for condition in conditions}) or [0.0]
     margin = (0.06 * (values[-1] - values[0]) or 0.1) + shift
     axes.set_xlim(values[0] - margin, values[-1] + margin)
+    if len(values) == 1:
+        axes.set_xticks([])
+        axes.set_xlabel(f"flip rate $p$ = {values[0]:g}", fontsize=SMALL, color=INK)
+        return
     names, free = [], values[0]
     for value in values:
         name = f"{value:g}"
@@ -185,14 +145,14 @@ def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.
         names.append(name if value - width / 2 >= free or value == values[0] else "")
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
-    axes.set_xlabel("probability p that a report is inverted", fontsize=_TEXT, color=INK)
+    axes.set_xlabel("flip rate $p$", fontsize=SMALL, color=INK)
 
 
 def step_axis(axes: Axes, budget: int, label: str) -> None:
     """The axes of Fig. 3: interactions up to the budget, and a share."""
     share_axis(axes, label)
     axes.set_xlim(0, budget + BEYOND)
-    axes.set_xlabel("number of interactions", fontsize=_TEXT, color=INK)
+    axes.set_xlabel("number of interactions", fontsize=SMALL, color=INK)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
 
 
@@ -205,7 +165,8 @@ def blank(axes: Axes, why: str) -> None:
 
 def title(axes: Axes, *lines: str) -> None:
     """What the axes show, of how many trials, and what bars and bands are."""
-    wrapped = [part for line in lines if line for part in textwrap.wrap(line, _LINE)]
+    together = [re.sub(r" (?=%)|(?<=\$P\$) (?=[=<])|(?<=[=<]) ", "\N{NO-BREAK SPACE}", line) for line in lines if line]
+    wrapped = [part for line in together for part in textwrap.wrap(line, _LINE)]
     axes.set_title("\n".join(wrapped), loc="left", fontsize=SMALL, color=INK)
 
 
@@ -223,9 +184,12 @@ def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float
     bases = [min(max(edge, fmean(block)), 1.0 - edge - gap * (len(labels) - 1)) for block in blocks for _ in block]
     for i, ((end, place), base) in enumerate(zip(ordered, bases, strict=True)):
         height, (_, text, colour) = base + i * gap, labels[-place]
-        axes.plot([1.005, 1.03], [end, height], transform=axes.transAxes, color=colour, linewidth=0.7, clip_on=False)
+        if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
+            axes.plot(
+                [1.005, 1.04], [end, height], transform=axes.transAxes, color=colour, linewidth=0.7, clip_on=False
+            )
         axes.text(
-            1.037,
+            1.055,
             height,
             text,
             transform=axes.transAxes,

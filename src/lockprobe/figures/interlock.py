@@ -17,7 +17,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path
 
-from lockprobe.figures.frame import ACCENT, FAINT, INK, SMALL
+from lockprobe.figures.frame import FAINT, INK, SMALL
+from lockprobe.figures.looks import ACCENT
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.graph import Graph, Line, graph_of
 
@@ -25,19 +26,19 @@ __all__ = ["draw_interlock", "extent", "settable", "short_name", "symbols"]
 
 Point = tuple[float, float]
 
-_WIDE, _HIGH = 0.68, 0.34
+_WIDE, _HIGH = 0.87, 0.44
 """Width and height of a joint."""
 
-_BEFORE, _AFTER, _PLAIN = 0.4, 0.26, 0.36
+_BEFORE, _AFTER, _PLAIN = 0.51, 0.33, 0.46
 """From joint to dot, from dot to joint, and from joint to joint where no dot is between."""
 
-_MARGIN = 0.42
+_MARGIN = 0.54
 """From the middle of the outermost joint, or a line beside it, to the edge."""
 
-_RING, _FAN, _SLOT = 0.045, 0.13, 0.105
+_RING, _FAN, _SLOT = 0.058, 0.17, 0.135
 """Radius of a hollow end; where lines that meet in a dot come together before it, and their distance there."""
 
-_CORNER, _BOW = 0.2, 0.26
+_CORNER, _BOW = 0.26, 0.33
 """Where a line that left a joint upright is level; how far one goes aside that stays in its column."""
 
 _DASHED = (0, (3.5, 2.0))

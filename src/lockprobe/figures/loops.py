@@ -12,13 +12,10 @@ from lockprobe.analysis.inference.logrank import EventGroup
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.forest import Row, forest
 from lockprobe.figures.frame import (
-    ACCENT,
     EXACT,
     FAINT,
     INK,
     SMALL,
-    SUBJECTS,
-    Style,
     agent_label,
     blank,
     counts,
@@ -30,6 +27,7 @@ from lockprobe.figures.frame import (
     step_axis,
     title,
 )
+from lockprobe.figures.looks import ACCENT, SUBJECTS, Style
 from lockprobe.figures.marks import band, bars, staircase
 
 __all__ = ["draw_loop_harm", "draw_loop_onset", "draw_loops_beside_chance"]
@@ -63,8 +61,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     known += [effect.blind.odds_ratio for effect in (found.hazard, found.landmark) if effect.blind]
     widest = min(_WIDEST, 1.3 * max([3.0, *known, *(1 / value for value in known)]))
     axes.set_xscale("log")
-    forest(axes, rows, (1 / widest, widest))
-    axes.axvline(1, color=INK, linewidth=0.8, zorder=1)
+    forest(axes, rows, (1 / widest, widest), levels=((1.0, INK, "-"),))
     for i, effect in enumerate((found.hazard, found.landmark)):
         if effect.blind:
             axes.plot([effect.blind.odds_ratio], [i], marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
@@ -73,7 +70,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(which="minor", length=0)
-    axes.set_xlabel("odds of solving after a loop over before (below 1: rarer after)", fontsize=SMALL, color=INK)
+    axes.set_xlabel("odds of solving after a loop over before\n(below 1: rarer after)", fontsize=SMALL, color=INK)
     n = sum(condition.success.n for condition in (agent.conditions[:1] if agent.blind else agent.conditions))
     blind = "|: a blind agent with the same habits" if found.hazard.blind else ""
     return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals", blind)
@@ -131,7 +128,7 @@ def draw_loops_beside_chance(axes: Axes, agent: AgentSummary) -> None:
     return title(
         axes,
         heading(agent),
-        f"{counts(counted)} per p; bars: 95 % Wilson intervals",
+        f"{counts(counted)} per flip rate; bars: 95 % Wilson intervals",
         "chance: grey; \N{MULTIPLICATION SIGN}: same transitions; +: shuffled",
     )
 
@@ -158,7 +155,7 @@ def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
     """When the first loop is complete: the lowest p against all higher ones, one minus Kaplan-Meier."""
     found = agent.inference.onset.primary
     if found is None:
-        why = "the same at every p" if agent.blind else "fewer than two p with trials"
+        why = "the same at every flip rate" if agent.blind else "fewer than two flip rates with trials"
         return blank(axes, f"{agent_label(agent)}: no loop onsets to compare ({why})")
     groups = (
         (found.lowest, Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)),
@@ -180,4 +177,4 @@ def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
 
 def _group(group: EventGroup) -> str:
     p = f"{group.p[0]:g}" if len(group.p) == 1 else f"{group.p[0]:g} to {group.p[-1]:g}"
-    return f"p = {p}\nn = {group.n}"
+    return f"$p$ = {p}\nn = {group.n}"

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.frame import BEYOND, INK, Style
+from lockprobe.figures.frame import BEYOND, INK
+from lockprobe.figures.looks import Style
 
 __all__ = ["band", "bars", "dots", "key", "means", "published", "staircase"]
 
@@ -73,7 +74,9 @@ def bars(
         x,
         [share.value for share in shares],
         yerr=[[share.value - share.low for share in shares], [share.high - share.value for share in shares]],
-        fmt=style.marker,
+        fmt="",
+        marker=style.marker,
+        linestyle="none",
         color=style.colour,
         markersize=5.0,
         markeredgecolor="white",

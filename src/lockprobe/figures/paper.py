@@ -24,11 +24,8 @@ from lockprobe.analysis.published import (
 )
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.frame import (
-    ACCENT,
     INK,
     SMALL,
-    SUBJECTS,
-    Style,
     agent_label,
     blank,
     counts,
@@ -36,11 +33,10 @@ from lockprobe.figures.frame import (
     minus,
     p_axis,
     share_axis,
-    shifts,
     step_axis,
-    styles,
     title,
 )
+from lockprobe.figures.looks import ACCENT, SUBJECTS, Style, shifts, styles
 from lockprobe.figures.marks import dots, key, means, published, staircase
 
 __all__ = ["draw_loops_against_success", "draw_loops_by_p", "draw_success_by_p", "draw_success_curves"]
@@ -57,7 +53,7 @@ def draw_success_curves(axes: Axes, result: StudySummary) -> None:
         return blank(axes, "no trial has ended")
     alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
     for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f", p = {condition.p:g}, n = {condition.curve.n}"
+        told = "" if alike else f", $p$ = {condition.p:g}, n = {condition.curve.n}"
         staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
     budget = max(len(condition.curve.share) - 1 for _, _, condition in shown)
     _, _, first = shown[0]
@@ -65,7 +61,7 @@ def draw_success_curves(axes: Axes, result: StudySummary) -> None:
         steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
         published(axes, [(step, 0.8) for step in steps if step <= budget])
     step_axis(axes, budget, "success probability")
-    return title(axes, f"p = {first.p:g}; {counts([first])} of each agent" if alike else "")
+    return title(axes, f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else "")
 
 
 def draw_success_by_p(axes: Axes, result: StudySummary) -> None:
@@ -90,7 +86,9 @@ def draw_success_by_p(axes: Axes, result: StudySummary) -> None:
     published(axes, _over_p(result.conditions, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
     p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0))
-    return title(axes, f"{counts(result.conditions)} per p; dots: repetitions; markers: means", max(said, key=len))
+    return title(
+        axes, f"{counts(result.conditions)} per flip rate; dots: repetitions; markers: means", max(said, key=len)
+    )
 
 
 def draw_loops_against_success(axes: Axes, agent: AgentSummary) -> None:
@@ -134,7 +132,7 @@ def draw_loops_by_p(axes: Axes, agent: AgentSummary) -> None:
     published(axes, _over_p(agent.conditions, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
     share_axis(axes, "action loop probability")
     p_axis(axes, agent.conditions)
-    return title(axes, heading(agent), f"{counts(counted)} per p; dots: repetitions; markers: means", fitted)
+    return title(axes, heading(agent), f"{counts(counted)} per flip rate; dots: repetitions; markers: means", fitted)
 
 
 def _over_p(conditions: Sequence[ConditionSummary], first: Proportion, peak: Proportion) -> list[tuple[float, float]]:

@@ -16,7 +16,8 @@ from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.relative_steps import RelativeSteps
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.figures.frame import INK, SMALL, Style, agent_label, blank, p_axis, share_axis, shifts, styles, title
+from lockprobe.figures.frame import INK, SMALL, agent_label, blank, p_axis, share_axis, title
+from lockprobe.figures.looks import Style, shifts, styles
 from lockprobe.figures.marks import key
 from lockprobe.options import PEOPLE
 
@@ -55,7 +56,8 @@ def draw_people(axes: Axes, result: StudySummary) -> None:
             [p + shift for p, _ in found],
             [share.value for _, share in found],
             yerr=[[s.value - s.low for _, s in found], [s.high - s.value for _, s in found]] if style.lead else None,
-            fmt=style.marker,
+            fmt="",
+            marker=style.marker,
             color=style.colour,
             markersize=5.0 if style.lead else 3.6,
             markerfacecolor=style.face,
@@ -121,7 +123,7 @@ def draw_relative_steps(axes: Axes, result: StudySummary) -> None:
     axes.yaxis.set_major_locator(FixedLocator(ticks))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_ylabel("steps / human median", fontsize=8.0, color=INK)
+    axes.set_ylabel("steps / human median", fontsize=SMALL, color=INK)
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.6, zorder=0)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set(color="#888888", linewidth=0.7)

@@ -9,7 +9,8 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from lockprobe.analysis.rationality import Rationality
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.frame import ACCENT, SUBJECTS, Dash, Style, heading, p_axis, share_axis, title
+from lockprobe.figures.frame import heading, p_axis, share_axis, title
+from lockprobe.figures.looks import ACCENT, SUBJECTS, Dash, Style
 
 __all__ = ["draw_optimal_actions", "draw_steps_lost"]
 
@@ -35,7 +36,9 @@ def draw_optimal_actions(axes: Axes, agent: AgentSummary) -> None:
         _observer(axes, x, values, [r.by_chance["optimal"] for r in found], found[0].noise)
     sizes = sorted({found.steps for condition in agent.conditions for found in condition.rationality})
     several = f"{sizes[0]} to {sizes[-1]}" if len(sizes) > 1 else f"{sizes[0]}"
-    title(axes, heading(agent), f"n = {several} actions per p; bars: 95 % intervals", "dotted, dashed: by chance")
+    title(
+        axes, heading(agent), f"n = {several} actions per flip rate; bars: 95 % intervals", "dotted, dashed: by chance"
+    )
 
 
 def draw_steps_lost(axes: Axes, agent: AgentSummary) -> None:
@@ -68,7 +71,8 @@ def _observer(axes: Axes, x: Sequence[float], values: Sequence[Bar], chance: Seq
             [0.0 if least is None else max(0.0, value - least) for value, least, _ in values],
             [0.0 if most is None else max(0.0, most - value) for value, _, most in values],
         ],
-        fmt=style.marker,
+        fmt="",
+        marker=style.marker,
         color=style.colour,
         linestyle="-",
         linewidth=0.8,

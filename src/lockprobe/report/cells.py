@@ -10,10 +10,13 @@ from collections.abc import Sequence
 
 from lockprobe.errors import printable
 
-__all__ = ["NONE", "Table", "as_csv", "as_tex", "minus", "percent"]
+__all__ = ["EVERY", "NONE", "Table", "as_csv", "as_tex", "minus", "percent"]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""
+
+EVERY = "every flip rate"
+"""The flip rate of an agent that plays the same at all of them."""
 
 Table = list[list[str]]
 """Rows of cells, the first row with the names of the columns."""
@@ -35,6 +38,8 @@ _TEX = {
     "≈": r"$\approx$",
 }
 
+_P = re.compile(r"flip rate|^P$")
+
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
@@ -49,18 +54,21 @@ def minus(text: str) -> str:
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:
-    """The table as CSV. A cell that a spreadsheet would take for a formula is led by an apostrophe."""
+    """The table as CSV. A cell that a spreadsheet would take for a formula is led by an apostrophe.
+
+    Columns keep the names that programs know them by: p for the flip rate, and for a P value.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
+    table = [[_P.sub("p", name) for name in table[0]], *table[1:]]
     writer.writerows(["'" * cell.startswith(_FORMULA) + printable(cell) for cell in row] for row in table)
     return out.getvalue()
 
 
 def as_tex(table: Sequence[Sequence[str]]) -> str:
     """The table for LaTeX with booktabs. Rows begin with ``{}``, lest one be read as an argument of the rule above."""
-    head, *rows = [
-        "{}" + " & ".join("".join(_TEX.get(c, c) for c in printable(cell)) for cell in row) + r" \\" for row in table
-    ]
+    names = [r"\emph{P}" if name == "P" else _tex(name) for name in table[0]]
+    head, *rows = ["{}" + " & ".join(row) + r" \\" for row in (names, *(map(_tex, row) for row in table[1:]))]
     lines = [
         rf"\begin{{tabular}}{{{'l' * len(table[0])}}}",
         r"\toprule",
@@ -71,3 +79,7 @@ def as_tex(table: Sequence[Sequence[str]]) -> str:
         r"\end{tabular}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _tex(cell: str) -> str:
+    return "".join(_TEX.get(c, c) for c in printable(cell))

@@ -10,6 +10,7 @@ from typing import Literal
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
+from lockprobe.analysis.speaking import test_said
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.report.cells import minus
 from lockprobe.report.recomputed import share
@@ -107,7 +108,7 @@ def tested(question: Question, sign: int) -> Measure:
         if test.p_value is None or agent.blind:
             return NOT_MEASURED
         said = "" if test.effect is None else minus(f"{test.effect:.2f} ({test.unit})")
-        return said, borne_out(pattern(test.p_value, sign * test.direction)), test.name, test.p_value
+        return said, borne_out(pattern(test.p_value, sign * test.direction)), test_said(test.name), test.p_value
 
     return measure
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.cells import NONE, Table, minus, percent
+from lockprobe.report.cells import EVERY, NONE, Table, minus, percent
 from lockprobe.studies.dollars import dollars
 
 __all__ = [
@@ -36,10 +36,10 @@ def leaderboard_table(rows: Rows) -> Table:
 def leaderboard_by_p_table(rows: Rows) -> Table:
     """The same by p; of an agent that plays the same at every p only once."""
     spent = _spent(rows)
-    table = [["agent", "p", "trials", *_MEASURES, *(_MONEY if spent else [])]]
+    table = [["agent", "flip rate", "trials", *_MEASURES, *(_MONEY if spent else [])]]
     for row in rows:
         for at in row["by_p"][:1] if row["same_at_every_p"] else row["by_p"]:
-            p = "every p" if row["same_at_every_p"] else f"{at['p']:g}"
+            p = EVERY if row["same_at_every_p"] else f"{at['p']:g}"
             cells = [row["label"], p, str(at["trials"]), *_measures(at)]
             table.append([*cells, *(_money(at["money"]) if spent else [])])
     return table
@@ -47,8 +47,8 @@ def leaderboard_by_p_table(rows: Rows) -> Table:
 
 def comparison_table(rows: Rows) -> Table:
     """Every two agents over all p, on the same boxes with the same false reports."""
-    head = ["agent", "against", "pairs of trials", "success", "against", "difference, points", "p", "corrected"]
-    return [[*head, "difference in steps", "p", "corrected", "finished by one only"]] + [
+    head = ["agent", "against", "pairs of trials", "success", "against", "difference, points", "P", "corrected"]
+    return [[*head, "difference in steps", "P", "corrected", "finished by one only"]] + [
         [
             row["second_label"],
             row["first_label"],
@@ -69,12 +69,12 @@ def comparison_table(rows: Rows) -> Table:
 
 def comparison_by_p_table(rows: Rows) -> Table:
     """The same by p; of two agents that both play alike at every p only once."""
-    head = ["agent", "against", "p", "pairs of trials", "solved only by the first named", "only by the other"]
+    head = ["agent", "against", "flip rate", "pairs of trials", "solved only by the first named", "only by the other"]
     return [[*head, "difference, points", "McNemar", "corrected", "difference in steps"]] + [
         [
             row["second_label"],
             row["first_label"],
-            "every p" if row["same_at_every_p"] else f"{at['p']:g}",
+            EVERY if row["same_at_every_p"] else f"{at['p']:g}",
             str(at["success"]["n"]),
             str(at["success"]["only_second"]),
             str(at["success"]["only_first"]),
@@ -90,7 +90,14 @@ def comparison_by_p_table(rows: Rows) -> Table:
 
 def interaction_table(rows: Rows) -> Table:
     """Whether false reports change both agents alike."""
-    head = ["agent", "against", "change from p", "to p", "changes more by, points", "corrected for p"]
+    head = [
+        "agent",
+        "against",
+        "change from flip rate",
+        "to flip rate",
+        "changes more by, points",
+        "corrected for flip rate",
+    ]
     table = [[*head, "corrected for pairs"]]
     for row in rows:
         names = [row["second_label"], row["first_label"], f"{row['lowest']:g}"]

@@ -45,15 +45,15 @@ def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     if chance.chance_uniform is not None and chance.chance_no_repeat is not None:
         found += f"; by chance {100 * chance.chance_uniform:.0f} to {100 * chance.chance_no_repeat:.0f} %"
     if agent.blind:
-        return found, verdict_of(p_value, "open"), f"{test}; blind: loops cannot depend on p", p_value
+        return found, verdict_of(p_value, "open"), f"{test}; blind: loops cannot depend on reports", p_value
     fewer = _fewer(counted)
     return found, verdict_of(p_value, fewer), f"{test}; {_SAID[fewer]}", p_value
 
 
 _SAID: Mapping[Pattern, str] = {
-    "shown": "fewer loops at higher p are shown",
-    "opposite": "more loops at higher p are shown",
-    "open": "no change with p is shown",
+    "shown": "fewer loops at higher flip rates are shown",
+    "opposite": "more loops at higher flip rates are shown",
+    "open": "no change with the flip rate is shown",
 }
 
 
@@ -110,7 +110,7 @@ def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     whole: Pattern = "opposite" if "opposite" in (first, after) else "shown" if first == after == "shown" else "open"
     most = max(range(len(beyond)), key=lambda i: changes[i].value)
     said = f"0 to 0.4 {in_points(before)}; 0.4 to {beyond[most].p:g} {in_points(changes[most])}"
-    test = f"Fisher, of the rise corrected for looking at every p beyond 0.4; {_LENGTH}"
+    test = f"Fisher, of the rise corrected for looking at every flip rate beyond 0.4; {_LENGTH}"
     return said, borne_out(whole), test, adjusted[most]
 
 

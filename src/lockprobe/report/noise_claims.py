@@ -57,7 +57,7 @@ def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     if not inside:
         return here, "not compatible", "95 % set of the best, bootstrap", None
     if shown != "open" and at:
-        return here, verdict_of(None, shown), "permutation, corrected for looking at every p", at.p_value
+        return here, verdict_of(None, shown), "permutation, corrected for looking at every flip rate", at.p_value
     published = SOLVED_AT_40.value - SOLVED_AT_0.value
     p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
     smaller: Pattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
@@ -101,7 +101,7 @@ def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
         shown, moderate = "shown", min(rises, key=lambda at: at.p_value)
     at = moderate or max(found, key=lambda at: at.value)
     here = minus(f"{100 * at.value:+.0f} points from 0 to {at.p:g}")
-    return here, borne_out(shown), "permutation, corrected for looking at every p", at.p_value
+    return here, borne_out(shown), "permutation, corrected for looking at every flip rate", at.p_value
 
 
 def _shape(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:

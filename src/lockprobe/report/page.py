@@ -19,6 +19,7 @@ from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.speaking import test_said
 from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.leaderboard_tables import (
@@ -104,7 +105,7 @@ def _tables(content: Content) -> dict[str, Table]:
     """The tables by name."""
     subjects = [row for row in content["conditions"] if row["agent"] in content["subjects"]]
     return {
-        "table1": table1(subjects)[0],
+        "table1": table1(subjects),
         "table1-corrected": table1_corrected(subjects),
         **({"modalities": modality_table(content["modalities"])} if content["modalities"] else {}),
         **_of_people(content),
@@ -147,8 +148,7 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters["minus"] = minus
-    subjects = [row for row in content["conditions"] if row["agent"] in content["subjects"]]
+    environment.filters |= {"minus": minus, "test_said": test_said}
     several_p = not content["modalities"] or len({row["p"] for row in content["conditions"]}) > 1
     tested = {(t["label"], t["question"]) for t in content["tests"] if t["recommended"] and t["p_value"] is not None}
     return environment.get_template(f"{name}.html.jinja").render(
@@ -171,13 +171,17 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
         claims=[list(rows) for _, rows in groupby(content["claims"], key=lambda row: row["quote"])],
         audit=_audit(content["audit"]["rates"]),
         tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
-        table1_notes=table1(subjects)[1],
     )
 
 
 def _shown(value: Any) -> Any:
-    """A value as a page prints it: text on one line and printable; markup is our own."""
-    return value if not isinstance(value, str) or hasattr(value, "__html__") else printable(re.sub(r"\s", " ", value))
+    """A value as a page prints it: text on one line and printable, the P of P values in italics; markup is our own."""
+    if not isinstance(value, str) or hasattr(value, "__html__"):
+        return value
+    from markupsafe import Markup, escape
+
+    text = str(escape(printable(re.sub(r"\s", " ", value))))
+    return Markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))  # noqa: S704  escaped just above
 
 
 def _audit(rates: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -92,7 +92,7 @@ CLAIMS = (
         place="Sec. 3.1, Fig. 3",
         quote="GPT o1 reaches a maximum success rate of 80% across all three modalities.",
         value="80 %",
-        recomputed=f"{share(MODALITY)}; against 10/10 Fisher p = {fisher(MODALITY, REFERENCE):.2f}",
+        recomputed=f"{share(MODALITY)}; against 10/10 Fisher P = {fisher(MODALITY, REFERENCE):.2f}",
         measure="modalities",
     ),
     PaperClaim(
@@ -184,7 +184,7 @@ CLAIMS = (
         place="Sec. 3.2",
         quote="moderate observation noise can improve measured task performance in this controlled setting",
         value="7/30 to 20/30",
-        recomputed=f"Fisher p = {EFFECT:.4f}, corrected for the choice among six {6 * EFFECT:.4f}",
+        recomputed=f"Fisher P = {EFFECT:.4f}, corrected for the choice among six {6 * EFFECT:.4f}",
         measure="effect",
     ),
     PaperClaim(
@@ -214,8 +214,8 @@ CLAIMS = (
         place="Sec. 3.3, Fig. 5b",
         quote="reaches a minimum near a state-flip probability of 40%, reflecting a decrease of more than 26%",
         value="more than 26 %",
-        recomputed=f"if in points 24/30 to 16/30, Fisher p = {fisher(LOOPS_AT_0, LOOPS_AT_40):.3f}; if relative "
-        f"23/30 to 17/30, p = {fisher(proportion(23, 30), proportion(17, 30)):.2f}",
+        recomputed=f"if in points 24/30 to 16/30, Fisher P = {fisher(LOOPS_AT_0, LOOPS_AT_40):.3f}; if relative "
+        f"23/30 to 17/30, P = {fisher(proportion(23, 30), proportion(17, 30)):.2f}",
         measure="loops-drop",
     ),
     PaperClaim(

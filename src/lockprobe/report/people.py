@@ -60,7 +60,8 @@ def flow_said(flow: Flow) -> Iterator[str]:
     if flow.left_open and len({(one.left_open, one.given) for one in flow.boxes}) > 1:
         several = len({one.modality for one in flow.boxes}) > 1
         each = (
-            f"{one.left_open} of {one.given} at p = {one.p:g}{f' with {spoken(one.modality)}' if several else ''}"
+            f"{one.left_open} of {one.given} at a flip rate of {one.p:g}"
+            + (f" with {spoken(one.modality)}" if several else "")
             for one in flow.boxes
         )
         yield f"Boxes left open, by condition: {', '.join(each)}."
@@ -155,7 +156,7 @@ def people_table(found: Mapping[str, Any], times: Sequence[Mapping[str, Any]] = 
     """People by condition, and over all p last; with how long they took for a choice, where that is known."""
     several = len(found["over"]) > 1
     took = {(row["modality"], row["p"]): row for row in times}
-    head = ["p", "people", "trials", "solved", "success", "median steps", "mean steps"]
+    head = ["flip rate", "people", "trials", "solved", "success", "median steps", "mean steps"]
     head += ["ms per choice", "ms of first choices"] if took else []
     rows = [*found["at"], *(found["over"] if len(found["at"]) > len(found["over"]) else [])]
     return [(["shown as"] if several else []) + head] + [
@@ -183,7 +184,7 @@ def _took(row: Mapping[str, Any] | None) -> list[str]:
 
 def people_steps_table(found: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Table:
     """Agents' steps beside those of people."""
-    head = ["agent", "p", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
+    head = ["agent", "flip rate", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
     return [head] + [
         [
             names.get((row["agent"], row["modality"]), row["agent"]),

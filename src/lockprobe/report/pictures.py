@@ -18,50 +18,50 @@ _LONGEST = (
 """All figures, what takes longest to draw first: with one panel for each agent, those with the most marks."""
 
 CAPTIONS = {
-    "people": "People, models and strategies on the same boxes. Above: share of trials solved by flip probability with "
-    "95 % intervals, in which those of one person and those of equal luck count together for people. Below: an agent's "
-    "median steps over the human median, on the trials that both finished, unsolved ones censored at the budget; 2 is "
-    "twice the steps of people. Bars: 95 % intervals over people and luck, open where they reach the edge; agents to "
-    "compare with are grey and have none. People play several boxes and may learn from one to the next; agents keep "
-    "nothing.",
+    "people": "People, models and strategies on the same boxes. Above: share of trials solved by flip rate with 95 % "
+    "intervals, in which those of one person and those of equal luck count together for people. Below: an agent's "
+    "median steps over the human median, on the trials that both finished, unsolved ones censored at the budget; 2 is"
+    " twice the steps of people. Bars: 95 % intervals over people and luck, open where they reach the edge; agents to"
+    " compare with are thin with hollow markers and have none. People play several boxes and may learn from one to "
+    "the next; agents keep nothing.",
     "side-by-side": "Two agents on the same boxes with the same false reports, the first named less the other: "
-    "difference in the share of trials solved over all p, and below how much more its success changes from the lowest "
-    "p to the one where the test sees that most clearly. Bars: 95 % intervals in which trials that share their luck "
-    "count together, below not corrected for choosing the p; filled where the two are told apart: by the test, "
-    "corrected for the number of pairs and below for every p, and above by the interval too.",
-    "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent, and per modality where there "
-    "are several, at its lowest p. Hollow stars: the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 "
-    "(ground truth).",
-    "fig3-corrected": "The same with what it takes to judge it: one minus Kaplan-Meier with its 95 % band, the "
-    "exact curves of random agents on this box, the shortest plan, and below the area under each curve between random "
-    "and shortest plan. Agents to compare with are grey, with hollow markers and no band.",
-    "fig3-by-p": "The same for every p. Bands are drawn for the lowest p and for the p whose final success lies "
-    "farthest from it; of more than twelve p only these and the highest are named.",
-    "fig4": "The paper's Fig. 4: success by flip probability. Dots are repetitions (larger where several coincide), "
-    "markers their means, the line the second-order least-squares fit with its 95 % bootstrap band. Hollow stars: the "
-    "paper's text, 23.3 % at p = 0 and 2.85 times that, 20 of 30, at 0.4.",
+    "difference in the share of trials solved over all flip rates, and below how much more its success changes from "
+    "the lowest to the one where the test sees that most clearly. Bars: 95 % intervals in which trials that share "
+    "their luck count together, below not corrected for choosing the flip rate; filled where the two are told apart: "
+    "by the test, corrected for the number of pairs and below for every flip rate, and above by the interval too.",
+    "fig3": "The paper's Fig. 3: share of trials solved by each step, one line per agent, and per modality where "
+    "there are several, at its lowest flip rate. Hollow stars: the paper's text, 80 % by step 9 (human-inspired), 11 "
+    "(RGB) and 15 (ground truth).",
+    "fig3-corrected": "The same with what it takes to judge it: one minus Kaplan-Meier with its 95 % band, the exact "
+    "curves of random agents on this box, the shortest plan, and below the area under each curve between random and "
+    "shortest plan. Agents to compare with are thin, with hollow markers and no band.",
+    "fig3-by-p": "The same for every flip rate. Bands are drawn for the lowest and for the one whose final success "
+    "lies farthest from it; of more than eleven only these and the highest are named.",
+    "fig4": "The paper's Fig. 4: success by flip rate. Dots are repetitions (larger where several coincide), markers "
+    "their means, the line the second-order least-squares fit with its 95 % bootstrap band. Hollow stars: the paper's"
+    " text, 23.3 % at a flip rate of 0 and 2.85 times that, 20 of 30, at 0.4.",
     "fig4-corrected": "The same with what it takes to judge it: 95 % Wilson intervals, a binomial model of the order "
-    "that AICc prefers with its 95 % band, the exact success of random agents, and triangles under every p that may "
-    "be the best. The diamond is the highest share less what it owes to having been chosen.",
-    "courses": "Share of trials solved (circles) and share with an action loop (squares) by flip probability, with "
-    "95 % Wilson intervals: every agent, and the course of its success that the tests bear out.",
+    "that AICc prefers with its 95 % band, the exact success of random agents, and triangles under every flip rate "
+    "that may be the best. The diamond is the highest share less what it owes to having been chosen.",
+    "courses": "Share of trials solved (circles) and share with an action loop (squares) by flip rate, with 95 % "
+    "Wilson intervals: every agent, and the course of its success that the tests bear out.",
     "rationality": "Share of actions that are optimal to an ideal observer who believes reports (circles) and to one "
     "who doubts them (squares), with 95 % intervals that take a trial as one; below, expected steps lost per action. "
     "Dotted and dashed: what a random choice in the same situations comes to.",
-    "fig5a": "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and p, "
-    "with the least-squares line and r.",
-    "fig5a-corrected": "Is success rarer after a loop? Odds of solving the box after a loop over the odds before one, "
-    "among trials still running at the same step (top) or after step 10. Over whole trials (hollow) the ratio can be "
-    "far below one even if loops do nothing, because a solved trial ends before it can loop. An agent that is lost "
+    "fig5a": "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and "
+    "flip rate, with the least-squares line and r.",
+    "fig5a-corrected": "Is success rarer after a loop? Odds of solving the box after a loop over the odds before one,"
+    " among trials still running at the same step (top) or after step 10. Over whole trials (hollow) the ratio can be"
+    " far below one even if loops do nothing, because a solved trial ends before it can loop. An agent that is lost "
     "both loops and fails: a ratio below one is no proof of harm. An arrow at the edge is a ratio beyond the axis.",
-    "fig5b": "The paper's Fig. 5b: share of trials with an action loop by flip probability, with the second-order fit. "
-    'Hollow stars: the paper\'s text, reconstructed as 24 of 30 at p = 0 ("approximately 80 %") and 16 of 30 at 0.4 '
-    '("a decrease of more than 26 %", taken in points).',
-    "fig5b-corrected": "Loop rates with what it takes to judge them: 95 % Wilson intervals beside what chance gives in "
-    "trials of exactly these lengths. Grey: between random actions (dotted) and those without repeats (dashed); "
-    "crosses: the agent's own transitions; plus signs: its own actions in random order. And the share that has looped "
-    "by each step, one minus Kaplan-Meier, as if no trial had been cut short by success (taking "
-    "trials about to be solved to loop like the others).",
+    "fig5b": "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit. "
+    'Hollow stars: the paper\'s text, reconstructed as 24 of 30 at a flip rate of 0 ("approximately 80 %") and 16 of '
+    '30 at 0.4 ("a decrease of more than 26 %", taken in points).',
+    "fig5b-corrected": "Loop rates with what it takes to judge them: 95 % Wilson intervals beside what chance gives "
+    "in trials of exactly these lengths. Grey: between random actions (dotted) and those without repeats (dashed); "
+    "crosses: the agent's own transitions; plus signs: its own actions in random order. And the share that has looped"
+    " by each step, one minus Kaplan-Meier, as if no trial had been cut short by success (taking trials about to be "
+    "solved to loop like the others).",
 }
 """What every figure shows, by file name."""
 

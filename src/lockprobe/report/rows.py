@@ -200,11 +200,11 @@ def course_row(agent: AgentSummary) -> Row | None:
         "agent": agent.agent,
         "modality": agent.modality,
         **asdict(found),
-        "kind": "the same at every p" if agent.blind else found.kind,
+        "kind": "the same at every flip rate" if agent.blind else found.kind,
         "loops_first": loops[0],
         "loops_least": min(loops),
         "loops_last": loops[-1],
-        "looping": "the same at every p" if agent.blind else onset,
+        "looping": "the same at every flip rate" if agent.blind else onset,
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.cells import NONE, Table, minus, percent
+from lockprobe.report.cells import EVERY, NONE, Table, minus, percent
 
 __all__ = [
     "claim_table",
@@ -26,27 +26,25 @@ Rows = Sequence[Row]
 """Rows of ``results.json``."""
 
 
-def table1(conditions: Rows) -> tuple[Table, list[str]]:
-    """The paper's Table 1, one row per condition, and its footnotes.
+def table1(conditions: Rows) -> Table:
+    """The paper's Table 1, one row per condition.
 
-    The paper's rows are modalities, and so are these where a study compares them; else a row names its p too. The
-    paper marks a total by one asterisk or two for the number of trials that it occurred in.
+    The paper's rows are modalities, and so are these where a study compares them; else a row names its flip rate too.
+    The paper marks a total by one asterisk or two for the number of trials that it occurred in; here words say so,
+    since asterisks read as levels of significance.
     """
     asked = [row for row in conditions if row["misinterpretation_trials"]]
     counts = [(row["misinterpretation_trials_affected"], row["misinterpretation_trials"]) for row in asked]
-    marks = {count: "*" * (i + 1) for i, count in enumerate(sorted(set(counts)))}
     first = "Input Modality" if _one_p(asked) and len({row["modality"] for row in asked}) > 1 else "Agent and condition"
     table = [[first, "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations"]]
-    table += [
+    return table + [
         [
             _named(row, asked),
             percent(row["misinterpretation_rate"]) + _plus_minus(row["misinterpretation_rate_sd"]),
-            f"{row['misinterpretations']}{marks[count]}",
+            f"{row['misinterpretations']}, in {affected} of {of} trials",
         ]
-        for row, count in zip(asked, counts, strict=True)
+        for row, (affected, of) in zip(asked, counts, strict=True)
     ]
-    notes = [f"{mark}: occurred in {affected} out of {of} trials" for (affected, of), mark in marks.items()]
-    return table, notes
 
 
 def table1_corrected(conditions: Rows) -> Table:
@@ -71,7 +69,7 @@ def table1_corrected(conditions: Rows) -> Table:
 
 def speed_table(conditions: Rows) -> Table:
     """How fast the box is solved, between chance and the optimum."""
-    head = ["agent", "p", "mean steps", "median step", "80 % by", "relative to random and optimum"]
+    head = ["agent", "flip rate", "mean steps", "median step", "80 % by", "relative to random and optimum"]
     table = [head]
     for row, p in _distinct(conditions):
         relative, (early, late) = row["relative"], row["steps_to_80_interval"]
@@ -94,7 +92,7 @@ def speed_table(conditions: Rows) -> Table:
 
 def pace_table(paces: Rows) -> Table:
     """Every two agents at the same p: who is faster."""
-    return [["agent", "against", "p", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
+    return [["agent", "against", "flip rate", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
         [
             row["second_label"],
             row["first_label"],
@@ -131,7 +129,9 @@ def modality_table(effects: Rows) -> Table:
 def loop_table(conditions: Rows) -> Table:
     """Loop rates beside their chance levels under four nulls."""
     nulls = ("", "_no_repeat", "_markov", "_permutation")
-    table = [["agent", "p", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]]
+    table = [
+        ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]
+    ]
     table[0] += ["with outcomes", "with states"]
     return table + [
         [
@@ -148,14 +148,25 @@ def loop_table(conditions: Rows) -> Table:
 def detector_table(rows: Rows) -> Table:
     """The share of trials that each detector flags."""
     names = list(dict.fromkeys(name for row in rows for name in row["flagged"]))
-    return [["agent", "p", *names]] + [
+    return [["agent", "flip rate", *names]] + [
         [row["label"], f"{row['p']:g}", *(percent(row["flagged"].get(name), 0) for name in names)] for row in rows
     ]
 
 
 def condition_table(conditions: Rows) -> Table:
     """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
-    head = ["agent", "modality", "p", "trials", "solved", "success", "loop rate", "by chance", "coverage", "redundant"]
+    head = [
+        "agent",
+        "modality",
+        "flip rate",
+        "trials",
+        "solved",
+        "success",
+        "loop rate",
+        "by chance",
+        "coverage",
+        "redundant",
+    ]
     table = [[*head, "errors"]]
     table += [
         [
@@ -177,9 +188,9 @@ def condition_table(conditions: Rows) -> Table:
 
 
 def course_table(courses: Rows) -> Table:
-    """Which agents' success rises over p, which falls, which both; and what loops do."""
-    head = ["agent", "at the lowest p", "highest", "lowest", "at the highest p", "success"]
-    return [[*head, "loop rate, lowest p", "least", "highest p", "loops begin"]] + [
+    """Which agents' success rises with the flip rate, which falls, which both; and what loops do."""
+    head = ["agent", "at the lowest flip rate", "highest", "lowest", "at the highest flip rate", "success"]
+    return [[*head, "loop rate, lowest flip rate", "least", "highest flip rate", "loops begin"]] + [
         [
             row["label"],
             percent(row["first"], 0),
@@ -196,7 +207,7 @@ def course_table(courses: Rows) -> Table:
 
 def rationality_table(rows: Rows) -> Table:
     """How rational each action was to one who believes reports, and to one who doubts them; in brackets by chance."""
-    head = ["agent", "p"]
+    head = ["agent", "flip rate"]
     head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
     table = [[*head, "could tell nothing", "bits, of the most telling", "bits unknown at the end"]]
     naive, aware = ([row for row in rows if row["noise"] == noise] for noise in ("naive", "aware"))
@@ -222,7 +233,7 @@ def _steps_lost(row: Row) -> str:
 def claim_table(claims: Rows) -> Table:
     """The paper's claims beside what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
-    return [[*names, "p"]] + [
+    return [[*names, "P"]] + [
         [*(row[name] for name in names), NONE if row["p_value"] is None else f"{row['p_value']:.2g}"] for row in claims
     ]
 
@@ -231,7 +242,7 @@ def _distinct(conditions: Rows) -> list[tuple[Row, str]]:
     """Conditions with their p in words; of an agent that plays the same at every p only the first."""
     once = {(row["agent"], row["modality"]): row for row in reversed(conditions) if row["same_at_every_p"]}
     return [
-        (row, "every p" if row["same_at_every_p"] else f"{row['p']:g}")
+        (row, EVERY if row["same_at_every_p"] else f"{row['p']:g}")
         for row in conditions
         if not row["same_at_every_p"] or once[row["agent"], row["modality"]] is row
     ]
@@ -240,7 +251,7 @@ def _distinct(conditions: Rows) -> list[tuple[Row, str]]:
 def _named(row: Row, among: Rows) -> str:
     """A condition's name; its p goes without saying where modalities are compared at one."""
     modal = _one_p(among) and len({other["modality"] for other in among}) > 1
-    return str(row["label"]) if modal else f"{row['label']}, p = {row['p']:g}"
+    return str(row["label"]) if modal else f"{row['label']}, flip rate {row['p']:g}"
 
 
 def _one_p(rows: Rows) -> bool:

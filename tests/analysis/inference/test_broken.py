@@ -42,7 +42,7 @@ def test_what_remains_of_a_condition_that_breaks_is_no_finding():
     assert not agent.contrast.detectable
     said = finding(agent)
     assert said.startswith("Trials of llm:local broke under some conditions more often than under others")
-    assert "63 of 90 when each report was inverted with probability 0.6" in said
+    assert "63 of 90 at a flip rate of 0.6" in said
     assert "more often when each" not in said
 
 

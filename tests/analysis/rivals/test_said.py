@@ -43,7 +43,7 @@ def test_agents_that_cannot_be_told_apart_are_said_so():
 def test_noise_that_helps_one_is_said_with_its_direction():
     _, (_, noise, _) = said(("llm:a", (2, 19)), ("llm:b", (10, 10)))
     assert noise.startswith(
-        "False reports do not do the same to both: from p = 0 to 0.4 the success of llm:a rises more, or falls less, "
+        "False reports do not do the same to both: from a flip rate of 0 to 0.4 the success of llm:a rises more, or falls less, "
         "than that of llm:b (+85 points"
     )
     _, (_, other, _) = said(("llm:b", (10, 10)), ("llm:a", (2, 19)))
@@ -62,7 +62,7 @@ def test_noise_is_said_to_act_where_the_test_sees_it():
     summary = summarise(made)
     noise = comparison_said(summary.comparisons[0], summary)[1]
     assert noise.startswith(
-        "False reports do not do the same to both: from p = 0 to 0.2 the success of llm:a rises more, or falls less, "
+        "False reports do not do the same to both: from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, "
         "than that of llm:b (+22 points"
     )
 

@@ -198,7 +198,7 @@ def test_what_cannot_be_followed_is_refused_in_one_line():
         propagate(listing="x")
     with pytest.raises(BadValue, match=r"^max_steps: got 0, expected a whole number from 1 to 10000$"):
         propagate(max_steps=0)
-    with pytest.raises(BadValue, match=r"^flip probability p: got 2"):
+    with pytest.raises(BadValue, match=r"^flip rate p: got 2"):
         propagate(p=2)
     with pytest.raises(
         BadValue, match=r"^agent: got .*OneWithoutMemory.*, expected one whose whole memory is one value"

@@ -98,7 +98,9 @@ def infer(
         BadValue: If a p is no probability.
     """
     if not ((outcomes.p >= 0) & (outcomes.p <= 1)).all():
-        raise BadValue("p of the trials", outcomes.p[~((outcomes.p >= 0) & (outcomes.p <= 1))][0], "from 0 to 1")
+        raise BadValue(
+            "flip rate of the trials", outcomes.p[~((outcomes.p >= 0) & (outcomes.p <= 1))][0], "from 0 to 1"
+        )
     found = _tested(outcomes, rng, blind)
     if broken is None or not len(broken):
         return found

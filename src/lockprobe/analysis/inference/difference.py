@@ -116,7 +116,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
     if apart and not (outcomes.of_people and len(values) > 1):
-        note = "No test: no two values of p were met by the same trial."
+        note = "No test: no two flip rates were met by the same trial."
         return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
     n = np.bincount(place).astype(np.float64)
     if apart:
@@ -142,7 +142,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
         p_value=min((one.p_value for one in at), default=None),
         omnibus=_share(spread[1:], spread[0]),
         permutations=permutations,
-        note="" if at else "No test: no trial at a higher p was met at the lowest p.",
+        note="" if at else "No test: no trial at a higher flip rate was met at the lowest.",
     )
 
 

@@ -111,7 +111,7 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
             order_by_aic=None,
             order_by_cv=None,
             quadratic=None,
-            note=f"No fit: it needs three values of p with trials that differ, and there {_are(values)}.",
+            note=f"No fit: it needs three flip rates with trials that differ, and there {_are(values)}.",
         )
     orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
     return TrendFit(

@@ -34,7 +34,7 @@ UShape = Literal["U", "inverted U"]
 Array = NDArray[np.float64]
 
 _LEVEL = 0.05
-_TOO_FEW = "No test: it needs three values of p with trials."
+_TOO_FEW = "No test: it needs three flip rates with trials."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -39,13 +39,13 @@ Question = Literal["success", "speed", "shape", "looping", "harm"]
 QUESTIONS: Mapping[Question, str] = {
     "success": "Do false reports change how often the box is solved?",
     "speed": "Do false reports change how fast the box is solved?",
-    "shape": "Does success rise and then fall again over p?",
+    "shape": "Does success rise and then fall again as the flip rate rises?",
     "looping": "Do false reports change how soon an agent loops?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
 }
 
 
-_ONE_P = "No test: it needs two values of p with trials."
+_ONE_P = "No test: it needs two flip rates with trials."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,15 +105,16 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
             unit="difference in success",
             direction=int(np.sign(clearest.value)) if clearest else 0,
             note=found.note
-            or "Corrected for looking at every p; trials that share their luck stay together. It says yes only if the "
-            "interval, at a level corrected alike, leaves out 0.",
+            or "Corrected for looking at every flip rate; trials that share their luck stay together. It says yes only "
+            "if the interval, at a level corrected alike, leaves out 0.",
         ),
         TestResult(
             name="any difference, permutation",
             question="success",
             recommended=False,
             p_value=found.omnibus,
-            note="It looks at every pair of p. Not valid where p changes which trials are solved but not how many.",
+            note="It looks at every pair of flip rates. Not valid where they change which trials are solved "
+            "but not how many.",
         ),
         _naive(chosen, "success", "highest success, chosen by eye, Fisher", "difference in success"),
     ]
@@ -129,9 +130,9 @@ def speed_tests(speed: LogRanks) -> list[TestResult]:
             recommended=True,
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
-            unit="hazard of solving, higher p over the lowest",
+            unit="hazard of solving, higher flip rates over the lowest",
             direction=primary.direction if primary else 0,
-            note="All higher p together: no choice of a peak." if primary else _ONE_P,
+            note="All higher flip rates together: no choice of a peak." if primary else _ONE_P,
         )
     ]
 
@@ -148,9 +149,9 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             recommended=True,
             p_value=None if lines.p_value is None else lines.p_value if rises else 1.0,
             effect=lines.break_p,
-            unit="p at which the lines meet",
+            unit="flip rate at which the lines meet",
             note=lines.note
-            or "Both lines have to be significant; a shape like the paper's needs some 160 trials per p.",
+            or "Both lines have to be significant; a shape like the paper's needs some 160 trials per flip rate.",
         ),
         TestResult(
             name="Lind-Mehlum",
@@ -160,7 +161,7 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             effect=bend.extremum,
             low=bend.low,
             high=bend.high,
-            unit="p at which the quadratic turns",
+            unit="flip rate at which the quadratic turns",
             note=bend.note or "Too often significant where success only levels off.",
         ),
         TestResult(
@@ -177,7 +178,7 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             p_value=None,
             holds=_peaks(fit),
             note="The paper's rule (Sec. 3.2), which does not say how it cross-validates; here each repetition of each "
-            "p is left out once.",
+            "flip rate is left out once.",
         ),
     ]
 
@@ -199,9 +200,9 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
             recommended=True,
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
-            unit="hazard of a first loop, higher p over the lowest",
+            unit="hazard of a first loop, higher flip rates over the lowest",
             direction=primary.direction if primary else 0,
-            note="All higher p together: no choice of a peak." if primary else _ONE_P,
+            note="All higher flip rates together: no choice of a peak." if primary else _ONE_P,
         ),
         _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher", "difference in loop rate"),
     ]

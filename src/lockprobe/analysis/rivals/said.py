@@ -36,7 +36,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
     told, pairs = sum(one.verdict != 0 for one in between), len(between)
     apart = "they can be told apart" if pairs == 1 == told else "they cannot be told apart" if pairs == 1 else ""
     return (
-        f"Solved over all p{f', box shown as {modality}' * several}: {', '.join(said)}; "
+        f"Solved over all flip rates{f', box shown as {modality}' * several}: {', '.join(said)}; "
         f"{apart or f'{told} of {pairs} pairs can be told apart'} on the same boxes with the same false reports."
     )
 
@@ -66,8 +66,8 @@ def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
         return ""
     clearest = moved.clearest
     how = _test(one) if one.people else "signs of whole blocks of luck flipped"
-    test = f"{how}, {_p(moved.p_adjusted, pairs, 'every p')}"
-    where = f"from p = {moved.lowest:g} to {clearest.p:g}"
+    test = f"{how}, {_p(moved.p_adjusted, pairs, 'every flip rate')}"
+    where = f"from a flip rate of {moved.lowest:g} to {clearest.p:g}"
     if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
         more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
         return (

@@ -154,7 +154,7 @@ class _Walk:
                 raise BadValue(
                     f"states of {type(self._policy).__name__} on {self._world.name}",
                     f"more than {self._most}",
-                    "fewer to follow: a smaller budget or p = 0; or sample it (lockprobe.population)",
+                    "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
                 )
             self.ways[state] = list(self._leaving(state))
         return self.ways[state]

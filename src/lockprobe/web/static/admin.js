@@ -108,7 +108,7 @@ function showTotals(progress) {
 
 function conditionRow(condition, _, all) {
   const several = all.some((other) => other.modality !== condition.modality);
-  const name = `${several ? `${condition.modality}, ` : ""}p = ${condition.p}`;
+  const name = `${several ? `${condition.modality}, ` : ""}flip rate ${condition.p}`;
   const row = document.createElement("tr");
   row.append(made("th", name, { scope: "row" }));
   for (const key of ["slots", "finished", "under_way", "free"]) {
