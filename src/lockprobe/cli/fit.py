@@ -16,7 +16,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from lockprobe.errors import BadFile, UserMistake
+from lockprobe.atomic_file import atomic_file
+from lockprobe.cli.export import refuse_study_file
+from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.contest import Tell
 from lockprobe.lockbox.box import Lockbox
@@ -39,15 +41,16 @@ def fit(
     folds: Annotated[int, typer.Option(help="Parts of the trials that are left out in turn.")] = 10,
     by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip probability on its own.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
-    out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise, or with -.")] = None,
 ) -> None:
     """Which simple mechanism predicts an agent's choices, given what it had been told, and how well.
 
     Every model is fitted to the choices of every agent, of all conditions together, and judged by trials that it was
     not fitted to.
     """
+    out = None if str(out) == "-" else out
     if out is not None:
-        _check(out, directory)
+        refuse_study_file(out, directory)
     trials = load(directory)
     report = fit_agents(
         trials,
@@ -62,18 +65,8 @@ def fit(
     if out is None:
         _write(report, sys.stdout, json=json)
         return
-    try:
-        with out.open("w", encoding="utf-8") as file:
-            _write(report, file, json=json)
-    except OSError as error:
-        raise BadFile(out, f"cannot be written ({error.strerror})") from None
-
-
-def _check(out: Path, directory: Path) -> None:
-    from lockprobe.cli.results import STUDY_FILES
-
-    if out.resolve().parent == directory.resolve() and out.name in STUDY_FILES:
-        raise BadFile(out, "a file of the study itself; choose another")
+    with atomic_file(out) as draft, draft.open("w", encoding="utf-8") as file:
+        _write(report, file, json=json)
 
 
 def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO
 
+from lockprobe.atomic_file import atomic_file
 from lockprobe.errors import Missing
 from lockprobe.record import Trial
 
@@ -122,7 +123,7 @@ def write_parquet(trials: Iterable[Trial], path: Path, times: Times = _NO_TIMES)
 
     Raises:
         Missing: If pyarrow is not installed.
-        OSError: If the file cannot be written.
+        BadFile: If the file cannot be written, or is no regular file.
     """
     try:
         arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
@@ -133,6 +134,5 @@ def write_parquet(trials: Iterable[Trial], path: Path, times: Times = _NO_TIMES)
     kinds = {"p": arrow.float64(), "rt_ms": arrow.float64(), **dict.fromkeys(_WHOLE, arrow.int64())}
     schema = arrow.schema([(name, kinds.get(name, arrow.string())) for name in columns])
     rows = [row if row.get("rt_ms") != "" else {**row, "rt_ms": None} for row in tidy_rows(trials, times)]
-    draft = path.with_name(f".{path.name}.draft")
-    parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)
-    draft.replace(path)
+    with atomic_file(path) as draft:
+        parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)
