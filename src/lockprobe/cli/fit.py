@@ -18,6 +18,7 @@ from rich.table import Table
 
 from lockprobe.atomic_file import atomic_file
 from lockprobe.cli.export import refuse_study_file
+from lockprobe.cli.table import new_table, print_table
 from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.contest import Tell
@@ -100,7 +101,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
         return
     console = Console(file=file, highlight=False, width=None if file.isatty() else WIDTH)
     for one in report.agents:
-        _print_agent(console, one)
+        _print_agent(console, one, file)
     console.print(
         "\nThe best model by BIC comes first. AICc and BIC are of the log-likelihood divided by how many choices say "
         "as much as one: those of a trial, and of trials with equal labels, flips and draws, may repeat each other. "
@@ -110,7 +111,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
     )
 
 
-def _print_agent(console: Console, one: AgentFit) -> None:
+def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
     counted = f"{one.trials} trials, {one.choices} choices, p = {', '.join(f'{p:g}' for p in one.p)}"
     said = [
         f"{one.left_out} left out that ended as an error or without a step" if one.left_out else "",
@@ -119,7 +120,7 @@ def _print_agent(console: Console, one: AgentFit) -> None:
     ]
     console.print(f"\n[bold]{escape(one.agent)}[/bold]  {'; '.join([counted, *filter(None, said)])}")
     console.print(escape(one.finding))
-    console.print(_table(one))
+    print_table(_table(one), file)
     if one.described is not None:
         _print_best(console, one.rivals[0])
 
@@ -134,10 +135,7 @@ def _print_best(console: Console, best: RivalFit) -> None:
 
 
 def _table(one: AgentFit) -> Table:
-    table = Table(show_edge=False, pad_edge=False, box=None, padding=(0, 2, 0, 0))
-    table.add_column("model", max_width=26)
-    for name in ("par.", "log-lik.", "AICc", "BIC", "behind", "bits, left out", "prob.", "hits"):
-        table.add_column(name, justify="right", no_wrap=True)
+    table = new_table("model", "par.", "log-lik.", "AICc", "BIC", "behind", "bits, left out", "prob.", "hits")
     for rival in one.rivals:
         table.add_row(*_row(rival))
     return table
