@@ -17,7 +17,7 @@ import secrets
 import shutil
 import stat
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 from lockprobe.errors import BadFile
@@ -27,6 +27,7 @@ __all__ = [
     "Replacement",
     "atomic_directory",
     "atomic_file",
+    "atomic_files",
     "sync_directory",
     "write_file",
     "write_files",
@@ -59,8 +60,8 @@ class Replacement:
         self._target = _target(path)
         self.draft = self._target.with_name(f".{secrets.token_hex(6)}.draft{self._target.suffix}")
 
-    def commit(self) -> None:
-        """Force the draft to the disk, and rename it to the file's name.
+    def sync(self) -> None:
+        """Force the draft to the disk, with the permissions of the file that is there.
 
         Raises:
             BadFile: If that is not possible; what was there before is there still.
@@ -69,63 +70,75 @@ class Replacement:
             if _target(self._path).exists():
                 self.draft.chmod(stat.S_IMODE(self._target.stat().st_mode))
             _sync(self.draft)
+        except OSError as error:
+            raise _unwritable(self._path, error) from error
+
+    def rename(self) -> None:
+        """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name.
+
+        Raises:
+            BadFile: If that is not possible; what was there before is there still.
+        """
+        try:
             self.draft.replace(self._target)
             sync_directory(self._target.parent)
         except OSError as error:
             raise _unwritable(self._path, error) from error
-        finally:
-            self.drop()
 
     def drop(self) -> None:
-        """Delete the draft. After :meth:`commit` it does nothing."""
+        """Delete the draft. After :meth:`rename` it does nothing."""
         self.draft.unlink(missing_ok=True)
 
 
 @contextmanager
-def atomic_file(path: Path) -> Iterator[Path]:
-    """The draft of a file; it becomes the file when the block ends without an error, and is deleted otherwise.
+def atomic_files(*paths: Path) -> Iterator[list[Path]]:
+    """The drafts of some files; they become the files when the block ends without an error, and are deleted otherwise.
+
+    None is put in its place before all are on the disk.
 
     Args:
-        path: Where the file belongs; its directory exists.
-
-    Raises:
-        BadFile: If the path is no regular file, or the file cannot be written.
-    """
-    replacement = Replacement(path)
-    try:
-        yield replacement.draft
-        replacement.commit()
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    finally:
-        replacement.drop()
-
-
-def write_file(path: Path, content: str | bytes) -> None:
-    """Write a whole file, or nothing.
-
-    Args:
-        path: Where it belongs; its directory exists.
-        content: What stands in it; text is written as UTF-8, with the ends of lines that it has.
-
-    Raises:
-        BadFile: If the path is no regular file, or the file cannot be written.
-    """
-    write_files({path: content})
-
-
-def write_files(files: Mapping[Path, str | bytes]) -> None:
-    """Write several files: nothing is replaced before all of them are written.
-
-    Args:
-        files: What stands in each, as :func:`write_file` takes it; the first is put in its place last.
+        paths: Where the files belong; their directories exist. The last is put in its place last.
 
     Raises:
         BadFile: If a path is no regular file, or a file cannot be written.
     """
-    with ExitStack() as stack:
-        for path, content in files.items():
-            draft = stack.enter_context(atomic_file(path))
+    replacements = [Replacement(path) for path in paths]
+    try:
+        yield [replacement.draft for replacement in replacements]
+        for replacement in replacements:
+            replacement.sync()
+        for replacement in replacements:
+            replacement.rename()
+    except OSError as error:
+        raise _unwritable(paths[-1], error) from error
+    finally:
+        for replacement in replacements:
+            replacement.drop()
+
+
+@contextmanager
+def atomic_file(path: Path) -> Iterator[Path]:
+    """The draft of one file, as :func:`atomic_files` has it."""
+    with atomic_files(path) as (draft,):
+        yield draft
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a file, as :func:`write_files` does."""
+    write_files({path: content})
+
+
+def write_files(files: Mapping[Path, str | bytes]) -> None:
+    """Write some files: nothing is replaced before all of them are on the disk.
+
+    Args:
+        files: What stands in each; text is written as UTF-8, with the ends of lines that it has.
+
+    Raises:
+        BadFile: If a path is no regular file, or a file cannot be written.
+    """
+    with atomic_files(*files) as drafts:
+        for draft, (path, content) in zip(drafts, files.items(), strict=True):
             try:
                 draft.write_bytes(content.encode() if isinstance(content, str) else content)
             except OSError as error:

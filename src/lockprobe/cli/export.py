@@ -8,9 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.atomic_file import atomic_file
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.export import write_csv, write_jsonl, write_parquet
+from lockprobe.export.files import TableName, rows_of, write_rows, write_table
 from lockprobe.export.writing import write_dataset
 from lockprobe.people.acts import times_of_steps
 from lockprobe.people.diary import PEOPLE_DIRECTORY
@@ -38,10 +37,9 @@ def export(
     directory: Directory,
     format: Annotated[  # noqa: A002
         Format,
-        typer.Option(
-            help="csv, jsonl, parquet: tidy steps; eval: a log for Inspect AI; psych-ds: a dataset of people."
-        ),
+        typer.Option(help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people."),
     ] = "csv",
+    table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: a row is a step, or a trial.")] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
     everybody: Annotated[bool, typer.Option("--all", help="psych-ds: strategies' and models' trials too.")] = False,
     platform_ids: Annotated[
@@ -49,14 +47,19 @@ def export(
         typer.Option("--with-platform-ids", help="psych-ds: IDs of the recruitment platform too; they are personal."),
     ] = False,
 ) -> None:
-    """Tidy steps, one row a step, truth beside told; logs that Inspect AI's viewer reads; or a Psych-DS dataset."""
+    """Tables of steps or trials, truth beside told; logs that Inspect AI's viewer reads; or a Psych-DS dataset.
+
+    Beside a table FILE its data dictionary is written, FILE-metadata.json: what stands in every column.
+    """
     if format != "psych-ds" and (everybody or platform_ids):
         raise BadValue("--format", format, "psych-ds, where --all and --with-platform-ids say something")
+    if format in ("eval", "psych-ds") and table != "steps":
+        raise BadValue("--table", table, f"csv, jsonl or parquet as --format, since {format} is no single table")
     if out is None or str(out) == "-":
         if format not in ("csv", "jsonl"):
             raise BadValue("--out", None, f"a file or a directory to write, since {format} is no text")
         trials = load(directory)
-        (write_csv if format == "csv" else write_jsonl)(trials, sys.stdout, times_of_steps(directory, trials))
+        write_rows(rows_of(table, trials, times_of_steps(directory, trials)), sys.stdout, format)
         return
     refuse_study_file(out, directory)
     if format == "psych-ds":
@@ -64,8 +67,8 @@ def export(
     elif format == "eval":
         written = _write_logs(directory, out)
     else:
-        written = []
-        _write_steps(directory, format, out)
+        trials = load(directory)
+        written = write_table(rows_of(table, trials, times_of_steps(directory, trials)), out, format)
     for path in written:
         print(path)
 
@@ -87,13 +90,3 @@ def _write_logs(directory: Path, out: Path) -> list[Path]:
 
     seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
     return write_logs(load(directory), read_study(directory), out, pictures=directory / ALBUM, seconds=seconds)
-
-
-def _write_steps(directory: Path, format: Literal["csv", "jsonl", "parquet"], out: Path) -> None:  # noqa: A002
-    trials = load(directory)
-    times = times_of_steps(directory, trials)
-    if format == "parquet":
-        write_parquet(trials, out, times)
-        return
-    with atomic_file(out) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-        (write_csv if format == "csv" else write_jsonl)(trials, file, times)

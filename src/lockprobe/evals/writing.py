@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 from lockprobe.agents.llm.line import sent
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message
-from lockprobe.atomic_file import atomic_file
+from lockprobe.atomic_file import atomic_files
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.evals.album import beside
@@ -82,17 +81,16 @@ def write_logs(
             out / f"{study.name}_{name}.eval": [trial for trial in trials if group_of(trial.agent) == agent]
             for agent, name in zip(agents, _file_names(agents), strict=True)
         }
-    with ExitStack() as files:
-        for path, group in groups.items():
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                draft = files.enter_context(atomic_file(path))
-                log = log_of(group, study, pictures=pictures, seconds=seconds)
-                if path.suffix == ".json":  # Inspect does so by itself in the other kind only
-                    log.samples = [condense_sample(sample) for sample in log.samples or []]
-                write_eval_log(log, draft)
-            except OSError as error:
-                raise BadFile(path, f"cannot be written ({error.strerror or error})") from None
+    try:
+        next(iter(groups)).parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadFile(out, f"cannot be written ({error.strerror or error})") from None
+    with atomic_files(*groups) as drafts:
+        for draft, group in zip(drafts, groups.values(), strict=True):
+            log = log_of(group, study, pictures=pictures, seconds=seconds)
+            if draft.suffix == ".json":  # Inspect does so by itself in the other kind only
+                log.samples = [condense_sample(sample) for sample in log.samples or []]
+            write_eval_log(log, draft)
     return list(groups)
 
 

@@ -202,7 +202,8 @@ def _readme(given: PeopleRecords, described: dict[str, object], *, texts: bool) 
 
 {read}Every column is described in {DESCRIPTION}, with its unit and its clock: two clocks are used, that of the
 participant's browser for response times, and that of the server for when something came. No moment says at what time
-of day, or on which day, somebody took part. Read `state` as text: its leading zeros count. A text that a spreadsheet
+of day, or on which day, somebody took part. `state` has `b` in front, so that no program
+reads it as a number. A text that a spreadsheet
 would take for a formula has an apostrophe in front; in `{RECORDS}/` it stands as it was written.
 
 Before this is given to others: read the answers that are in words, since people write there what they like; add

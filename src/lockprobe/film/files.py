@@ -111,7 +111,8 @@ class _Gif:
             disposal=1,
             loop=0,
         )
-        self._file.commit()
+        self._file.sync()
+        self._file.rename()
         self._frames = []
 
     def drop(self) -> None:
@@ -159,7 +160,8 @@ class _Mp4:
             return
         self._pipe.close()
         self._pipe = None
-        self._file.commit()
+        self._file.sync()
+        self._file.rename()
 
     def drop(self) -> None:
         if self._pipe is not None:
