@@ -203,7 +203,7 @@ def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
 
 def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch, capfd):
     pytest.importorskip("lockprobe.agents.llm.model")
-    from lockprobe.cli.results import export
+    from lockprobe.cli.export import export
 
     study = tmp_path / "study"
     monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))

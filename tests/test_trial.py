@@ -16,7 +16,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.record import Decision
+from lockprobe.record import Decision, TrialError
 from lockprobe.trial import play
 
 PLAN = Plan(
@@ -259,3 +259,11 @@ def test_same_seed_same_record_and_another_seed_another():
     one, two, three = (run_trial(agent="human-inspired", p=0.3, seed=seed) for seed in (4, 4, 5))
     assert trial_to_json(one) == trial_to_json(two)
     assert trial_to_json(one) != trial_to_json(three)
+
+
+def test_a_trial_is_shown_in_one_line():
+    trial = run_trial(agent="human-inspired", p=0.0, seed=1)
+    assert repr(trial) == f"<Trial {trial.key}: solved after {len(trial.steps)} of 20 steps>"
+    broken = replace(trial, ending="error", error=TrialError(boundary="model", message="gone\nfor good", step=1))
+    assert "error at model" in repr(broken)
+    assert "\n" not in repr(broken)

@@ -7,7 +7,8 @@
 >>> trial.solved
 True
 
-``tidy_rows`` gives one row a step: ``pandas.DataFrame(lockprobe.tidy_rows(lockprobe.load(directory)))``.
+``tidy_rows`` gives one row a step, ``trial_rows`` one row a trial:
+``pandas.DataFrame(lockprobe.tidy_rows(lockprobe.load(directory)))``.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING
 from lockprobe.environment import announce
 
 if TYPE_CHECKING:
-    from lockprobe.export import tidy_rows
+    from lockprobe.export import tidy_rows, trial_rows
     from lockprobe.lockbox.families import box
     from lockprobe.studies.journal import load
     from lockprobe.studies.montecarlo import population, propagate
@@ -26,7 +27,18 @@ if TYPE_CHECKING:
     from lockprobe.studies.single import run_trial
     from lockprobe.studies.studyfile import study
 
-__all__ = ["__version__", "box", "load", "population", "propagate", "run_study", "run_trial", "study", "tidy_rows"]
+__all__ = [
+    "__version__",
+    "box",
+    "load",
+    "population",
+    "propagate",
+    "run_study",
+    "run_trial",
+    "study",
+    "tidy_rows",
+    "trial_rows",
+]
 
 _HOMES = {
     "box": "lockprobe.lockbox.families",
@@ -37,6 +49,7 @@ _HOMES = {
     "run_trial": "lockprobe.studies.single",
     "study": "lockprobe.studies.studyfile",
     "tidy_rows": "lockprobe.export",
+    "trial_rows": "lockprobe.export",
 }
 
 

@@ -262,6 +262,10 @@ class Trial:
     assessment: bool = True
     schema: int = SCHEMA_VERSION
 
+    def __repr__(self) -> str:
+        ending = f"error at {self.error.boundary}" if self.error else self.ending
+        return f"<Trial {self.key}: {ending} after {len(self.steps)} of {self.budget} steps>"
+
     @property
     def solved(self) -> bool:
         """Whether the target moved."""

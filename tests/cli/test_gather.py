@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import pytest
 from builders import small_study, write_study
@@ -153,6 +154,30 @@ def test_people_go_into_a_log_and_back(lockprobe, tmp_path, people):
     assert lockprobe("export", people, "--format", "eval", "--out", tmp_path / "log.eval")[0] == 0
     assert lockprobe("import", tmp_path / "new", tmp_path / "log.eval")[0] == 0
     assert {trial.key: trial for trial in load(tmp_path / "new")} == {trial.key: trial for trial in load(people)}
+
+
+def test_another_prompt_under_the_same_name_is_refused_aloud_and_leaves_nothing(lockprobe, tmp_path, played):
+    other = write_study(tmp_path / "other", STUDY, [replace(t, facts={"prompt": "chat b"}) for t in load(played)])
+    first = write_study(tmp_path / "first", STUDY, [replace(t, facts={"prompt": "chat a"}) for t in load(played)])
+    before = (first / "trials.jsonl").read_bytes()
+    status, said, error = lockprobe("import", first, other)
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert "other: 0 trials taken: " in error
+    assert "is not the same there (prompt is 'chat b', 'chat a' in" in error
+    assert (first / "trials.jsonl").read_bytes() == before
+    assert lockprobe("import", tmp_path / "new", first, other)[0] == 2
+    assert not (tmp_path / "new").exists()
+
+
+def test_trials_that_are_there_but_were_played_otherwise_are_counted(lockprobe, tmp_path, played):
+    trials = load(played)
+    other = write_study(
+        tmp_path / "other", STUDY, [replace(t, opening=f"{t.opening} ") for t in trials[:2]] + trials[2:]
+    )
+    status, said, _ = lockprobe("import", played, other)
+    assert status == 0
+    assert said.startswith("0 trials taken, 6 were there, 0 were not finished. 2 of those that were there were played ")
+    assert json.loads(lockprobe("import", played, other, "--json")[1])["different"] == 2
 
 
 def test_mistakes_are_one_line(lockprobe, tmp_path, played):

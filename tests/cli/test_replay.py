@@ -4,14 +4,16 @@ import asyncio
 import json
 
 import pytest
-from builders import small_study, write_study
+from builders import make_trial, small_study, write_study
 from painted import painted_twins
 from PIL import Image
 from typer.testing import CliRunner
 
 from lockprobe.cli import build
+from lockprobe.cli.replay import _story
 from lockprobe.environment.agent import LearnedAgent
 from lockprobe.errors import BadFile, BadValue, Missing, UnknownName
+from lockprobe.export import tidy_rows
 from lockprobe.film import files
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
@@ -42,6 +44,15 @@ def test_without_a_film_it_is_told_in_words(directory, made):
     assert replay(directory, KEY).stdout.startswith(f"{KEY}: solved after ")
     assert json.loads(replay(directory, KEY, "--json").stdout.splitlines()[0])["step"] == 1
     assert made == []
+
+
+def test_a_claim_stands_in_the_row_in_which_the_export_has_it():
+    trial = make_trial([3, 2, 1, 0], claims=[None, "moved", "blocked", "moved"])
+    lines = _story(trial, json=False)[1:]
+    assert lines[0].endswith("told          said of the previous step")
+    said = [line[lines[0].index("said of") :].strip() for line in lines[1:]]
+    assert said == ["", "moved", "did not move", "moved"]
+    assert [row["claimed"] for row in tidy_rows([trial])] == ["", "moved", "blocked", "moved"]
 
 
 def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path):

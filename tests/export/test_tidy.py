@@ -57,9 +57,11 @@ def test_csv_and_jsonl_hold_the_same():
     write_jsonl(trials, as_jsonl)
     from_csv = list(csv.DictReader(io.StringIO(as_csv.getvalue())))
     from_jsonl = [json.loads(line) for line in as_jsonl.getvalue().splitlines()]
-    assert from_csv == [{name: str(cell) for name, cell in row.items()} for row in from_jsonl]
+    assert from_jsonl[0]["state"] == "0000"
+    as_text = [{name: str(cell) for name, cell in row.items()} for row in from_jsonl]
+    assert from_csv == [row | {"state": f"b{row['state']}"} for row in as_text]
     assert len(from_csv) == sum(len(trial.steps) for trial in trials)
-    assert from_csv[0]["state"] == "0000"
+    assert from_csv[0]["state"] == "b0000"
 
 
 def test_where_a_robot_played_its_verdict_comes_last():

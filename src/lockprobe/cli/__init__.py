@@ -20,7 +20,7 @@ COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
     "status": ("status", "status", "What is done, owed and failed, and what it has cost."),
     "report": ("results", "report", "Write the report of a study again."),
-    "export": ("results", "export", "Tidy steps, one row a step; logs for Inspect AI; a dataset of people."),
+    "export": ("export", "export", "Tables of steps or trials; logs for Inspect AI; a dataset of people."),
     "import": ("gather", "take", "Take in trials of Inspect logs, people's datasets, other directories of a study."),
     "replay": ("replay", "replay", "A finished trial, step by step, truth beside told, or as a film."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from lockprobe.analysis.inference.verdict import QUESTIONS
@@ -20,6 +19,7 @@ from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.worlds import WORLDS, P, world
+from lockprobe.cli.table import new_table, plain_console, print_table
 from lockprobe.errors import BadValue
 from lockprobe.studies.studyfile import parse_p
 
@@ -47,12 +47,12 @@ def audit(
     if json:
         print(json_.dumps(as_data(rates, seed=seed), indent=1))
         return
-    console = Console(highlight=False)
+    console = plain_console()
     for made in worlds:
         console.print(f"[bold]{made.name}[/bold]  {made.says}")
     for question, text in QUESTIONS.items():
-        asked = [rate for rate in rates if rate.question == question]
-        console.print(_rate_table(text, asked))
+        console.print(f"\n[bold]{text}[/bold]")
+        print_table(_rate_table([rate for rate in rates if rate.question == question]))
     console.print(_verdict(rates))
 
 
@@ -128,12 +128,11 @@ def _whole(name: str, text: str | None) -> list[int]:
     return [int(value) for value in values]
 
 
-def _rate_table(title: str, rates: Sequence[Rate]) -> Table:
+def _rate_table(rates: Sequence[Rate]) -> Table:
     """One line a test: its false positives over the worlds with nothing to find, and its power in the others."""
-    table = Table(title=f"\n{title}", title_justify="left", title_style="bold", show_edge=False, pad_edge=False)
-    table.add_column("test", max_width=38)
-    table.add_column("false positives, worst world")
-    table.add_column("power")
+    table = new_table("test")
+    for name in ("false positives, worst world", "power"):
+        table.add_column(name)
     for test in dict.fromkeys(rate.test for rate in rates):
         mine = [rate for rate in rates if rate.test == test]
         worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate, default=None)
@@ -181,19 +180,18 @@ def _row(one: Needed) -> dict[str, object]:
 
 
 def _print_power(found: Sequence[Needed], target: float) -> None:
-    console = Console(highlight=False)
+    console = plain_console()
     for name in dict.fromkeys(one.world for one in found):
         mine = [one for one in found if one.world == name]
         says = WORLDS[name].says if name in WORLDS else "As stated."
-        table = Table(title=f"{name}: {says}", title_justify="left", show_edge=False, pad_edge=False)
-        table.add_column("test", max_width=40)
-        for rate in mine[0].measured:
-            table.add_column(f"n={rate.trials}", justify="right")
-        table.add_column(f"trials per flip rate for {target:g}", justify="right")
+        console.print(f"\n[bold]{name}[/bold]  {says}")
+        table = new_table(
+            "test", *(f"n={rate.trials}" for rate in mine[0].measured), f"trials per flip rate for {target:g}"
+        )
         for one in mine:
             label = f"[bold]{test_said(one.test)}[/bold] *" if one.recommended else test_said(one.test)
             table.add_row(label, *(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one))
-        console.print(table)
+        print_table(table)
     if not found:
         console.print("There is nothing to find: at this effect every question has the answer no.")
     else:
@@ -212,4 +210,4 @@ def _needed(one: Needed) -> str:
     high = f"{one.high}" if one.high else f"more than {most}"
     if one.below:
         return f"at most {one.trials}"
-    return f"{one.trials} [{low}, {high}]"
+    return f"{one.trials} \\[{low}, {high}]"

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import toml_of
@@ -172,7 +173,7 @@ def _write(box: Lockbox, directory: Path) -> Path:
     path, text = directory / f"{box.name}.toml", toml_of(box)
     if path.exists() and path.read_bytes() != text.encode():
         raise BadFile(path, "already holds something else: give another --out")
-    path.write_text(text, "utf-8")
+    write_file(path, text)
     return path
 
 
@@ -193,7 +194,7 @@ def _draw(box: Lockbox, out: Path) -> None:
     from lockprobe.figures import render
     from lockprobe.figures.boxes import box_figure
 
-    out.write_bytes(render(box_figure(box), form))
+    write_file(out, render(box_figure(box), form))
 
 
 def _print(lines: Iterable[str]) -> None:

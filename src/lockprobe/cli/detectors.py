@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
-from lockprobe.analysis.detectors import DETECTORS, as_table, comparison, flags, microseconds, score
+from lockprobe.analysis.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
+from lockprobe.cli.table import new_table, print_table
 
 __all__ = ["detectors"]
 
@@ -43,7 +44,29 @@ def detectors(
         for row in rows:
             print(json_.dumps(asdict(row) | ({"microseconds": times[row.detector]} if times else {})))
     else:
+        _print(rows, times)
+
+
+def _print(rows: Sequence[Row], times: Mapping[str, float] | None) -> None:
+    """On a terminal two tables that fit 80 columns; elsewhere one in Markdown."""
+    if not sys.stdout.isatty():
         print(as_table(rows, times))
+        return
+    kinds = list(rows[0].auc)
+    other = new_table(
+        "detector", "false, uniform", "false, no repeat", "renamed", "backwards", "interrupted", *["µs"] * bool(times)
+    )
+    planted = new_table("detector", *kinds)
+    for row in rows:
+        kept = ["-" if share is None else f"{share:.2f}" for share in (row.relabelled, row.reversed, row.interrupted)]
+        clock = [f"{times[row.detector]:.0f}"] if times else []
+        other.add_row(row.detector, f"{row.false_uniform:.3f}", f"{row.false_no_repeat:.3f}", *kept, *clock)
+        planted.add_row(row.detector, *(f"{row.auc[kind]:.2f} \\[{row.found[kind]:.2f}]" for kind in kinds))
+    print("Random trials flagged wrongly; of the planted trials that are flagged, the share")
+    print("that is still flagged when it is renamed, played backwards or interrupted:")
+    print_table(other)
+    print("\nPlanted loops: area under the ROC curve [share flagged]:")
+    print_table(planted)
 
 
 def _verdict(sequence: Sequence[str], actions: int, *, json: bool) -> str:

@@ -189,7 +189,7 @@ class LiveDisplay(Plain):
     def _table(self) -> Group:
         table = Table(box=None, padding=(0, 2, 0, 0))
         for column in ("", "solved", "played"):
-            table.add_column(column, justify="right")
+            table.add_column(column, justify="right", no_wrap=bool(column))
         for shown in sorted(self.tally.ended):
             table.add_row(shown, str(self.tally.solved[shown]), str(self.tally.ended[shown]))
         playing = [

@@ -16,7 +16,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from lockprobe.errors import BadFile, UserMistake
+from lockprobe.atomic_file import atomic_file
+from lockprobe.cli.export import refuse_study_file
+from lockprobe.cli.table import new_table, print_table
+from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.contest import Tell
 from lockprobe.lockbox.box import Lockbox
@@ -39,15 +42,16 @@ def fit(
     folds: Annotated[int, typer.Option(help="Parts of the trials that are left out in turn.")] = 10,
     by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate on its own.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
-    out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise, or with -.")] = None,
 ) -> None:
     """Which simple mechanism predicts an agent's choices, given what it had been told, and how well.
 
     Every model is fitted to the choices of every agent, of all conditions together, and judged by trials that it was
     not fitted to.
     """
+    out = None if str(out) == "-" else out
     if out is not None:
-        _check(out, directory)
+        refuse_study_file(out, directory)
     trials = load(directory)
     report = fit_agents(
         trials,
@@ -62,18 +66,8 @@ def fit(
     if out is None:
         _write(report, sys.stdout, json=json)
         return
-    try:
-        with out.open("w", encoding="utf-8") as file:
-            _write(report, file, json=json)
-    except OSError as error:
-        raise BadFile(out, f"cannot be written ({error.strerror})") from None
-
-
-def _check(out: Path, directory: Path) -> None:
-    from lockprobe.cli.results import STUDY_FILES
-
-    if out.resolve().parent == directory.resolve() and out.name in STUDY_FILES:
-        raise BadFile(out, "a file of the study itself; choose another")
+    with atomic_file(out) as draft, draft.open("w", encoding="utf-8") as file:
+        _write(report, file, json=json)
 
 
 def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:
@@ -107,7 +101,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
         return
     console = Console(file=file, highlight=False, width=None if file.isatty() else WIDTH)
     for one in report.agents:
-        _print_agent(console, one)
+        _print_agent(console, one, file)
     console.print(
         "\nThe best model by BIC comes first. AICc and BIC are of the log-likelihood divided by how many choices say "
         "as much as one: those of a trial, and of trials with equal labels, flips and draws, may repeat each other. "
@@ -117,7 +111,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
     )
 
 
-def _print_agent(console: Console, one: AgentFit) -> None:
+def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
     counted = f"{one.trials} trials, {one.choices} choices, flip rate {', '.join(f'{p:g}' for p in one.p)}"
     said = [
         f"{one.left_out} left out that ended as an error or without a step" if one.left_out else "",
@@ -126,7 +120,7 @@ def _print_agent(console: Console, one: AgentFit) -> None:
     ]
     console.print(f"\n[bold]{escape(one.agent)}[/bold]  {'; '.join([counted, *filter(None, said)])}")
     console.print(escape(one.finding))
-    console.print(_table(one))
+    print_table(_table(one), file)
     if one.described is not None:
         _print_best(console, one.rivals[0])
 
@@ -141,10 +135,7 @@ def _print_best(console: Console, best: RivalFit) -> None:
 
 
 def _table(one: AgentFit) -> Table:
-    table = Table(show_edge=False, pad_edge=False, box=None, padding=(0, 2, 0, 0))
-    table.add_column("model", max_width=26)
-    for name in ("par.", "log-lik.", "AICc", "BIC", "behind", "bits, left out", "prob.", "hits"):
-        table.add_column(name, justify="right", no_wrap=True)
+    table = new_table("model", "par.", "log-lik.", "AICc", "BIC", "behind", "bits, left out", "prob.", "hits")
     for rival in one.rivals:
         table.add_row(*_row(rival))
     return table

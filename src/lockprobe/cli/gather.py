@@ -39,13 +39,18 @@ def take(
         print(json_.dumps({**asdict(gathered), "participants": came, "places_lost": lost}))
         return
     kept = f" They go on from {gathered.replies} replies that were taken along." if gathered.replies else ""
+    otherwise = (
+        f" {gathered.different} of those that were there were played otherwise; {directory} keeps its own."
+        if gathered.different
+        else ""
+    )
     agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
     joined = f" {came} participants." if came else ""
     places = f" {lost} boxes of people who take part here were played by those who came." if lost else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
     print(
         f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
-        f"{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
+        f"{otherwise}{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
     )
 
 

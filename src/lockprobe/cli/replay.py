@@ -112,15 +112,14 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
     labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
     lines = [
         f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
-        "step  state  joint             truth         told          then claimed",
+        "step  state  joint             truth         told          said of the previous step",
     ]
     words = {True: "moved", False: "did not move"}
-    for i, s in enumerate(trial.steps):
-        later = trial.steps[i + 1].decision.claimed if i + 1 < len(trial.steps) else None
-        said = {"moved": "moved", "blocked": "did not move", None: ""}[later]
+    for s in trial.steps:
+        said = {"moved": "moved", "blocked": "did not move", None: ""}[s.decision.claimed]
         lines.append(
             f"{s.step:4}  {s.state:5}  {s.joint:16}  {words[s.moved]:12}  "
-            f"{words[s.told_moved]:12}  {said}{'  <- flipped' if s.moved != s.told_moved else ''}"
+            f"{words[s.told_moved]:12}  {said:12}{'  <- flipped' if s.moved != s.told_moved else ''}".rstrip()
         )
     if trial.error:
         lines.append(f"error at {trial.error.boundary}: {trial.error.message}")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lockprobe.atomic_file import write_file
 from lockprobe.cli import asking
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.options import PEOPLE
@@ -199,11 +200,7 @@ def _write(texts: Path | None, people: Path | None, language: str | None) -> Non
 
 
 def _copy(source: Path, target: Path, option: str) -> None:
-    try:
-        with target.open("xb") as file:
-            file.write(source.read_bytes())
-    except FileExistsError:
-        raise BadFile(target, "is there already, and is not overwritten") from None
-    except OSError as error:
-        raise BadFile(target, f"cannot be written ({error.strerror})") from None
+    if os.path.lexists(target):
+        raise BadFile(target, "is there already, and is not overwritten")
+    write_file(target, source.read_bytes())
     print(f"Written: {target}. Edit it, and use it with: lockprobe serve STUDY {option} {target}")

@@ -11,6 +11,7 @@ from pathlib import Path
 from lockprobe.agents.llm.line import sent
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message
+from lockprobe.atomic_file import atomic_files
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.evals.album import beside
@@ -53,7 +54,7 @@ def write_logs(
     pictures: Path | None = None,
     seconds: Mapping[str, float] | None = None,
 ) -> list[Path]:
-    """Write trials as Inspect logs.
+    """Write trials as Inspect logs: all of them, or none.
 
     Args:
         trials: The trials.
@@ -68,7 +69,7 @@ def write_logs(
 
     Raises:
         BadValue: If there is no trial.
-        BadFile: If a file cannot be written.
+        BadFile: If a file cannot be written, or is no regular file.
     """
     trials = list(trials)
     if not trials:
@@ -80,17 +81,16 @@ def write_logs(
             out / f"{study.name}_{name}.eval": [trial for trial in trials if group_of(trial.agent) == agent]
             for agent, name in zip(agents, _file_names(agents), strict=True)
         }
-    for path, group in groups.items():
-        draft = path.with_name(f".{path.stem}.draft{path.suffix}")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        next(iter(groups)).parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadFile(out, f"cannot be written ({error.strerror or error})") from None
+    with atomic_files(*groups) as drafts:
+        for draft, group in zip(drafts, groups.values(), strict=True):
             log = log_of(group, study, pictures=pictures, seconds=seconds)
-            if path.suffix == ".json":  # Inspect does so by itself in the other kind only
+            if draft.suffix == ".json":  # Inspect does so by itself in the other kind only
                 log.samples = [condense_sample(sample) for sample in log.samples or []]
             write_eval_log(log, draft)
-            draft.replace(path)
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror or error})") from None
     return list(groups)
 
 

@@ -1,7 +1,9 @@
-"""Trials for other tools: tidy steps as CSV, JSON lines, Parquet, and people's trials as a Psych-DS dataset."""
+"""Trials for other tools: steps and trials as CSV, JSON lines, Parquet; people's trials as a Psych-DS dataset."""
 
 from __future__ import annotations
 
-from lockprobe.export.tidy import COLUMNS, tidy_rows, write_csv, write_jsonl, write_parquet
+from lockprobe.export.files import write_csv, write_jsonl, write_parquet
+from lockprobe.export.tidy import COLUMNS, tidy_rows
+from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
 
-__all__ = ["COLUMNS", "tidy_rows", "write_csv", "write_jsonl", "write_parquet"]
+__all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy_rows", "trial_rows", "write_csv", "write_jsonl", "write_parquet"]

@@ -1,14 +1,18 @@
-"""What stands in each column of people's data, in which unit, by which clock."""
+"""What stands in each column of an export, in which unit, by which clock: the data dictionary."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
-__all__ = ["COLUMN", "PLATFORM", "Column", "column"]
+__all__ = ["COLUMN", "PLATFORM", "Column", "Kind", "as_bits", "column", "dictionary"]
 
 PAGE = "the monotonic clock of the participant's browser (performance.now)"
 SERVER = "the clock of the server"
+
+Kind = Literal["text", "integer", "number", "bits"]
+"""What a cell is. ``bits`` are one character a joint, 0 or 1: a text whose leading zeros count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,20 +24,22 @@ class Column:
         unit: Its unit; empty where it is a name, a text or a mark.
         least: The least that can stand in it; None where it holds no number.
         most: The most; None where there is no bound.
+        kind: What its cells are.
     """
 
     meaning: str
     unit: str = ""
     least: float | None = None
     most: float | None = None
+    kind: Kind = "text"
 
 
 def _mark(meaning: str) -> Column:
-    return Column(f"1 or 0: {meaning}", least=0, most=1)
+    return Column(f"1 or 0: {meaning}", least=0, most=1, kind="integer")
 
 
 def _count(meaning: str, least: int = 1) -> Column:
-    return Column(meaning, least=least)
+    return Column(meaning, least=least, kind="integer")
 
 
 COLUMN: Mapping[str, Column] = {
@@ -42,7 +48,7 @@ COLUMN: Mapping[str, Column] = {
     "agent": Column("Who played, as Lockprobe names agents: participant:ID for people, strategies and models by spec."),
     "box": Column("Name of the lockbox."),
     "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
-    "p": Column("Flip rate: how often, independently in every step, the report said the opposite.", "", 0, 1),
+    "p": Column("Flip rate: how often, independently in every step, the report said the opposite.", "", 0, 1, "number"),
     "repetition": _count("Repetition of the study, from 1."),
     "trial": _count(
         "Trial within repetition and condition, from 1. Trials of one repetition and number share their luck."
@@ -52,11 +58,13 @@ COLUMN: Mapping[str, Column] = {
     "moved": _mark("whether the joint really moved."),
     "told_moved": _mark("whether the report afterwards said that it moved. With pictures: what the picture shows."),
     "claimed": Column(
-        "What was said, before this step's joint was chosen, of what the step before had done: moved or blocked. Empty "
-        "in the first step and where it was not asked."
+        "What was said, before this step's joint was chosen, of what the *previous* step had done: moved or blocked. "
+        "It is held against moved and told_moved of the row before. Empty in the first step and where it was not asked."
     ),
     "state": Column(
-        "True configuration before the step: a bit string in panel order. Read it as text, leading zeros count."
+        "True configuration before the step: one 0 or 1 a joint, in panel order. In CSV with b in front (b0110), so "
+        "that no program reads it as a number and drops leading zeros.",
+        kind="bits",
     ),
     "target": _mark("whether this step moved the target joint, which opens the box."),
     "ending": Column("How the trial ended: solved, budget (steps ran out), error (broken, no failure to solve)."),
@@ -73,14 +81,18 @@ COLUMN: Mapping[str, Column] = {
         "the time for what was said of the step before.",
         "ms",
         0,
+        kind="number",
     ),
     "claimed_rt_ms": Column(
         f"From when the scene was painted to what was said of the step before, by {PAGE}. Empty where it was not "
         "asked.",
         "ms",
         0,
+        kind="number",
     ),
-    "at": Column(f"When it reached the server, since the participant agreed to take part, by {SERVER}.", "s", 0),
+    "at": Column(
+        f"When it reached the server, since the participant agreed to take part, by {SERVER}.", "s", 0, kind="number"
+    ),
     "turn": _count("Number of the scene that was answered, one act each; agreeing to take part is the first."),
     "scene": Column(
         "What kind of scene was answered: page, box, over, check or ask; broken where a box could not be played on."
@@ -105,11 +117,61 @@ COLUMN: Mapping[str, Column] = {
     "answer": Column("The answer as it was given."),
     "right": _mark("whether it is the right answer."),
     "name": Column("Name of the question, as the experimenter gave it."),
+    "solved": _mark(
+        "whether the target joint moved. Empty where the trial ended as error: that is no failure to solve."
+    ),
+    "steps": _count("Steps taken, attempts of a joint.", 0),
+    "budget": _count("Steps that the trial had at most."),
+    "moves": _count("Attempts that really moved their joint.", 0),
+    "false_reports": _count("Steps whose report said the opposite of the truth.", 0),
+    "claims": _count("Times that it was said what the previous step had done.", 0),
+    "misinterpretations": _count("Of these claims, those that contradict what had been told (not: what was true).", 0),
+    "any_loop": _mark("whether the attempts hold an action loop: three or more in a row that stand twice."),
+    "loop_coverage": Column(
+        "Share of the attempts that action loops cover at most. Empty without an attempt.", "", 0, 1, "number"
+    ),
+    "error": Column("Where a trial broke that ended as error: model, reply, plant, channel or participant."),
 }
-"""Every column but those of the recruitment platform."""
+"""Every column of every table but those of the recruitment platform."""
 
 PLATFORM = "platform_"
 """With what the names of columns begin that hold what the recruitment platform said."""
+
+
+_DATATYPE: Mapping[Kind, str] = {"text": "string", "bits": "string", "integer": "integer", "number": "number"}
+
+
+def as_bits(state: str) -> str:
+    """A configuration as CSV has it: no program takes it for a number.
+
+    >>> as_bits("0110")
+    'b0110'
+    """
+    return f"b{state}"
+
+
+def dictionary(file: str, columns: Iterable[str], row: str) -> dict[str, object]:
+    """The data dictionary of a table, as CSV on the Web has it (W3C, "Metadata Vocabulary for Tabular Data").
+
+    Args:
+        file: Name of the file that holds the table.
+        columns: Its columns, in order.
+        row: What a row is.
+    """
+    return {
+        "@context": "http://www.w3.org/ns/csvw",
+        "url": file,
+        "dc:description": row,
+        "tableSchema": {"columns": [_described(name) for name in columns]},
+    }
+
+
+def _described(name: str) -> dict[str, object]:
+    about = column(name)
+    bounds = {"minimum": about.least, "maximum": about.most}
+    datatype = {"base": _DATATYPE[about.kind]} | {fact: bound for fact, bound in bounds.items() if bound is not None}
+    unit = {"schema:unitText": about.unit} if about.unit else {}
+    return {"name": name, "titles": name, "dc:description": about.meaning, "datatype": datatype, **unit}
 
 
 def column(name: str) -> Column:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.export.columns import PLATFORM
+from lockprobe.export.columns import PLATFORM, as_bits, column
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.acts import acts_of_steps, key_of
@@ -94,12 +94,12 @@ def tables_of(records: PeopleRecords) -> tuple[Table, ...]:
 
 
 def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, Cell]]) -> Table:
-    """A table in which no text is a formula."""
+    """A table in which no text is a formula, and no configuration a number."""
     return Table(
         name,
         columns,
         tuple(
-            {column: _plain(cell) if isinstance(cell, str) else cell for column, cell in row.items()} for row in rows
+            {name: _text(name, cell) if isinstance(cell, str) else cell for name, cell in row.items()} for row in rows
         ),
     )
 
@@ -249,6 +249,10 @@ def _answers(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
                     "answer": did.act.answer,
                     **_times(did),
                 }
+
+
+def _text(name: str, cell: str) -> str:
+    return as_bits(cell) if not name.startswith(PLATFORM) and column(name).kind == "bits" else _plain(cell)
 
 
 def _plain(text: str) -> str:

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib import import_module
-from pathlib import Path
 from types import MappingProxyType
-from typing import IO
 
-from lockprobe.errors import Missing
 from lockprobe.record import Trial
 
-__all__ = ["COLUMNS", "Cell", "Times", "tidy_columns", "tidy_rows", "write_csv", "write_jsonl", "write_parquet"]
+__all__ = ["COLUMNS", "NO_TIMES", "Cell", "Times", "tidy_columns", "tidy_rows"]
 
 COLUMNS = (
     "key",
@@ -34,18 +28,16 @@ COLUMNS = (
 )
 """Names of the columns, in order."""
 
-_WHOLE = ("repetition", "trial", "step", "moved", "told_moved", "target")
-"""Those that hold whole numbers; ``p`` holds a fraction, and all others text."""
-
 Cell = str | int | float
 
 Times = Mapping[tuple[str, int], float]
 """Response times in milliseconds, by the key of a trial and the step, from 1."""
 
-_NO_TIMES: Times = MappingProxyType({})
+NO_TIMES: Times = MappingProxyType({})
+"""Nobody's response times."""
 
 
-def tidy_rows(trials: Iterable[Trial], times: Times = _NO_TIMES) -> Iterator[dict[str, Cell]]:
+def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, Cell]]:
     """One row per step.
 
     ``moved`` (the truth) and ``told_moved`` (what the report implied) are 0 or 1. ``claimed`` is what the agent
@@ -96,43 +88,8 @@ def _dealt_anew(trials: Sequence[Trial]) -> bool:
     return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
 
 
-def tidy_columns(trials: Sequence[Trial], times: Times = _NO_TIMES) -> tuple[str, ...]:
+def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
     """The columns of the tidy rows of these trials: :data:`COLUMNS`, and those that come last."""
     judged = any("verdict" in step.sensed for trial in trials for step in trial.steps)
     more = ("panel",) * _dealt_anew(trials) + ("verdict",) * judged + ("rt_ms",) * bool(times)
     return (*COLUMNS, *more)
-
-
-def write_csv(trials: Iterable[Trial], file: IO[str], times: Times = _NO_TIMES) -> None:
-    """Tidy rows with a header line. Read ``state`` as text: its leading zeros count."""
-    trials = list(trials)
-    writer = csv.DictWriter(file, tidy_columns(trials, times), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(tidy_rows(trials, times))
-
-
-def write_jsonl(trials: Iterable[Trial], file: IO[str], times: Times = _NO_TIMES) -> None:
-    """Tidy rows, one JSON object a line."""
-    for row in tidy_rows(trials, times):
-        file.write(json.dumps(row, ensure_ascii=False) + "\n")
-
-
-def write_parquet(trials: Iterable[Trial], path: Path, times: Times = _NO_TIMES) -> None:
-    """Tidy rows as a Parquet file, every column with its type: ``state`` is text, what is counted is whole.
-
-    Raises:
-        Missing: If pyarrow is not installed.
-        OSError: If the file cannot be written.
-    """
-    try:
-        arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
-    except ImportError:
-        raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
-    trials = list(trials)
-    columns = tidy_columns(trials, times)
-    kinds = {"p": arrow.float64(), "rt_ms": arrow.float64(), **dict.fromkeys(_WHOLE, arrow.int64())}
-    schema = arrow.schema([(name, kinds.get(name, arrow.string())) for name in columns])
-    rows = [row if row.get("rt_ms") != "" else {**row, "rt_ms": None} for row in tidy_rows(trials, times)]
-    draft = path.with_name(f".{path.name}.draft")
-    parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)
-    draft.replace(path)

@@ -16,15 +16,15 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
+from lockprobe.atomic_file import atomic_directory
 from lockprobe.errors import BadFile, UserMistake
 from lockprobe.export.columns import column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
@@ -89,7 +89,7 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
         trials=tuple(trials),
         diaries=tuple(without_traces(kept, platform=platform_ids) for kept in source.diaries),
     )
-    with _at_once(out) as draft:
+    with atomic_directory(out) as draft:
         _write_records(given, draft / RECORDS)
         given = PeopleRecords.read(draft / RECORDS)
         tables = tables_of(given)
@@ -108,21 +108,6 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
         )
         (draft / ".psychds-ignore").write_text(f"{RECORDS}/\n.psychds-ignore\n", "utf-8")
     return [out / DATA / data_file(given.study, table.name) for table in tables]
-
-
-@contextmanager
-def _at_once(out: Path) -> Iterator[Path]:
-    """A directory beside ``out`` that becomes it when it is whole."""
-    draft = out.parent / f".{out.name}.{os.getpid()}.draft"
-    try:
-        draft.mkdir(parents=True)
-        try:
-            yield draft
-            draft.replace(out)
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
-    except OSError as error:
-        raise BadFile(out, f"cannot be written ({error.strerror})") from error
 
 
 def _write_records(given: PeopleRecords, records: Path) -> None:
@@ -217,7 +202,8 @@ def _readme(given: PeopleRecords, described: dict[str, object], *, texts: bool) 
 
 {read}Every column is described in {DESCRIPTION}, with its unit and its clock: two clocks are used, that of the
 participant's browser for response times, and that of the server for when something came. No moment says at what time
-of day, or on which day, somebody took part. Read `state` as text: its leading zeros count. A text that a spreadsheet
+of day, or on which day, somebody took part. `state` has `b` in front, so that no program
+reads it as a number. A text that a spreadsheet
 would take for a formula has an apostrophe in front; in `{RECORDS}/` it stands as it was written.
 
 Before this is given to others: read the answers that are in words, since people write there what they like; add

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.atomic_file import NewDirectory, Replacement
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.pictures.png import to_png
 
@@ -77,7 +78,7 @@ class _Gif:
     """Pictures of few colours, the same for all, so that what stays still costs nothing."""
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self._file = Replacement(path)
         self._colours: list[int] = []
         self._palette: Image | None = None
         self._size = (0, 0)
@@ -98,10 +99,9 @@ class _Gif:
     def close(self) -> None:
         if not self._frames:
             return
-        draft = _draft(self._path)
         frames = self._images()
         next(frames).save(
-            draft,
+            self._file.draft,
             "GIF",
             save_all=True,
             append_images=frames,
@@ -111,12 +111,13 @@ class _Gif:
             disposal=1,
             loop=0,
         )
-        draft.replace(self._path)
-        self.drop()
+        self._file.sync()
+        self._file.rename()
+        self._frames = []
 
     def drop(self) -> None:
         self._frames = []
-        _draft(self._path).unlink(missing_ok=True)
+        self._file.drop()
 
     def _images(self) -> Iterator[Image]:
         from PIL import Image
@@ -142,7 +143,7 @@ class _Mp4:
     def __init__(self, path: Path) -> None:
         if importlib.util.find_spec("imageio_ffmpeg") is None:
             raise Missing("MP4 needs the package imageio-ffmpeg", "pip install 'lockprobe[film]', or write a .gif")
-        self._path = path
+        self._file = Replacement(path)
         self._pipe: Generator[None, Any, None] | None = None
         self._owed = 0.0
 
@@ -159,19 +160,20 @@ class _Mp4:
             return
         self._pipe.close()
         self._pipe = None
-        _draft(self._path).replace(self._path)
+        self._file.sync()
+        self._file.rename()
 
     def drop(self) -> None:
         if self._pipe is not None:
             self._pipe.close()
             self._pipe = None
-        _draft(self._path).unlink(missing_ok=True)
+        self._file.drop()
 
     def _open(self, width: int, height: int) -> Generator[None, Any, None]:
         import imageio_ffmpeg
 
         pipe: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
-            str(_draft(self._path)),
+            str(self._file.draft),
             (width, height),
             fps=RATES[".mp4"],
             codec="libx264",
@@ -191,20 +193,18 @@ class _Directory:
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             raise BadFile(path, "is there and not an empty directory; choose another")
         self._path = path
+        self._new: NewDirectory | None = None
         self._count = 0
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        self._path.mkdir(exist_ok=True)
+        self._new = self._new or NewDirectory(self._path)
         self._count += 1
-        (self._path / f"{self._count:05}.png").write_bytes(to_png(picture))
+        (self._new.draft / f"{self._count:05}.png").write_bytes(to_png(picture))
 
     def close(self) -> None:
-        """Every file is finished."""
+        if self._new is not None:
+            self._new.commit()
 
     def drop(self) -> None:
-        """What is there stays."""
-
-
-def _draft(path: Path) -> Path:
-    """Where it is written until it is finished; the ending stays, because it says the form."""
-    return path.with_name(f".{path.stem}.draft{path.suffix}")
+        if self._new is not None:
+            self._new.drop()

@@ -20,6 +20,7 @@ from typing import Any
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
+from lockprobe.atomic_file import write_file
 from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.leaderboard_tables import (
@@ -96,9 +97,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
 
 def _write(path: Path, content: str | bytes) -> None:
     path.parent.mkdir(exist_ok=True)
-    draft = path.with_name(f".{path.name}.draft")
-    draft.write_bytes(content.encode() if isinstance(content, str) else content)
-    draft.replace(path)
+    write_file(path, content)
 
 
 def _tables(content: Content) -> dict[str, Table]:

@@ -60,6 +60,7 @@ class Gathered:
     Attributes:
         taken: Trials that the directory did not have.
         there: Trials that it had finished already.
+        different: Those of them that were played otherwise than here; the records here stay.
         unfinished: Trials that were begun there and finished nowhere; they are owed.
         replies: Replies taken that belong to such trials, which go on from them.
         agents: Agents that were new to the study.
@@ -68,6 +69,7 @@ class Gathered:
 
     taken: int
     there: int
+    different: int
     unfinished: int
     replies: int
     agents: tuple[str, ...]
@@ -124,10 +126,10 @@ def gather(
         _refuse_another_study(source, joined, directory)
     if known is None and not any(source.trials or source.calls for source in finished):
         raise BadFile(sources[0].path, f"no trial in it is finished, so {directory} is not made")
+    if known is None:
+        _refuse_another_agent(directory, (), finished)
     with Journal.open(directory, first) as journal:
-        same = _Same(directory, journal.trials.values())
-        for source in finished:
-            same.check(source)
+        _refuse_another_agent(directory, journal.trials.values(), finished)
         if joined.agents != first.agents:
             write_settings(directory, joined)
         book = _Book(journal)
@@ -135,10 +137,11 @@ def gather(
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
         beside(journal.trials)
-    taken, there, missing = (sum(column) for column in zip(*counts, strict=True))
+    taken, there, different, missing = (sum(column) for column in zip(*counts, strict=True))
     return Gathered(
         taken=taken,
         there=there,
+        different=different,
         unfinished=unfinished,
         replies=replies,
         agents=joined.agents if known is None else joined.agents[len(first.agents) :],
@@ -220,7 +223,13 @@ class _Same:
                 here = self._known.setdefault((what, name), value)
                 if here is not None and value is not None and here != value:
                     why = f"{what} is not the same there ({name} is {value!r}, {here!r} in {self._directory})"
-                    raise BadFile(source.path, why)
+                    raise BadFile(source.path, f"0 trials taken: {why}; import it into another directory")
+
+
+def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[Source]) -> None:
+    same = _Same(directory, trials)
+    for source in sources:
+        same.check(source)
 
 
 class _Book:
@@ -260,10 +269,15 @@ def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return found
 
 
-def _take(source: Source, journal: Journal, book: _Book) -> tuple[int, int, int]:
-    """Trials taken, trials there, and pictures missing. A trial's calls are on disk before it counts as finished."""
+def _take(source: Source, journal: Journal, book: _Book) -> tuple[int, int, int, int]:
+    """Trials taken, trials there, those of them that differ, and pictures missing.
+
+    A trial's calls are on disk before it counts as finished.
+    """
     album, missing = Album(journal.directory / ALBUM), 0
     owed = [trial for trial in source.trials if journal.owes(trial.key)]
+    kept = [trial for trial in source.trials if not journal.owes(trial.key)]
+    different = sum(journal.trials.get(trial.key) != trial for trial in kept)
     calls = _by_key(source.calls)
     for trial in owed:
         book.take(calls.get(trial.key, ()))
@@ -275,4 +289,4 @@ def _take(source: Source, journal: Journal, book: _Book) -> tuple[int, int, int]
             else:
                 album.keep(picture)
         journal.append(trial, Timing(key=trial.key, seconds=source.seconds.get(trial.key, 0.0), steps=len(trial.steps)))
-    return len(owed), len(source.trials) - len(owed), missing
+    return len(owed), len(kept), different, missing

@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
+from lockprobe.atomic_file import sync_directory
 from lockprobe.errors import BadFile
 
 __all__ = ["append_line", "cut_torn_tail", "sync_directory", "whole_lines"]
@@ -67,16 +68,3 @@ def cut_torn_tail(handle: IO[bytes], path: Path) -> None:
             whole = begin
     if whole != end:
         handle.truncate(whole)
-
-
-def sync_directory(directory: Path) -> None:
-    """Wait until the disk knows which files a directory holds.
-
-    Raises:
-        OSError: If it cannot be read.
-    """
-    handle = os.open(directory, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

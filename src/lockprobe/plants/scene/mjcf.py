@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.errors import BadFile
+from lockprobe.atomic_file import write_files
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.scene.board import Scene, compile_scene
@@ -19,7 +20,7 @@ __all__ = ["write_mjcf"]
 
 
 def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: SceneSettings | None = None) -> None:
-    """Write the scene of a box, and its painted surfaces as PNG files beside it.
+    """Write the scene of a box, and its painted surfaces as PNG files beside it: all of them, or none.
 
     Joints are called ``joint-0`` and so on in panel order. The keyframe ``initial`` is the box's initial configuration;
     without it joints begin at position 0. MJCF keeps six digits of every number.
@@ -32,25 +33,26 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: S
 
     Raises:
         BadValue: If the box cannot be built.
-        BadFile: If the file cannot be written.
+        BadFile: If a file cannot be written, or is no regular file.
     """
     settings = settings or SceneSettings()
     scene = compile_scene(box, labels=labels, settings=settings, rng=np.random.default_rng(0))
     spec = scene.spec
-    try:
+    files: dict[Path, str | bytes] = {}
+    with TemporaryDirectory() as compiled_in:
         for texture in spec.textures:
             if not texture.data:
                 continue
             picture = np.frombuffer(bytes(texture.data), np.uint8).reshape(texture.height, texture.width, -1)
             texture.file = f"{path.stem}-{texture.name}.png"
-            path.with_name(texture.file).write_bytes(to_png(picture))
+            png = files[path.with_name(texture.file)] = to_png(picture)
+            Path(compiled_in, texture.file).write_bytes(png)
             texture.data, texture.width, texture.height = b"", 0, 0
-        spec.modelfiledir = str(path.parent)
+        spec.modelfiledir = compiled_in
         spec.add_key(name="initial", qpos=_initial(scene))
         spec.compile()
-        path.write_text(spec.to_xml(), "utf-8")
-    except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        files[path] = spec.to_xml()
+    write_files(files)
 
 
 def _initial(scene: Scene) -> NDArray[np.float64]:
