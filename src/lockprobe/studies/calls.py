@@ -56,7 +56,8 @@ def unanswered(directory: Path | str) -> list[Call]:
         if call.unanswered and asked[call.key]:  # the same call, made again
             asked[call.key].pop()
         asked[call.key].append(call)
-    answered = Counter(call.key for call in read_calls(directory)) if asked else Counter()
+    came = (call.key for call in read_calls(directory) if not call.owed_anew) if asked else ()
+    answered = Counter(came)
     return [call for key, calls in asked.items() for call in calls[answered[key] :]]
 
 
@@ -85,7 +86,9 @@ class Calls:
             self._note(call)
 
     def _note(self, call: Call) -> None:
-        if call.reply is not None:
+        if call.owed_anew:
+            self.forget(call.key)
+        elif call.reply is not None:
             self._replied.setdefault(call.key, {})[call.step, call.turn] = call
 
     @classmethod

@@ -104,7 +104,8 @@ def read_journal(directory: Path | str) -> tuple[list[Trial], LeftOut]:
             raise BadFile(path, f"line {number}: {error}") from error
         before = trials.pop(trial.key, None)
         replaced += before is not None and before.owed_again
-        repeated += before is not None and not before.owed_again
+        asked = trial.error is not None and trial.error.again  # the same record, owed anew
+        repeated += before is not None and not before.owed_again and not asked
         trials[trial.key] = trial
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 1))
@@ -205,6 +206,8 @@ class Journal:
         Raises:
             BadFile: If it cannot be written.
         """
+        if (before := self.trials.get(trial.key)) is not None and before.error is not None:
+            trial = replace(trial, replays=max(trial.replays, before.replays + before.error.again))
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
         append_line(self._records, self.directory / "trials.jsonl", trial_to_json(trial))
         append_line(self._timings, self.directory / "timings.jsonl", json.dumps(clock).encode())
