@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import toml_of
 from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty
@@ -170,7 +171,7 @@ def _write(box: Lockbox, directory: Path) -> Path:
     """A file of its name; one that is there and holds another box is left alone."""
     directory.mkdir(parents=True, exist_ok=True)
     path, text = directory / f"{box.name}.toml", toml_of(box)
-    if path.exists() and path.read_bytes() != text.encode():
+    if path.exists() and read_input(path) != text.encode():
         raise BadFile(path, "already holds something else: give another --out")
     path.write_text(text, "utf-8")
     return path

@@ -15,6 +15,7 @@ import typer
 
 from lockprobe.cli import asking
 from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.inputs import read_input
 from lockprobe.options import PEOPLE
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.opening import words_to_read
@@ -199,9 +200,10 @@ def _write(texts: Path | None, people: Path | None, language: str | None) -> Non
 
 
 def _copy(source: Path, target: Path, option: str) -> None:
+    content = read_input(source)
     try:
         with target.open("xb") as file:
-            file.write(source.read_bytes())
+            file.write(content)
     except FileExistsError:
         raise BadFile(target, "is there already, and is not overwritten") from None
     except OSError as error:

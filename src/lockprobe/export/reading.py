@@ -14,6 +14,7 @@ from pathlib import Path
 from lockprobe.errors import BadFile
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.export.writing import DATA, DESCRIPTION, RECORDS, data_file
+from lockprobe.inputs import check_regular
 from lockprobe.studies.gathering import Source, source_of_directory
 
 __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
@@ -37,6 +38,7 @@ def source_of_dataset(directory: Path) -> Source:
     for path in _files(directory):
         if path.is_symlink():
             raise BadFile(path, "a link; a dataset holds its files itself")
+        check_regular(path)
         if path.stat().st_size > LARGEST_FILE:
             raise BadFile(path, f"larger than {LARGEST_FILE >> 20} MiB")
     records = PeopleRecords.read(directory / RECORDS)

@@ -22,6 +22,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile
+from lockprobe.inputs import check_regular
 from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
 from lockprobe.studies.spending import Budget
 
@@ -178,6 +179,7 @@ class Calls:
 
     def _append(self, name: str, call: Call) -> None:
         path = self._directory / name
+        check_regular(path)
         try:
             if name not in self._files:
                 self._files[name] = path.open("ab", buffering=0)
