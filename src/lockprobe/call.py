@@ -8,10 +8,13 @@ from typing import Annotated
 
 from annotated_types import Ge, Le, Lt
 
-__all__ = ["BROKEN_OFF", "Call", "Usage"]
+__all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Usage"]
 
 BROKEN_OFF = "broken off"
 """What stands for the error of a call that was on its way when its run ended."""
+
+OWED_ANEW = "owed anew"
+"""What stands for the error of a line that is no call: from here on none of its trial's earlier calls is looked up."""
 
 _Count = Annotated[int, Ge(0), Le(2**53)]
 """How a number is checked that stands on disk."""
@@ -90,6 +93,11 @@ class Call:
     def broken_off(self) -> bool:
         """Whether it was on its way when its run ended; its provider may have charged for it."""
         return self.reply is None and self.error == BROKEN_OFF
+
+    @property
+    def owed_anew(self) -> bool:
+        """Whether it is no call but says that its trial is played anew, with calls of its own."""
+        return self.reply is None and self.error == OWED_ANEW
 
     @property
     def uncounted(self) -> bool:

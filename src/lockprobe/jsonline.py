@@ -52,6 +52,8 @@ def _check(trial: Trial) -> None:
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
     if not len(trial.steps) <= trial.budget <= LONGEST:
         raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
+    if trial.replays < 0:
+        raise BadValue("trial record, replays", trial.replays, "0 or more")
     _check_pictures("trial record", trial.opening_pictures)
     for number, step in enumerate(trial.steps, 1):
         _check_step(trial, step, number)

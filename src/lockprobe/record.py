@@ -194,6 +194,7 @@ class TrialError:
         step: The step that could not be played, from 1.
         replies: Raw malformed replies, if that was the reason.
         usage: What they cost.
+        again: Whether somebody asked to have the trial played again, though its agent broke it.
     """
 
     boundary: Boundary
@@ -201,6 +202,7 @@ class TrialError:
     step: int
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -233,6 +235,7 @@ class Trial:
         plant: What the plant was: its settings, engine, renderer; empty for the symbolic plant.
         opening_pictures: File names of the pictures taken before the first step, by kind.
         assessment: Whether the agent was asked what its last action had done.
+        replays: How often it was played anew, on request, after an error of its agent's; the earlier records stay.
         schema: Version of this layout.
     """
 
@@ -260,6 +263,7 @@ class Trial:
     plant: Mapping[str, Fact] = field(default_factory=dict)
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     assessment: bool = True
+    replays: int = 0
     schema: int = SCHEMA_VERSION
 
     def __repr__(self) -> str:
@@ -295,5 +299,5 @@ class Trial:
 
     @property
     def owed_again(self) -> bool:
-        """Whether something outside the agent broke it, so that it has to be played again."""
-        return self.error is not None and self.error.boundary != "reply"
+        """Whether it has to be played again: something outside the agent broke it, or somebody asked for it."""
+        return self.error is not None and (self.error.boundary != "reply" or self.error.again)

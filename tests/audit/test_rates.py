@@ -1,5 +1,7 @@
 """Rates of rejection are counted right, do not depend on how they are computed, and show who is wrong."""
 
+from concurrent.futures.process import BrokenProcessPool
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from lockprobe.analysis.outcomes import outcomes
 from lockprobe.audit.rates import Rate, measure, within_error
 from lockprobe.audit.simulate import simulate
 from lockprobe.audit.worlds import WORLDS, Design, world
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
 
 NULL, TRAP = world("loops-irrelevant"), world("loop-trapped")
@@ -85,3 +87,22 @@ def test_within_monte_carlo_error_is_a_binomial_tail(rejected, studies, fine):
 def test_no_studies_are_refused():
     with pytest.raises(BadValue, match="at least 1"):
         measure([NULL], studies=0)
+
+
+def test_a_killed_worker_is_one_line(monkeypatch):
+    class Pool:
+        def __init__(self, *_, **__):
+            self.map = self.broken
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            return False
+
+        def broken(self, *_):
+            raise BrokenProcessPool("a child process terminated abruptly")
+
+    monkeypatch.setattr("lockprobe.audit.rates.ProcessPoolExecutor", Pool)
+    with pytest.raises(Missing, match="a worker process died before its work was done: is there memory enough for 2"):
+        measure([TRAP], studies=12, records=False, processes=2)

@@ -1,5 +1,6 @@
 """Logs are data from anyone: what is damaged, foreign, impossible or too large is refused in one line."""
 
+import os
 import zipfile
 
 import pytest
@@ -150,3 +151,25 @@ def test_a_directory_is_read_with_those_below_it_and_each_trial_once(log):
     write_logs(TRIALS[:1], STUDY, below / "again.eval")
     assert reading.log_files(log.parent) == [below / "again.eval", log]
     assert sorted(trial.key for trial in reading.trials_in(log.parent)) == [trial.key for trial in TRIALS]
+
+
+def test_a_flipped_bit_is_one_line(log):
+    whole = log.read_bytes()
+    with zipfile.ZipFile(log) as packed:
+        members = [member for member in packed.infolist() if member.filename.startswith("samples/")]
+    begins = members[0].header_offset + 30 + len(members[0].filename)
+    refused = 0
+    for at in range(begins, begins + members[0].compress_size, members[0].compress_size // 20):
+        log.write_bytes(whole[:at] + bytes([whole[at] ^ 16]) + whole[at + 1 :])
+        try:
+            reading.read_log(log)
+        except BadFile as error:
+            refused += "\n" not in str(error)
+    assert refused >= 15
+
+
+def test_devices_and_pipes_are_refused(tmp_path):
+    os.mkfifo(tmp_path / "x.eval")
+    for path, kind in ((tmp_path / "x.eval", "a pipe"), ("/dev/zero", "a device")):
+        with pytest.raises(BadFile, match=f"{kind}, not a regular file"):
+            reading.read_log(path)

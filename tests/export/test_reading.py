@@ -2,6 +2,7 @@
 
 import asyncio
 import csv
+import os
 import shutil
 from dataclasses import replace
 
@@ -200,3 +201,11 @@ def test_somebody_who_is_further_on_in_a_dataset_goes_on_here_with_the_same_brow
     take_in(tmp_path / "here", tmp_path / "out")
     shown = asyncio.run(one_step(tmp_path / "here"))
     assert (shown.identity, shown.scene.step) == (ann.identity, 4)
+
+
+def test_a_table_that_is_a_pipe_is_refused_and_not_waited_for(dataset):
+    path = table(dataset, "steps")
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(BadFile, match=r"steps_data.csv: a pipe, not a regular file"):
+        source_of_dataset(dataset)

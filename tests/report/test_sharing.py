@@ -49,6 +49,18 @@ def test_whoever_is_free_takes_the_next_job_and_results_come_in_their_order(larg
     assert first not in others
 
 
+def killed(parent):
+    """A job that kills the process that has taken it, but for the first one."""
+    if os.getpid() != parent:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return os.getpid()
+
+
+def test_what_a_killed_process_left_is_done_here(large):
+    with shared(large, 2) as each:
+        assert each(killed, [os.getpid()] * 6) == [os.getpid()] * 6
+
+
 def test_what_breaks_here_or_there_is_raised(large):
     touched, breaks = large / "touched", partial(int, "x")
     for jobs in ([breaks, os.getpid], [until(touched), partial(touched.write_text, "x"), breaks]):

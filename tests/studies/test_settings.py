@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 from builders import modality_study, play_study, small_study, write_study
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.studies.settings import read_study
+from lockprobe.studies.studyfile import Request, study
 
 
 @pytest.fixture
@@ -86,3 +87,14 @@ def test_a_trial_of_other_settings_is_not_one_of_the_study(change):
     trial = play_study(study)[0]
     assert study.asks_for(trial)
     assert not study.asks_for(replace(trial, **change))
+
+
+def test_a_long_spec_is_refused_where_it_is_asked_for_and_read_where_it_was_taken(directory):
+    long = "llm:openai-api/fake/" + "x" * 1000
+    with pytest.raises(BadValue, match="^agent: got 'llm:.*…', expected at most 1000 characters; these are 1020$"):
+        study(Request(agent=[long]))
+    with pytest.raises(BadValue, match="^plant: "):
+        study(Request(plant="twin?" + "x" * 1000))
+    path = directory / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"agents": [long]}))
+    assert read_study(directory).agents == (long,)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.errors import BadFile, Missing, UnknownName
+from lockprobe.inputs import check_regular
 
 __all__ = ["EMBEDDED", "KNOWN", "ModelFile", "find", "locate", "models_directory", "pull", "sha256_of"]
 
@@ -100,6 +101,7 @@ def locate(spec: str) -> Path:
         _verify(path, EMBEDDED.sha256)
         return path
     path = Path(spec.removeprefix("llm:gguf:")).expanduser()
+    check_regular(path)
     try:
         with path.open("rb") as file:
             magic = file.read(4)

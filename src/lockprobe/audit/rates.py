@@ -10,6 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context
 
@@ -19,7 +20,7 @@ from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate, simulate_columns
 from lockprobe.audit.worlds import Design, World
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
 
 __all__ = ["Progress", "Rate", "measure", "within_error"]
@@ -165,8 +166,12 @@ def _played(jobs: list[_Job], processes: int) -> Iterator[list[Verdict]]:
     if processes == 1:
         yield from map(_batch, jobs)
         return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(_batch, jobs)
+    try:
+        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+            yield from pool.map(_batch, jobs)
+    except BrokenProcessPool:
+        remedy = f"is there memory enough for {processes}? try --workers 1"
+        raise Missing("a worker process died before its work was done", remedy) from None
 
 
 def _batch(job: _Job) -> list[Verdict]:

@@ -11,6 +11,7 @@ from lockprobe.errors import BadValue
 from lockprobe.studies.study import LayoutKind
 
 __all__ = [
+    "Again",
     "Agents",
     "AsJson",
     "Assessment",
@@ -47,6 +48,7 @@ _BUDGET = "US dollars that the study may cost, earlier runs included; it stops b
 _BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
 _ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
 _REPORT = "Write the report; without, `lockprobe report DIR` does it later."
+_AGAIN = "reply: play anew what ended because no reply was usable; the earlier records stay in the file."
 _RETRIES = "How often a request that the provider did not answer is made again."
 _WORKERS = "Processes for local models and simulated plants (one a core)."
 
@@ -84,4 +86,5 @@ Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
 WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
 EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
+Again = Annotated[str | None, typer.Option(metavar="reply", help=_AGAIN)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]

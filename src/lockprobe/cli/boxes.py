@@ -15,6 +15,7 @@ import typer
 
 from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import toml_of
 from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty
@@ -171,7 +172,7 @@ def _write(box: Lockbox, directory: Path) -> Path:
     """A file of its name; one that is there and holds another box is left alone."""
     directory.mkdir(parents=True, exist_ok=True)
     path, text = directory / f"{box.name}.toml", toml_of(box)
-    if path.exists() and path.read_bytes() != text.encode():
+    if path.exists() and read_input(path) != text.encode():
         raise BadFile(path, "already holds something else: give another --out")
     write_file(path, text)
     return path

@@ -6,6 +6,7 @@ import json as json_
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console, Group
@@ -17,12 +18,14 @@ from lockprobe.agents.catalogue import AgentSource
 from lockprobe.call import Call
 from lockprobe.cli.amounts import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, told
+from lockprobe.cli.tally import invalid_in_words
 from lockprobe.errors import BudgetReached, printable
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
+from lockprobe.studies.valid import Invalid
 
 __all__ = ["JsonLines", "LiveDisplay", "watch"]
 
@@ -115,6 +118,14 @@ class JsonLines(Plain):
         """Not one trial of the run ended."""
         self.event("broke", trials=self.tally.broken_in_all, first=self.tally.first_error)
 
+    def owed_anew(self, trials: int) -> None:
+        """Trials are played anew on request."""
+        self.event("owed-anew", trials=trials)
+
+    def invalid(self, found: Sequence[Invalid]) -> None:
+        """Conditions have no valid trial."""
+        self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
+
     def reported(self, path: Path | None) -> None:
         """The report is written; without a path there is none."""
         self.event("report", path=None if path is None else str(path), **self._cost())
@@ -180,6 +191,11 @@ class LiveDisplay(Plain):
         """Say that not one trial of the run ended."""
         self.close()
         super().broke()
+
+    def invalid(self, found: Sequence[Invalid]) -> None:
+        """Say which conditions have no valid trial."""
+        self.close()
+        super().invalid(found)
 
     def reported(self, path: Path | None) -> None:
         """Name the report, if there is one."""

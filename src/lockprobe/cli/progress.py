@@ -9,7 +9,7 @@ from pathlib import Path
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.call import Call
 from lockprobe.cli.amounts import estimate_lines, money, spent_in_words
-from lockprobe.cli.tally import Tally, count
+from lockprobe.cli.tally import Tally, count, invalid_in_words
 from lockprobe.errors import BudgetReached, printable
 from lockprobe.options import PEOPLE
 from lockprobe.plants.catalogue import resolve_plant
@@ -20,6 +20,7 @@ from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.spending import Budget, Ledger, hosted
 from lockprobe.studies.study import Study
+from lockprobe.studies.valid import Invalid
 
 __all__ = ["Plain", "minutes", "told"]
 
@@ -221,6 +222,14 @@ class Plain:
             f"No trial ended: {self.tally.broken_in_all} broke, the first at {self.tally.first_error}; "
             "the same command plays them again"
         )
+
+    def owed_anew(self, trials: int) -> None:
+        """Say how many trials are played anew on request, though an unusable reply had ended them for good."""
+        self.say(f"Owed anew: {count(trials, 'trial')} that ended as an error at reply; the earlier records stay")
+
+    def invalid(self, found: Sequence[Invalid]) -> None:
+        """Say which conditions have no valid trial, why, and how to go on."""
+        self.say(invalid_in_words(found))
 
     def _spent(self) -> None:
         if self.tally.ledger is not None and (said := spent_in_words(self.tally.ledger.total)):

@@ -18,16 +18,21 @@ from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.options import PEOPLE
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
+from lockprobe.studies.replays import owe_anew
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
+from lockprobe.studies.valid import invalid_conditions
 
-__all__ = ["ALL_BROKE", "BUDGET_REACHED", "run"]
+__all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "run"]
 
 ALL_BROKE = 1
 """The exit status where trials were played, and something outside their agents broke every one."""
+
+NO_VALID_TRIAL = 1
+"""The exit status where every trial of a condition ended as an error."""
 
 BUDGET_REACHED = 3
 """The exit status where a budget ended a study before its last trial."""
@@ -56,6 +61,7 @@ def run(
     retries: asking.Retries = 6,
     batch: asking.Batch = False,
     budget: asking.Budget = None,
+    again: asking.Again = None,
     estimate: asking.EstimateOnly = False,
     report: asking.WriteReport = True,
     json: asking.AsJson = False,
@@ -68,7 +74,7 @@ def run(
     modalities: what pictures do. RGB, RGB-D and reports in words, 10 trials of 20 steps each, on a simulated box with
     a camera and dealt panels; without options a scripted agent that looks, beside human-inspired and random.
 
-    Exit status 3: a budget ended it. 1: every trial broke.
+    Exit status 3: a budget ended it. 1: every trial broke, or a condition has no valid trial.
     """
     asked = {
         "agent": agent or None,
@@ -90,13 +96,24 @@ def run(
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     if estimate:
+        if again is not None:
+            raise BadValue("again", again, "no --estimate beside it: that plays nothing and writes nothing")
         print_estimates(planned, directory, batch=batch, json=json)
         return
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    _play(planned, directory, limits, _allowed(planned, budget, directory), report=report, json=json)
+    _play(planned, directory, limits, _allowed(planned, budget, directory), again=again, report=report, json=json)
 
 
-def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None, *, report: bool, json: bool) -> None:
+def _play(
+    planned: Study,
+    directory: Path,
+    limits: Limits,
+    budget: Budget | None,
+    *,
+    again: str | None,
+    report: bool,
+    json: bool,
+) -> None:
     status = 0
     with (
         Journal.open(directory, planned) as journal,
@@ -104,6 +121,8 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
     ):
         if budget is not None:
             journal.calls.limit(budget)
+        if again is not None:
+            observer.owed_anew(owe_anew(journal, planned, again))
         live = LiveReport(observer, directory if report else None)
         try:
             play_study(planned, journal, limits=limits, observer=live)
@@ -116,6 +135,9 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
     if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
         observer.broke()
         status = ALL_BROKE
+    elif not status and (found := invalid_conditions(planned, journal.trials)):
+        observer.invalid(found)
+        status = NO_VALID_TRIAL
     if planned.size == planned.invited and not journal.trials:
         return  # people have yet to be invited
     live.end()

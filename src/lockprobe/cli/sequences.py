@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 from lockprobe.analysis.loops import parse_sequence
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.inputs import LARGEST_INPUT
 
 __all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "read_sequences"]
 
@@ -23,7 +25,10 @@ def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
     if not file:
         raise BadValue("file", file, "the name of a file, or - for standard input")
     try:
-        content = sys.stdin.buffer.read() if file == "-" else Path(file).read_bytes()
+        with nullcontext(sys.stdin.buffer) if file == "-" else Path(file).open("rb") as source:
+            content = source.read(LARGEST_INPUT + 1)  # a pipe is welcome here: cat FILE |, <(command)
+        if len(content) > LARGEST_INPUT:
+            raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
         lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
     except AttributeError:
         raise BadFile(file, "standard input is closed") from None

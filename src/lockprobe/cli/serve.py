@@ -16,6 +16,7 @@ import typer
 from lockprobe.atomic_file import write_file
 from lockprobe.cli import asking
 from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.inputs import read_input
 from lockprobe.options import PEOPLE
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.opening import words_to_read
@@ -202,5 +203,5 @@ def _write(texts: Path | None, people: Path | None, language: str | None) -> Non
 def _copy(source: Path, target: Path, option: str) -> None:
     if os.path.lexists(target):
         raise BadFile(target, "is there already, and is not overwritten")
-    write_file(target, source.read_bytes())
+    write_file(target, read_input(source))
     print(f"Written: {target}. Edit it, and use it with: lockprobe serve STUDY {option} {target}")

@@ -13,7 +13,7 @@ import typer
 
 from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.amounts import money, share, spent_facts
-from lockprobe.cli.tally import count, in_boundaries
+from lockprobe.cli.tally import count, in_boundaries, invalid_in_words
 from lockprobe.errors import printable
 from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
@@ -22,6 +22,7 @@ from lockprobe.studies.journal import load, read_timings
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
+from lockprobe.studies.valid import Invalid, invalid_conditions
 
 __all__ = ["status"]
 
@@ -42,11 +43,15 @@ def status(directory: Directory, json: AsJson = False) -> None:
     for call in read_calls(directory):
         ledger.add(call)
         begun.update([call.key] if call.reply is not None and call.key not in over else [])
+        if call.owed_anew:
+            del begun[call.key]
     facts = _played(study, trials, everything) | _took(directory, trials)
+    invalid = invalid_conditions(study, {trial.key: trial for trial in trials})
+    facts |= {"without_valid_trial": [one.condition for one in invalid]}
     facts["in_progress"] = len({*begun, *(call.key for call in waiting)} - over)
     facts |= {"in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
     if not json:
-        _show(directory, facts, ledger)
+        _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid))], ledger)
         return
     agents = {agent: spent_facts(spent) for agent, spent in ledger.by_agent.items()}
     dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
@@ -100,8 +105,11 @@ def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
                 yield Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
 
 
-def _show(directory: Path, facts: Mapping[str, object], ledger: Ledger) -> None:
-    lines = [*_lines(directory, facts)]
+def _invalid(found: Sequence[Invalid]) -> list[str]:
+    return [invalid_in_words(found)] if found else []
+
+
+def _show(lines: list[tuple[str, str]], ledger: Ledger) -> None:
     if ledger.by_agent:
         _print_named(lines)
         print()

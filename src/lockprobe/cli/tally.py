@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.amounts import spent_in_words
@@ -13,8 +13,9 @@ from lockprobe.studies.calls import Calls
 from lockprobe.studies.modality import SYMBOLIC
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
+from lockprobe.studies.valid import Invalid
 
-__all__ = ["Tally", "count", "in_boundaries"]
+__all__ = ["Tally", "count", "in_boundaries", "invalid_in_words"]
 
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
@@ -127,3 +128,17 @@ def in_boundaries(errors: Mapping[str, int]) -> str:
 def count(number: int, one: str, several: str | None = None) -> str:
     """A number of things: ``1 trial``, ``2 trials``, ``3 replies``."""
     return f"{number} {one if number == 1 else several or f'{one}s'}"
+
+
+def invalid_in_words(found: Sequence[Invalid]) -> str:
+    """Conditions without a valid trial in one line: which, why, and what plays their trials again; at least one."""
+    errors, owed = sum(one.errors for one in found), sum(one.owed for one in found)
+    others = f" and {count(len(found) - 1, 'more condition')}" if len(found) > 1 else ""
+    ended = "the only trial" if errors == 1 else f"all {errors} trials"
+    first = f"{found[0].first.boundary}: {' '.join(found[0].first.message.split())[:200]}"
+    remedy = {errors: "the same command plays them again", 0: "the same command with --again reply plays them anew"}
+    mixed = f"the same command plays {owed} of them again, with --again reply all"
+    return (
+        f"No valid trial of {found[0].condition}{others}: {ended} ended as an error, the first at {first}; "
+        f"{remedy.get(owed, mixed)}"
+    )

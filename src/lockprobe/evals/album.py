@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from lockprobe.errors import Missing
+from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Trial
 
@@ -37,7 +38,7 @@ def beside(trial: Trial, messages: Iterable[ChatMessage], directory: Path) -> di
     """
     unseen = trial.picture_names - {name for name, _ in pictures_of(messages, {})}
     files = [file for name in sorted(unseen) if (file := directory / name).is_file()]
-    uris = {file.name: _URI + base64.b64encode(file.read_bytes()).decode("ascii") for file in files}
+    uris = {file.name: _URI + base64.b64encode(read_input(file)).decode("ascii") for file in files}
     return {PICTURES: uris} if uris else {}
 
 

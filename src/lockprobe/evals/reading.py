@@ -7,7 +7,11 @@ runs from it.
 from __future__ import annotations
 
 import json
+import lzma
+import struct
+import sys
 import zipfile
+import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +23,7 @@ from lockprobe.evals.album import pictures_of
 from lockprobe.evals.playing import agent_spec
 from lockprobe.evals.samples import OPTIONS, SETTINGS
 from lockprobe.evals.scoring import TRIAL
+from lockprobe.inputs import check_regular
 from lockprobe.jsonline import trial_from_json
 from lockprobe.options import group_of
 from lockprobe.record import Trial
@@ -28,8 +33,19 @@ from lockprobe.studies.study import Study
 
 try:
     from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
+
+    if sys.version_info >= (3, 14):  # by what logs are unpacked
+        from compression.zstd import ZstdError
+    else:
+        from zstandard import ZstdError
 except ImportError as error:
     raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+_DAMAGE = (
+    *(OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, EOFError),
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, ZstdError),
+)
+"""What libraries raise over a file that is damaged, unpacked or not."""
 
 __all__ = ["LARGEST", "LARGEST_MEMBER", "log_files", "read_log", "trials_in"]
 
@@ -68,6 +84,7 @@ def read_log(path: Path | str) -> Source:
         BadFile: As :func:`trials_in`.
     """
     path = Path(path)
+    check_regular(path)
     _check_size(path)
     trials: dict[str, Trial] = {}
     samples: dict[str, EvalSample] = {}
@@ -92,7 +109,7 @@ def read_log(path: Path | str) -> Source:
         _check_held(header, len(samples) + len(broken))
     except BadValue as fault:
         raise BadFile(path, str(fault)) from None
-    except (OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, zipfile.BadZipFile) as fault:
+    except _DAMAGE as fault:
         said = fault.errors()[0]["msg"] if isinstance(fault, ValidationError) else str(fault)
         raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
@@ -116,7 +133,7 @@ def _check_size(path: Path) -> None:
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as packed:
                 size = sum(member.file_size for member in packed.infolist())
-    except (OSError, zipfile.BadZipFile) as fault:
+    except _DAMAGE as fault:
         why = fault.strerror if isinstance(fault, OSError) and fault.strerror else str(fault)
         raise BadFile(path, f"cannot be read ({why})") from None
     if size > LARGEST:

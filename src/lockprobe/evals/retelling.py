@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lockprobe.agents.prompt import Message, conversation, instructions, parse_reply, repair
 from lockprobe.errors import ReplyFault
+from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.record import Decision, Percept, Situation, Step, Task, Trial, Turn
 
@@ -126,4 +127,4 @@ def _percept(before: Decision | None, text: str, names: Mapping[PictureKind, str
 
 def _seen(names: Mapping[PictureKind, str], directory: Path | None) -> tuple[Picture, ...]:
     files = [] if directory is None else [(kind, directory / names[kind]) for kind in _SHOWN if kind in names]
-    return tuple(Picture(kind=kind, png=file.read_bytes()) for kind, file in files if file.is_file())
+    return tuple(Picture(kind=kind, png=read_input(file)) for kind, file in files if file.is_file())

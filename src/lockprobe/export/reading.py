@@ -15,6 +15,7 @@ from lockprobe.errors import BadFile
 from lockprobe.export.columns import PLATFORM, as_bits, column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.export.writing import DATA, DESCRIPTION, RECORDS, data_file
+from lockprobe.inputs import check_regular
 from lockprobe.studies.gathering import Source, source_of_directory
 
 __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
@@ -38,6 +39,7 @@ def source_of_dataset(directory: Path) -> Source:
     for path in _files(directory):
         if path.is_symlink():
             raise BadFile(path, "a link; a dataset holds its files itself")
+        check_regular(path)
         if path.stat().st_size > LARGEST_FILE:
             raise BadFile(path, f"larger than {LARGEST_FILE >> 20} MiB")
     records = PeopleRecords.read(directory / RECORDS)

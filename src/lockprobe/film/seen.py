@@ -12,6 +12,7 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.film.caption import captioned, opening_lines, outcome_lines
 from lockprobe.film.files import open_film
 from lockprobe.film.replay import Film
+from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.pictures.png import from_png
 from lockprobe.record import Trial
@@ -58,9 +59,7 @@ def _read(directory: Path, name: str) -> NDArray[np.uint8]:
     if not PICTURE_NAME.fullmatch(name):
         raise BadFile(directory, f"the record names a picture {name!r}, which is no name of a picture")
     try:
-        picture = from_png(path.read_bytes()).astype(np.uint8, copy=False)
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror or error})") from None
+        picture = from_png(read_input(path)).astype(np.uint8, copy=False)
     except BadValue as mistake:
         raise BadFile(path, str(mistake)) from None
     return np.stack([picture] * 3, axis=-1) if picture.ndim == 2 else picture

@@ -35,6 +35,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Clause, Joint, Lockbox, bits
 from lockprobe.lockbox.check import fault_of
 
@@ -75,16 +76,9 @@ def read_toml(path: Path) -> dict[str, object]:
     Raises:
         BadFile: If it cannot be read, is too large or is not TOML.
     """
-    if path.exists() and not path.is_file():
-        raise BadFile(path, "not a file")
+    content = read_input(path, MAX_BYTES)
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            raise BadFile(path, f"larger than {MAX_BYTES} bytes")
         return tomllib.loads(content.decode("utf-8"))
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:
         raise BadFile(path, f"not TOML ({error})") from None
 

@@ -20,7 +20,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -28,6 +27,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from lockprobe.errors import BadFile, UserMistake
+from lockprobe.inputs import parse_json, read_input
 from lockprobe.lockbox.boxfile import read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.mistakes import said_of, seen
@@ -189,10 +189,7 @@ def kept_experiment(directory: Path) -> Experiment | None:
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
     if not path.is_file():
         return None
-    try:
-        settings = json.loads(path.read_bytes())
-    except (ValueError, RecursionError) as error:
-        raise BadFile(path, f"not JSON ({error})") from None
+    settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict):
         raise BadFile(path, "not the settings of an experiment")
     return experiment_from(settings, path)

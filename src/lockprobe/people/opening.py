@@ -10,6 +10,7 @@ from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.inputs import read_input
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.options import PEOPLE
 from lockprobe.people.assignment import boxes_each
@@ -208,4 +209,4 @@ def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
         raise SettingsChanged(path.parent, different)
     put(path, asked)
     if not diaries and (texts := words_file(experiment.language)).is_file():
-        place(directory / PEOPLE_DIRECTORY / TEXTS, texts.read_bytes())
+        place(directory / PEOPLE_DIRECTORY / TEXTS, read_input(texts))

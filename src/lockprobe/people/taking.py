@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from lockprobe.errors import BadFile
+from lockprobe.inputs import read_input
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.kept import Kept, kept_diaries, write_diaries
@@ -71,7 +72,7 @@ class Arriving:
             here = self._directory / PEOPLE_DIRECTORY / name
             files = [source / PEOPLE_DIRECTORY / name for source in self._sources]
             if not here.exists() and (found := next(filter(Path.is_file, files), None)):
-                place(here, found.read_bytes())
+                place(here, read_input(found))
         return len(taken)
 
     def lost(self, trials: Mapping[str, Trial]) -> int:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.inputs import parse_json, read_input
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.lines import sync_directory
@@ -84,12 +85,9 @@ def put(path: Path, data: object) -> None:
 
 
 def _read(path: Path) -> dict[str, object] | None:
-    try:
-        found = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError) as error:
-        raise BadFile(path, f"cannot be read ({error})") from error
+    found = parse_json(read_input(path), path)
     if not isinstance(found, dict) or type(found.get("withdrawn")) is not int or found["withdrawn"] < 0:
         raise BadFile(path, "is not what withdrawals are noted in")
     return found

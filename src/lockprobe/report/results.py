@@ -165,6 +165,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "progress": {"planned": study.planned, "finished": study.finished, "partial": study.partial},
         "left_out": {
             "errors": sum(trial.ending == "error" for trial in study.trials),
+            "replayed_on_request": sum(trial.replays > 0 for trial in study.trials),
             "replaced_after_an_error": study.journal.replaced,
             "repeated": study.journal.repeated,
             "unfinished_lines": study.journal.unfinished_lines,

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lockprobe.errors import BadValue, Missing
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.pictures.png import from_png, to_png
 from lockprobe.record import Trial
@@ -72,8 +73,8 @@ def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
 def _small(path: Path, kind: PictureKind) -> bytes | None:
     """Of colours, the mean of every block; of depth, one pixel of it: the mean of two codes is the code of neither."""
     try:
-        pixels = from_png(path.read_bytes())
-    except (OSError, BadValue, Missing):
+        pixels = from_png(read_input(path))
+    except (BadFile, BadValue, Missing):
         return None
     step = -(-pixels.shape[1] // _WIDE)
     if kind == "depth":

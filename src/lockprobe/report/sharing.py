@@ -7,6 +7,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context, parent_process
@@ -42,7 +43,8 @@ def uncollected() -> Iterator[None]:
 def shared(directory: Path, processes: int) -> Iterator[Each]:
     """A way to work on several things at once, where that pays.
 
-    Whoever is free takes the next job; the first is always done by this process.
+    Whoever is free takes the next job; the first is always done by this process. What another process had taken when
+    it was killed, as where memory ends, is done by this one.
 
     Args:
         directory: The directory of a study.
@@ -61,7 +63,7 @@ def shared(directory: Path, processes: int) -> Iterator[Each]:
             pool.submit(import_module, "lockprobe.figures")
 
         def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
-            waiting, done = deque(enumerate(jobs)), dict[int, _Done]()
+            waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()
 
             def take(call: Callable[[_Job], _Done]) -> None:
                 while waiting:
@@ -69,7 +71,11 @@ def shared(directory: Path, processes: int) -> Iterator[Each]:
                         i, job = waiting.popleft()
                     except IndexError:
                         return
-                    done[i] = call(job)
+                    try:
+                        done[i] = call(job)
+                    except BrokenProcessPool:
+                        lost.append((i, job))
+                        return
 
             if not waiting:
                 return []
@@ -82,6 +88,7 @@ def shared(directory: Path, processes: int) -> Iterator[Each]:
                 waiting.clear()
             for errand in elsewhere:
                 errand.result()
+            done |= {i: work(job) for i, job in lost}
             return [done[i] for i in range(len(done))]
 
         yield each

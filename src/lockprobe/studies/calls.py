@@ -22,6 +22,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile
+from lockprobe.inputs import check_regular
 from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
 from lockprobe.studies.spending import Budget
 
@@ -56,7 +57,8 @@ def unanswered(directory: Path | str) -> list[Call]:
         if call.unanswered and asked[call.key]:  # the same call, made again
             asked[call.key].pop()
         asked[call.key].append(call)
-    answered = Counter(call.key for call in read_calls(directory)) if asked else Counter()
+    came = (call.key for call in read_calls(directory) if not call.owed_anew) if asked else ()
+    answered = Counter(came)
     return [call for key, calls in asked.items() for call in calls[answered[key] :]]
 
 
@@ -85,7 +87,9 @@ class Calls:
             self._note(call)
 
     def _note(self, call: Call) -> None:
-        if call.reply is not None:
+        if call.owed_anew:
+            self.forget(call.key)
+        elif call.reply is not None:
             self._replied.setdefault(call.key, {})[call.step, call.turn] = call
 
     @classmethod
@@ -175,6 +179,7 @@ class Calls:
 
     def _append(self, name: str, call: Call) -> None:
         path = self._directory / name
+        check_regular(path)
         try:
             if name not in self._files:
                 self._files[name] = path.open("ab", buffering=0)

@@ -132,6 +132,9 @@ class _Agent:
 
     def note(self, call: Call) -> None:
         """One call on record: where its trial goes on if it was broken off, and how large requests and replies are."""
+        if call.owed_anew:
+            self._made[call.key] = self._reached[call.key] = 0
+            return
         self._reached[call.key] = max(self._reached[call.key], min(call.step, self._study.max_steps))
         if call.reply is None:
             return

@@ -16,6 +16,7 @@ from pathlib import Path
 from lockprobe.agents.participant import check_participant
 from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.inputs import read_input
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
@@ -85,7 +86,7 @@ def source_of_directory(directory: Path) -> Source:
 
     def picture(name: str) -> bytes | None:
         file = directory / ALBUM / name
-        return file.read_bytes() if file.is_file() else None
+        return read_input(file) if file.is_file() else None
 
     trials, calls = tuple(load(directory)), tuple(read_calls(directory))
     return Source(

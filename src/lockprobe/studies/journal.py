@@ -17,9 +17,12 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import IO
+from typing import IO, Annotated
+
+from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
+from lockprobe.inputs import check_regular, parse_json, read_input
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Trial
 from lockprobe.studies.calls import ASKED, CALLS, Calls
@@ -55,8 +58,11 @@ class Timing:
     """
 
     key: str
-    seconds: float
-    steps: int
+    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    steps: Annotated[int, Field(ge=0, le=2**53)]
+
+
+_reading: TypeAdapter[Timing] = TypeAdapter(Timing)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +99,7 @@ def left_out(directory: Path | str) -> LeftOut:
 def read_journal(directory: Path | str) -> tuple[list[Trial], LeftOut]:
     """Both :func:`load` and :func:`left_out`, read once."""
     path = Path(directory) / "trials.jsonl"
+    check_regular(path)
     if not path.is_file():
         raise BadFile(directory, "no trials.jsonl here; is it the directory of a study?")
     trials: dict[str, Trial] = {}
@@ -104,7 +111,8 @@ def read_journal(directory: Path | str) -> tuple[list[Trial], LeftOut]:
             raise BadFile(path, f"line {number}: {error}") from error
         before = trials.pop(trial.key, None)
         replaced += before is not None and before.owed_again
-        repeated += before is not None and not before.owed_again
+        asked = trial.error is not None and trial.error.again  # the same record, owed anew
+        repeated += before is not None and not before.owed_again and not asked
         trials[trial.key] = trial
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 1))
@@ -115,14 +123,9 @@ def read_journal(directory: Path | str) -> tuple[list[Trial], LeftOut]:
 def read_settings(directory: Path | str) -> dict[str, object]:
     """The settings of the study in a directory."""
     path = Path(directory) / "study.json"
-    if path.exists() and not path.is_file():
-        raise BadFile(path, "not a file")
-    try:
-        settings = json.loads(path.read_text("utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        raise BadFile(directory, "no study.json here; is it the directory of a study?") from None
-    except (ValueError, RecursionError) as error:
-        raise BadFile(path, f"not JSON ({error})") from error
+    if not path.exists():
+        raise BadFile(directory, "no study.json here; is it the directory of a study?")
+    settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict) or not _are_of_a_study(settings):
         raise BadFile(path, "not the settings of a study")
     return settings
@@ -143,10 +146,9 @@ def read_timings(directory: Path | str) -> list[Timing]:
         return []
     found = {}
     for _, line in whole_lines(path):
-        with suppress(ValueError, TypeError, KeyError):
-            reading = json.loads(line)
-            key, seconds, steps = str(reading["key"]), float(reading["seconds"]), int(reading["steps"])
-            found[key] = Timing(key=key, seconds=seconds, steps=steps)
+        with suppress(ValidationError):
+            reading = _reading.validate_json(line)
+            found[reading.key] = reading
     return list(found.values())
 
 
@@ -177,6 +179,8 @@ class Journal:
             BadFile: If it holds something that cannot be read.
         """
         directory = Path(directory)
+        for name in ("trials.jsonl", "timings.jsonl"):
+            check_regular(directory / name)
         try:
             directory.mkdir(parents=True, exist_ok=True)
             handle = (directory / "trials.jsonl").open("ab", buffering=0)
@@ -205,6 +209,8 @@ class Journal:
         Raises:
             BadFile: If it cannot be written.
         """
+        if (before := self.trials.get(trial.key)) is not None and before.error is not None:
+            trial = replace(trial, replays=max(trial.replays, before.replays + before.error.again))
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
         append_line(self._records, self.directory / "trials.jsonl", trial_to_json(trial))
         append_line(self._timings, self.directory / "timings.jsonl", json.dumps(clock).encode())

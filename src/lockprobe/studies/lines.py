@@ -15,6 +15,7 @@ from typing import IO
 
 from lockprobe.atomic_file import sync_directory
 from lockprobe.errors import BadFile
+from lockprobe.inputs import read_lines
 
 __all__ = ["append_line", "cut_torn_tail", "sync_directory", "whole_lines"]
 
@@ -24,8 +25,8 @@ _BLOCK = 1 << 16
 
 def whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
     """Whole lines that are not blank, with their numbers, from 1."""
-    with path.open("rb") as lines:
-        yield from ((n, line) for n, line in enumerate(lines, 1) if line.endswith(b"\n") and line.strip())
+    lines = enumerate(read_lines(path), 1)
+    yield from ((number, line) for number, line in lines if line.endswith(b"\n") and line.strip())
 
 
 def append_line(handle: IO[bytes], path: Path, line: bytes) -> None:

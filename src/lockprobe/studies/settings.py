@@ -16,6 +16,9 @@ from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
 __all__ = ["read_study", "study_from"]
 
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
+LONGEST_ARGUMENT = 2**17
+"""Characters that an argument of a command can have on Linux: earlier releases took an agent's spec as long as that."""
+
 Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
@@ -23,7 +26,7 @@ class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     identity: int
     study: Text
-    agents: list[Text]
+    agents: list[Annotated[str, Field(min_length=1, max_length=LONGEST_ARGUMENT)]]
     box: dict[str, Any]
     p: list[Annotated[float, Field(ge=0, le=1)]]
     flip: Text

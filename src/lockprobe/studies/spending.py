@@ -116,6 +116,8 @@ class Ledger:
 
     def add(self, call: Call) -> None:
         """One more call."""
+        if call.owed_anew:
+            return
         agent = self._owners.of(call.key)
         if agent not in self._sums:
             self._sums[agent] = _Sum(agent, pictured=self._pictured)

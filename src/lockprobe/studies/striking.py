@@ -98,6 +98,6 @@ def _owner(line: bytes) -> tuple[str, str]:
 
 def _key(reading: bytes) -> str:
     """Of a clock reading; empty where it is damaged."""
-    with suppress(ValueError, TypeError, KeyError):
+    with suppress(ValueError, TypeError, KeyError, RecursionError):
         return str(json.loads(reading)["key"])
     return ""

@@ -13,6 +13,7 @@ A study file is data from anyone: it cannot name an agent that runs code.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -35,6 +36,9 @@ STUDIES = ("flips", "modalities")
 
 SHIPPED = ("mechanisms.toml",)
 """Study files that come with the package. One of the same name in the working directory goes before."""
+
+LONGEST_SPEC = 1000
+"""Characters of the spec of an agent, a plant or a modality."""
 
 _T = TypeVar("_T")
 
@@ -116,6 +120,8 @@ def study(request: Request | str = "flips") -> Study:
     modalities = tuple(_given(request.modality, _shown_by_default(plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
+    for what, specs in (("agent", agents), ("plant", [plant]), ("modality", modalities)):
+        _check_lengths(what, specs)
     for spec in agents:
         resolve(spec)
     planned = Study(
@@ -136,6 +142,12 @@ def study(request: Request | str = "flips") -> Study:
     )
     planned.check_agents()
     return planned
+
+
+def _check_lengths(what: str, specs: Sequence[str]) -> None:
+    for spec in specs:
+        if len(spec) > LONGEST_SPEC:
+            raise BadValue(what, f"{spec[:40]}…", f"at most {LONGEST_SPEC} characters; these are {len(spec)}")
 
 
 def _flips_extent(request: Request) -> paper.Extent:

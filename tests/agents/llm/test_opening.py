@@ -85,3 +85,24 @@ def test_providers_with_batches_are_those_of_which_inspect_knows_them():
     there = Path(find_spec("inspect_ai.model._providers").submodule_search_locations[0])
     known = {path.stem.removeprefix("_").removesuffix("_batch") for path in there.glob("_*_batch.py")}
     assert known == set(opening.WITH_BATCHES)
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["http://localhost:80a0/v1", "http://x:99999/v1", "localhost:8080/v1", "http://[::1/v1", "http://", "http://a b/v1",
+     "ftp://x/v1", "http://x\x01y/v1"],
+)  # fmt: skip
+def test_a_url_that_is_none_is_one_line(monkeypatch, url):
+    monkeypatch.setenv("FAKE_BASE_URL", url)
+    with pytest.raises(BadValue) as mistake:
+        opening.opened(MODEL, Access(), {})
+    assert str(mistake.value) == f"FAKE_BASE_URL: got {url!r}, expected a URL such as http://localhost:8080/v1"
+
+
+def test_a_proxy_that_is_none_is_one_line(monkeypatch):
+    monkeypatch.setenv("FAKE_BASE_URL", "http://localhost:8080/v1")
+    monkeypatch.setenv("https_proxy", "localhost:31z8")
+    with pytest.raises(BadValue, match="https_proxy: got 'localhost:31z8', expected the URL of a proxy"):
+        opening.opened(MODEL, Access(), {})
+    monkeypatch.setenv("https_proxy", "localhost:3128")
+    opening.opened(MODEL, Access(), {})

@@ -27,6 +27,8 @@ _log = logging.getLogger(__name__)
 WITH_BATCHES = ("anthropic", "google", "grok", "openai", "together")
 """Providers whose batch interface Inspect AI knows."""
 
+_PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
+
 _STARTED_HERE = {
     "vllm": ("VLLM_BASE_URL", "vllm"),
     "vllm-completions": ("VLLM_BASE_URL", "vllm"),
@@ -45,8 +47,10 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
 
     Raises:
         Missing: If a key, a server or a provider's package is missing.
-        BadValue: If there is no such provider, or it has no batch interface and one is asked for.
+        BadValue: If there is no such provider, or it has no batch interface and one is asked for; or if the URL of its
+            server or of a proxy is none.
     """
+    _check_addresses(name)
     provider = name.partition("/")[0]
     variable, package = _STARTED_HERE.get(provider, ("", ""))
     if variable and not os.environ.get(variable) and find_spec(package) is None:
@@ -94,13 +98,39 @@ def _batch(name: str, access: Access) -> BatchConfig | None:
 
 def host_of(name: str) -> str | None:
     """Whose machine is asked for a model, where somebody said so; None for the provider's own."""
-    provider, service, *_ = f"{name}/".split("/")
-    whose = (service if provider == "openai-api" else provider).upper().replace("-", "_")
-    url = os.environ.get(f"{whose}_BASE_URL") or os.environ.get("INSPECT_EVAL_MODEL_BASE_URL") or ""
+    url = next((url for variable in _variables(name) if (url := os.environ.get(variable))), "")
     try:
         return urlsplit(url).hostname
     except ValueError:
         return None
+
+
+def _variables(name: str) -> tuple[str, str]:
+    """The variables that can name the server of a model; the first goes before the second."""
+    provider, service, *_ = f"{name}/".split("/")
+    whose = (service if provider == "openai-api" else provider).upper().replace("-", "_")
+    return f"{whose}_BASE_URL", "INSPECT_EVAL_MODEL_BASE_URL"
+
+
+def _check_addresses(name: str) -> None:
+    """Refuse the URL of a model's server, or of a proxy, that is none: libraries raise what they like over it."""
+    for variable in _variables(name):
+        if (url := os.environ.get(variable)) and not _is_url(url, ("http", "https")):
+            raise BadValue(variable, url, "a URL such as http://localhost:8080/v1")
+    for variable, url in os.environ.items():
+        if variable.upper() in _PROXIES and url:
+            whole = url if "://" in url else f"http://{url}"
+            if not _is_url(whole, ("http", "https", "socks4", "socks5", "socks5h")):
+                raise BadValue(variable, url, "the URL of a proxy such as http://localhost:3128")
+
+
+def _is_url(url: str, schemes: tuple[str, ...]) -> bool:
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        return False
+    return bool(parts.scheme in schemes and host and port != 0 and url.isprintable() and " " not in url)
 
 
 def _is_news(record: logging.LogRecord) -> bool:

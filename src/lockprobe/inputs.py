@@ -1,0 +1,104 @@
+"""Files and lines that come from elsewhere are read with bounds: no pipe, no device, nothing without end."""
+
+from __future__ import annotations
+
+import json
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from lockprobe.errors import BadFile
+
+__all__ = ["LARGEST_INPUT", "check_regular", "parse_json", "read_input", "read_lines"]
+
+LARGEST_INPUT = 1 << 28
+"""Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
+
+_KINDS = {
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFDIR: "a directory",
+}
+
+
+def check_regular(path: Path) -> None:
+    """Refuse what is there and is no regular file: to read a pipe or a device may never end.
+
+    Args:
+        path: Of the file; a link is followed. One that is not there is left to whoever opens it.
+
+    Raises:
+        BadFile: If it is a pipe, a device, a socket or a directory, or cannot be looked at.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:  # a name with a null character is no name
+        raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if not stat.S_ISREG(mode):
+        raise BadFile(path, f"{_KINDS.get(stat.S_IFMT(mode), 'something else')}, not a regular file")
+
+
+def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
+    """The content of a file.
+
+    Args:
+        path: Of the file.
+        most: Bytes above which it is refused.
+
+    Raises:
+        BadFile: If it is no regular file, is larger, or cannot be read.
+    """
+    check_regular(path)
+    try:
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    if len(content) > most:
+        raise BadFile(path, f"larger than {most} bytes")
+    return content
+
+
+def read_lines(path: Path, most: int = LARGEST_INPUT) -> Iterator[bytes]:
+    """The lines of a file with their ends, one after another; the last may have none.
+
+    Args:
+        path: Of the file.
+        most: Bytes of a line above which the file is refused.
+
+    Raises:
+        BadFile: If it is no regular file, has a longer line, or cannot be read.
+    """
+    check_regular(path)
+    try:
+        with path.open("rb") as file:
+            number = 0
+            while line := file.readline(most + 1):
+                number += 1
+                if len(line) > most:
+                    raise BadFile(path, f"line {number}: longer than {most} bytes")
+                yield line
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+
+
+def parse_json(content: bytes | str, path: Path) -> object:
+    """What a file of JSON says.
+
+    Args:
+        content: The content, in UTF-8.
+        path: Of the file, for messages.
+
+    Raises:
+        BadFile: If it is no JSON, or nested more deeply than can be read.
+    """
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise BadFile(path, "not JSON that can be read (nested too deeply)") from None
+    except ValueError as error:
+        raise BadFile(path, f"not JSON ({error})") from None

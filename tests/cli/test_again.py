@@ -1,0 +1,90 @@
+"""A run whose replies cannot be used fails and says why; ``--again reply`` plays those trials anew."""
+
+import json
+
+import pytest
+import typer
+from provider_server import completion, here, truthful
+
+from lockprobe import load
+from lockprobe.cli.run import NO_VALID_TRIAL, run
+from lockprobe.cli.status import status
+from lockprobe.errors import BadValue
+
+SPEC = "llm:openai-api/fake/model?repairs=0"
+
+
+def nonsense(request):
+    return completion('{"move": "A"}')
+
+
+@pytest.fixture
+def play(tmp_path, monkeypatch):
+    """Plays four trials with the answers that are given. Reports are left out, which take seconds."""
+    pytest.importorskip("inspect_ai")
+    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
+    answers = [nonsense]
+
+    def newest(request):
+        return answers[-1](request)
+
+    with here(newest) as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+
+        def played(answer, **more):
+            answers.append(answer)
+            run("flips", agent=[SPEC], p="0,0.2", trials=2, repetitions=1, out=tmp_path / "s", **more)
+
+        yield played
+
+
+def failed(play, *given, **more):
+    with pytest.raises(typer.Exit) as end:
+        play(*given, **more)
+    return end.value.exit_code == NO_VALID_TRIAL
+
+
+def test_without_a_valid_trial_the_run_fails_and_the_same_command_says_so_again(tmp_path, play, capsys):
+    expected = (
+        f"No valid trial of flips/{SPEC}/p=0 and 1 more condition: all 4 trials ended as an error, the first at reply: "
+        "no usable reply in 1 turns: joint: Field required; the same command with --again reply plays them anew"
+    )
+    for _ in range(2):
+        assert failed(play, nonsense)
+        assert expected in capsys.readouterr().out.splitlines()
+    status(tmp_path / "s")
+    assert f"invalid     {expected}" in capsys.readouterr().out.splitlines()
+    status(tmp_path / "s", json=True)
+    assert json.loads(capsys.readouterr().out)["without_valid_trial"] == [f"flips/{SPEC}/p={p}" for p in ("0", "0.2")]
+
+
+def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys):
+    assert failed(play, nonsense)
+    before = (tmp_path / "s" / "trials.jsonl").read_bytes()
+    play(truthful, again="reply")
+    said = capsys.readouterr().out
+    assert "Owed anew: 4 trials that ended as an error at reply; the earlier records stay" in said
+    assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
+    assert (tmp_path / "s" / "trials.jsonl").read_bytes().startswith(before)
+    status(tmp_path / "s", json=True)
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["done"], facts["owed"], facts["without_valid_trial"]) == (4, 0, [])
+    assert facts["calls"] == 4 + sum(len(trial.steps) for trial in load(tmp_path / "s"))
+
+
+def test_machines_get_both_as_events(tmp_path, play, capsys):
+    assert failed(play, nonsense, json=True)
+    assert failed(play, nonsense, again="reply", json=True)
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [event["trials"] for event in events if event["event"] == "owed-anew"] == [4]
+    invalid = [event for event in events if event["event"] == "no-valid-trial"]
+    assert [[one["condition"] for one in event["conditions"]] for event in invalid] == [
+        [f"flips/{SPEC}/p=0", f"flips/{SPEC}/p=0.2"]
+    ] * 2
+
+
+@pytest.mark.parametrize(("more", "line"), [({}, "again: got 'model'"), ({"estimate": True}, "no --estimate")])
+def test_what_cannot_be_owed_anew_is_refused(tmp_path, play, more, line):
+    with pytest.raises(BadValue, match=line):
+        play(truthful, again="model", **more)
