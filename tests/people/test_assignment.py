@@ -9,8 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from seated import people_study, short
 
-from lockprobe.people.assignment import assigned, boxes_each, conditions_of, williams
+from lockprobe.people.assignment import Given, boxes_each, conditions_of, williams
+from lockprobe.people.assignment import assigned as assigned_after
 from lockprobe.people.diary import Slot
+
+
+def assigned(study, experiment, given, taken, kept=None):
+    """What somebody gets who joins after all these."""
+    before = Given()
+    for number, slots in enumerate(given):
+        before.give(slots, None if kept is None else kept[number])
+    before.take(taken)
+    return assigned_after(study, experiment, before)
 
 
 def joining(study, experiment, people=None):

@@ -58,6 +58,19 @@ def test_what_is_no_http_is_heard_of_its_logger():
     with Log(file, clock=lambda: 0.0).hears("tests.no-http"):
         logger.warning("Invalid HTTP request received.")
         logger.warning("something with %s in it", "a secret")
-        logger.error("worse")
-    assert file.getvalue() == b"1970-01-01T00:00:00Z 400 malformed no HTTP\n"
+        logger.error("worse\nsocket: 203.0.113.7", exc_info=(OSError, OSError(24), None))
+    first, second = file.getvalue().decode().splitlines()
+    assert first == "1970-01-01T00:00:00Z 400 malformed no HTTP"
+    assert second == "1970-01-01T00:00:00Z error tests.no-http worse OSError"
     assert logger.handlers == []
+
+
+def test_a_flood_of_tracebacks_is_counted_too(capfd):
+    import logging
+
+    file = io.BytesIO()
+    with Log(file, clock=lambda: 0.0).hears("tests.no-files"):
+        for _ in range(5000):
+            logging.getLogger("tests.no-files").error("out of files", exc_info=(OSError, OSError(24), None))
+    assert len(file.getvalue().splitlines()) == A_MINUTE
+    assert len(capfd.readouterr().err) < 20_000

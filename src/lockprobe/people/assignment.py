@@ -13,9 +13,9 @@ and from what was given and is taken.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,13 +25,16 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.seeds import generator
 from lockprobe.studies.study import Study
 
-__all__ = ["Condition", "assigned", "boxes_each", "conditions_of", "williams"]
+__all__ = ["Condition", "Given", "assigned", "boxes_each", "conditions_of", "williams"]
 
 Condition = tuple[float, str]
 """Flip probability and modality."""
 
 Luck = tuple[int, int]
 """Repetition and trial."""
+
+Rests = Counter[tuple[Condition, ...]]
+"""What people were given beyond whole rows, and how many were given it so."""
 
 _CLOSED = 1e12
 """The price of a trial that is taken."""
@@ -54,75 +57,95 @@ def boxes_each(study: Study, experiment: Experiment) -> int:
     return min(asked, study.repetitions * study.trials)
 
 
-def assigned(
-    study: Study,
-    experiment: Experiment,
-    given: Sequence[Sequence[Slot]],
-    taken: Collection[Slot],
-    kept: Sequence[Collection[Slot]] | None = None,
-) -> tuple[Slot, ...]:
+@dataclass(slots=True)
+class Given:
+    """What was given out so far: counts that another participant adds to, however many there are.
+
+    Attributes:
+        orders: The conditions that people were given, in their order, and how many were given them so.
+        boxes: Boxes of each condition that were really played, or still will be.
+        taken: Trials that cannot be given: finished, or somebody plays them.
+        taken_of: How many of these each condition has.
+        gone: How many of these each luck has.
+    """
+
+    orders: Counter[tuple[Condition, ...]] = field(default_factory=Counter)
+    boxes: Counter[Condition] = field(default_factory=Counter)
+    taken: set[tuple[Condition, Luck]] = field(default_factory=set)
+    taken_of: Counter[Condition] = field(default_factory=Counter)
+    gone: Counter[Luck] = field(default_factory=Counter)
+
+    def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
+        """Somebody was given trials.
+
+        Args:
+            slots: Which, in their order.
+            kept: Those of them that were finished or still will be; all if left out.
+        """
+        self.orders[tuple(map(_condition, slots))] += 1
+        kept = slots if kept is None else kept
+        self.boxes.update(map(_condition, kept))
+        self.take(kept)
+
+    def take(self, slots: Iterable[Slot]) -> None:
+        """Trials cannot be given any more."""
+        for slot in slots:
+            condition, luck = _condition(slot), (slot.repetition, slot.trial)
+            if (condition, luck) not in self.taken:
+                self.taken.add((condition, luck))
+                self.taken_of[condition] += 1
+                self.gone[luck] += 1
+
+
+def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, ...]:
     """The trials of somebody who joins now, in the order in which they are played.
 
     Args:
         study: The study.
         experiment: How people take part.
-        given: The trials that everybody was given who takes part or has, in their order.
-        taken: Trials that cannot be given: finished, or somebody plays them.
-        kept: Of the same people, those of these trials that they have finished or still will; all if left out.
+        given: What was given out so far.
 
     Returns:
         So many as :func:`boxes_each` says; fewer where no more are left, and none where none is.
     """
     conditions = conditions_of(study)
-    left = Counter(dict.fromkeys(conditions, study.repetitions * study.trials))
-    left.subtract(map(_condition, set(taken)))
-    before = _Before(
-        orders=[[_condition(slot) for slot in slots] for slots in given],
-        boxes=Counter(_condition(slot) for slots in (given if kept is None else kept) for slot in slots),
-    )
+    left = Counter({one: study.repetitions * study.trials - given.taken_of[one] for one in conditions})
     length = boxes_each(study, experiment)
     if experiment.design == "between":
-        order = _one(conditions, length, before, left)
+        order = _one(conditions, length, given, left)
     else:
-        order = _each(conditions, length, before, left, study.seed)
-    return _with_luck(order, study, taken)
-
-
-class _Before(NamedTuple):
-    """What people were given before, and what came of it.
-
-    Attributes:
-        orders: The conditions that each was given, in their order.
-        boxes: Boxes of each condition that were really played, or still will be.
-    """
-
-    orders: Sequence[Sequence[Condition]]
-    boxes: Counter[Condition]
+        order = _each(conditions, length, given, left, study.seed)
+    return _with_luck(order, study, given)
 
 
 def _condition(slot: Slot) -> Condition:
     return slot.p, slot.modality
 
 
-def _one(conditions: Sequence[Condition], length: int, before: _Before, left: Counter[Condition]) -> list[Condition]:
+def _one(conditions: Sequence[Condition], length: int, before: Given, left: Counter[Condition]) -> list[Condition]:
     """The condition of which fewest boxes were played, of those of which most is left up to the length asked for."""
-    people = Counter(order[0] for order in before.orders if order)
+    people: Counter[Condition] = Counter()
+    for order, number in before.orders.items():
+        if order:
+            people[order[0]] += number
     found = min(conditions, key=lambda one: (-min(left[one], length), before.boxes[one], people[one]))
     return [found] * min(length, left[found])
 
 
 def _each(
-    conditions: Sequence[Condition], length: int, before: _Before, left: Counter[Condition], seed: int
+    conditions: Sequence[Condition], length: int, before: Given, left: Counter[Condition], seed: int
 ) -> list[Condition]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least."""
     size = len(conditions)
     shuffled = [conditions[i] for i in generator(seed, "people", "orders").permutation(size)]
     rows = [[shuffled[i] for i in row] for row in williams(size)]
-    used = [sum(list(order[:size]) == row for order in before.orders) for row in rows]
+    used = [sum(n for order, n in before.orders.items() if list(order[:size]) == row) for row in rows]
     start = min(range(len(rows)), key=lambda n: (used[n], [before.boxes[condition] for condition in rows[n]]))
     order = [condition for block in range(length // size) for condition in rows[(start + block) % len(rows)]]
     order = [condition for n, condition in enumerate(order) if order[:n].count(condition) < left[condition]]
-    rests = [list(earlier[len(order) :]) for earlier in before.orders]
+    rests: Rests = Counter()
+    for earlier, number in before.orders.items():
+        rests[earlier[len(order) :]] += number
     rest = _least(shuffled, length - len(order), Counter(order), before.boxes, rests, left)
     return [*order, *_in_places(rest, rests)]
 
@@ -132,7 +155,7 @@ def _least(
     count: int,
     theirs: Counter[Condition],
     boxes: Counter[Condition],
-    rests: Sequence[Sequence[Condition]],
+    rests: Rests,
     left: Counter[Condition],
 ) -> list[Condition]:
     """So many more conditions for somebody, one after the other, as long as any are left.
@@ -152,34 +175,38 @@ def _least(
         open_ones = [one for one in conditions if left[one] > have[one]]
         if not open_ones:
             break
-        together = Counter(one for rest in rests for other in found if other in rest for one in rest)
+        together: Counter[Condition] = Counter()
+        for rest, number in rests.items():
+            for one in rest:
+                together[one] += number * sum(other in rest for other in found)
         found[min(open_ones, key=lambda one: (have[one], boxes[one], together[one]))] += 1
     return list(found.elements())
 
 
-def _in_places(rest: list[Condition], before: Sequence[Sequence[Condition]]) -> list[Condition]:
+def _in_places(rest: list[Condition], before: Rests) -> list[Condition]:
     """The same in such an order that each stands where it has stood least before."""
     if not rest:
         return []
     from scipy.optimize import linear_sum_assignment
 
-    stood = Counter((place, condition) for order in before for place, condition in enumerate(order))
+    stood: Counter[tuple[int, Condition]] = Counter()
+    for order, number in before.items():
+        for at in enumerate(order):
+            stood[at] += number
     price = np.array([[stood[place, condition] for condition in rest] for place in range(len(rest))], dtype=float)
     return [rest[i] for i in linear_sum_assignment(price)[1].tolist()]
 
 
-def _with_luck(order: Sequence[Condition], study: Study, taken: Collection[Slot]) -> tuple[Slot, ...]:
+def _with_luck(order: Sequence[Condition], study: Study, given: Given) -> tuple[Slot, ...]:
     """A different luck for each place of an order, from what is free.
 
     Luck that is left in most conditions goes first: then what is left in the end can still be given to somebody.
     """
     if not order:
         return ()
-    closed = {(slot.p, slot.modality, slot.repetition, slot.trial) for slot in taken}
-    gone = Counter((slot.repetition, slot.trial) for slot in set(taken))
     from scipy.optimize import linear_sum_assignment
 
-    conditions = len(conditions_of(study))
+    gone, conditions = given.gone, len(conditions_of(study))
     lucks = [
         (repetition, trial)
         for repetition in range(1, study.repetitions + 1)
@@ -188,7 +215,7 @@ def _with_luck(order: Sequence[Condition], study: Study, taken: Collection[Slot]
     ]
     ahead = {luck: n for n, luck in enumerate(sorted(lucks, key=lambda luck: (gone[luck], luck)))}
     price = np.array(
-        [[_CLOSED if (*condition, *luck) in closed else float(ahead[luck]) for luck in lucks] for condition in order]
+        [[_CLOSED if (one, luck) in given.taken else float(ahead[luck]) for luck in lucks] for one in order]
     ).reshape(len(order), len(lucks))
     places, chosen = (indices.tolist() for indices in linear_sum_assignment(price))
     return tuple(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import secrets
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import takewhile
 from typing import Literal
 
 from lockprobe.options import PEOPLE, group_of
-from lockprobe.people.assignment import assigned, boxes_each, conditions_of
-from lockprobe.people.diary import Diary, Joined, Slot
+from lockprobe.people.assignment import Given, assigned, boxes_each, conditions_of
+from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, Slot
 from lockprobe.people.journey import Journey, fingerprint, stations
 from lockprobe.people.seat import Seat, Table
 from lockprobe.plants.catalogue import resolve_plant
@@ -38,6 +40,14 @@ class Register:
     def __init__(self, table: Table, seats: Iterable[Seat]) -> None:
         self._table = table
         self._seats = {seat.journey.identity: seat for seat in seats}
+        self._given: Given | None = None
+        """What was given out; None where it has to be counted anew."""
+        self._persons = Counter(filter(None, (self._person(seat.journey.joined.platform) for seat in self)))
+        self._released = sum(seat.journey.released for seat in self)
+        self._open: dict[str, Seat] = {}
+        """Those who have boxes left, in the order of their last acts."""
+        for seat in sorted(self, key=lambda seat: seat.journey.at):
+            self._watch(seat)
         marked = ((seat.journey.joined.token, seat) for seat in self._seats.values())
         self._by_mark = {mark: seat for mark, seat in marked if mark}  # whoever came from elsewhere has none
         self._looked = table.clock()
@@ -79,12 +89,38 @@ class Register:
         finally:
             diary.close()
         self._seats[identity] = self._by_mark[mark] = seat
+        if person := self._person(platform):
+            self._persons[person] += 1
+        if self._given is not None:
+            self._given.give(slots)
+        self._watch(seat)
         return seat
 
     def remove(self, seat: Seat) -> None:
         """Forget a seat."""
-        self._seats.pop(seat.journey.identity, None)
+        if self._seats.pop(seat.journey.identity, None) is None:
+            return
         self._by_mark.pop(seat.journey.joined.token, None)
+        self._open.pop(seat.journey.identity, None)
+        self._released -= seat.journey.released
+        self._given = None
+        if person := self._person(seat.journey.joined.platform):
+            self._persons[person] -= 1
+
+    def _watch(self, seat: Seat) -> None:
+        """Be told of what is written of somebody from now on."""
+        seat.on_line = self._written
+        if not (seat.journey.released or seat.journey.boxes_done):
+            self._open[seat.journey.identity] = seat
+
+    def _written(self, seat: Seat, line: Entry) -> None:
+        """A line of somebody's diary is on disk."""
+        here = self._open.pop(seat.journey.identity, None)
+        if here is not None and not (seat.journey.released or seat.journey.boxes_done):
+            self._open[seat.journey.identity] = seat  # last
+        self._released += isinstance(line, Released)
+        if isinstance(line, Released | Broken) or (isinstance(line, Did) and line.ended == "error"):
+            self._given = None  # trials are free again
 
     def finished(self) -> set[Slot]:
         """Trials of people that are on record, whoever played them."""
@@ -96,16 +132,13 @@ class Register:
 
     def assigned(self) -> tuple[Slot, ...]:
         """What somebody would play who joined now; empty if nothing is left."""
-        given = [seat.journey.joined.slots for seat in self]
-        kept = [seat.journey.slots_kept for seat in self]
-        taken = self.finished().union(*kept)
-        return assigned(self._table.study, self._table.experiment, given, taken, kept)
+        return assigned(self._table.study, self._table.experiment, self._all_given())
 
     def why_not(self, platform: Mapping[str, str]) -> Literal["taken", "full"] | None:
         """Why somebody cannot join; None if they can, perhaps with trials of somebody who was away too long."""
-        if (person := self._person(platform)) and any(self._person(s.journey.joined.platform) == person for s in self):
+        if (person := self._person(platform)) and self._persons[person]:
             return "taken"
-        late = sum(map(self.is_late, self))
+        late = len(self._late())
         limit = self._table.experiment.participants
         if limit is not None and self._taking_part() - late >= limit:
             return "full"
@@ -117,8 +150,8 @@ class Register:
         Raises:
             BadFile: If it cannot be written.
         """
-        for seat in sorted(self, key=lambda seat: seat.journey.at):
-            if not self.is_late(seat) or seat.lock.locked():
+        for seat in self._late():
+            if seat.lock.locked():
                 continue
             async with seat.lock:
                 if self._is_enough_left():
@@ -145,6 +178,8 @@ class Register:
             comes: Whose trial is needed next; None where somebody new comes.
         """
         now = self._table.clock()
+        if now - self._looked < _LOOK_SECONDS and len(self._seats) < self._most_waiting:
+            return
         waiting = sorted((seat for seat in self if seat.holds and seat is not comes), key=lambda seat: seat.used)
         surplus = max(0, len(waiting) - self._most_waiting + 1)
         if now - self._looked >= _LOOK_SECONDS:
@@ -170,14 +205,22 @@ class Register:
     def _is_anything_left(self) -> bool:
         """Whether there is a trial that nobody has."""
         study = self._table.study
-        taken = {
-            (trial.p, trial.modality, trial.repetition, trial.trial)
-            for trial in self._table.journal.trials.values()
-            if group_of(trial.agent) == PEOPLE and not trial.owed_again
-        }
-        for seat in self:
-            taken.update((slot.p, slot.modality, slot.repetition, slot.trial) for slot in seat.journey.slots_kept)
-        return len(taken) < len(conditions_of(study)) * study.repetitions * study.trials
+        return len(self._all_given().taken) < len(conditions_of(study)) * study.repetitions * study.trials
+
+    def _all_given(self) -> Given:
+        """What was given out, counted once and then kept."""
+        if self._given is None:
+            self._given = Given()
+            for seat in self:
+                self._given.give(seat.journey.joined.slots, seat.journey.slots_kept)
+            self._given.take(self.finished())
+        return self._given
+
+    def _late(self) -> list[Seat]:
+        """Those who were away too long, longest first."""
+        latest = self._table.clock() - self._table.experiment.away_hours * _HOUR
+        away = takewhile(lambda seat: seat.journey.at < latest, self._open.values())
+        return [seat for seat in away if self.is_late(seat)]
 
     def _taking_part(self) -> int:
-        return sum(not seat.journey.released for seat in self)
+        return len(self._seats) - self._released

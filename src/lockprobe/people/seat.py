@@ -69,6 +69,7 @@ class Seat:
         lease: Of the page that may act; None before the first page asks.
         gone: Whether all that was kept of them has been deleted.
         used: When it was last asked for, seconds since 1970.
+        on_line: Told of each line that was written.
     """
 
     def __init__(self, table: Table, journey: Journey) -> None:
@@ -77,6 +78,7 @@ class Seat:
         self.lease: str | None = None
         self.gone = False
         self.used = table.clock()
+        self.on_line: Callable[[Seat, Entry], None] = lambda seat, line: None
         self._table = table
         self._held: Held | None = None
         self._unrecorded: tuple[Trial, Timing] | None = None
@@ -283,6 +285,7 @@ class Seat:
         finally:
             diary.close()
         self.journey.follow(line)
+        self.on_line(self, line)
 
 
 def _answers(scene: Ask, act: Answer) -> bool:

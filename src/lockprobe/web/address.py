@@ -11,12 +11,24 @@ from urllib.parse import urlsplit
 
 from lockprobe.errors import BadValue, Missing
 
-__all__ = ["ADMIN_TOKEN", "SHORTEST_TOKEN", "Address", "check_exposure", "check_token", "is_loopback", "listen"]
+__all__ = [
+    "ADMIN_TOKEN",
+    "QUEUE",
+    "SHORTEST_TOKEN",
+    "Address",
+    "check_exposure",
+    "check_token",
+    "is_loopback",
+    "listen",
+]
 
 ADMIN_TOKEN = "LOCKPROBE_ADMIN_TOKEN"  # noqa: S105 - its name
 """The variable of the environment that holds the token of the admin page."""
 
 SHORTEST_TOKEN = 16
+
+QUEUE = 2048
+"""Connections that wait to be accepted; the operating system may allow fewer."""
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Names under which a browser on the same machine asks, and a proxy that keeps to its own."""
@@ -166,7 +178,7 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         found.bind(address)
-        found.listen(2048)
+        found.listen(QUEUE)
     except OSError as error:
         found.close()
         raise BadValue("port", port, f"a port of {host} that can be had ({error.strerror})") from None

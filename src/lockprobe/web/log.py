@@ -89,7 +89,10 @@ class Log:
 
     @contextmanager
     def hears(self, name: str) -> Iterator[None]:
-        """Requests that are not even HTTP, of which the server below tells its own logger, are written down here."""
+        """What the server below tells its own logger is written down here: one line each, and limited as all others.
+
+        Of errors that is where they come from, their kind, and nothing of what was sent.
+        """
         logger, ear = logging.getLogger(name), _Ear(self)
         before = logger.handlers, logger.propagate, logger.level
         logger.handlers, logger.propagate = [ear], False
@@ -109,3 +112,7 @@ class _Ear(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         if record.levelno == logging.WARNING and record.msg == "Invalid HTTP request received.":
             self._log.say("400 malformed no HTTP")
+        elif record.levelno >= logging.ERROR:
+            raised = record.exc_info[0] if record.exc_info else None
+            first = str(record.msg).strip().partition("\n")[0][:_LONGEST_PATH]  # more could say who asked
+            self._log.say(f"error {record.name} {first} {raised.__name__ if raised else ''}".rstrip())

@@ -9,7 +9,8 @@ import signal
 import socket
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import ceil
 from pathlib import Path
 
 import uvicorn
@@ -19,9 +20,10 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.people.reception import Reception
 from lockprobe.people.words import Words
 from lockprobe.studies.study import Study
-from lockprobe.web.address import Address, check_exposure, check_token, listen
+from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
 from lockprobe.web.admin import Admin
 from lockprobe.web.app import application
+from lockprobe.web.connections import Connections, Limits, raise_file_limit
 from lockprobe.web.files import page_version
 from lockprobe.web.log import Log
 
@@ -29,6 +31,9 @@ __all__ = ["Door", "Where", "opened", "serve"]
 
 SECONDS_TO_FINISH = 10
 """For requests that are under way when the server is to end."""
+
+_ACCEPTED_AT_ONCE = 64
+"""Connections that are accepted before one of them is looked at: each is an open file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +46,7 @@ class Door:
         public: Origin under which participants come through a proxy; empty where there is none.
         allowed: More names of this machine.
         token: Of the admin page; None has one made up.
+        limits: How many connections there may be, and for how long.
 
     Raises:
         Missing: If other machines are let in, and it is not said how, or there is no token.
@@ -52,6 +58,7 @@ class Door:
     public: str = ""
     allowed: tuple[str, ...] = ()
     token: str | None = None
+    limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:
         check_exposure(self.host, self.token, self.public, self.allowed)
@@ -96,10 +103,12 @@ async def opened(
         address = Address(host=door.host, port=port, public=door.public, allowed=door.allowed)
         token = door.token or secrets.token_urlsafe(24)
         async with Reception.open(directory, study, experiment, words, page=page_version()) as reception:
-            with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"):
+            with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"), log.hears("asyncio"):
                 app = application(reception, words, address, log, admin=Admin(reception, token))
-                server = _Server(_config(app))
+                limits = door.limits.within(raise_file_limit())
+                server = _Server(app, Connections(limits, log, proxied=bool(door.public)))
                 async with _running(server, server.serve(sockets=[listening])):
+                    listening.listen(QUEUE)
                     fragment = "" if door.token else f"#token={token}"
                     yield Where(url=address.url, admin_url=f"{address.url}admin{fragment}", directory=directory)
 
@@ -142,14 +151,20 @@ async def serve(
 class _Server(uvicorn.Server):
     """Says when it is ready. Signals are heard by whoever runs it."""
 
-    def __init__(self, config: uvicorn.Config) -> None:
-        super().__init__(config)
+    def __init__(self, app: object, connections: Connections) -> None:
+        super().__init__(_config(app, connections))
         self.ready = asyncio.Event()
+        self._connections = connections
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """From now on requests are answered."""
         await super().startup(sockets)
         self.ready.set()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """What is under way is finished, and nobody else is let in."""
+        self._connections.end()
+        await super().shutdown(sockets)
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -168,10 +183,10 @@ async def _running(server: _Server, work: Coroutine[None, None, None]) -> AsyncI
         await task
 
 
-def _config(app: object) -> uvicorn.Config:
+def _config(app: object, connections: Connections) -> uvicorn.Config:
     return uvicorn.Config(
         app,  # type: ignore[arg-type] # an ASGI application
-        http="h11",
+        http=connections.protocol,  # type: ignore[arg-type] # makes protocols, as the class does
         ws="none",
         lifespan="off",
         log_config=None,
@@ -179,6 +194,7 @@ def _config(app: object) -> uvicorn.Config:
         proxy_headers=False,
         server_header=False,
         date_header=False,
-        timeout_keep_alive=30,
+        timeout_keep_alive=ceil(connections.limits.idle),
+        backlog=_ACCEPTED_AT_ONCE,
         timeout_graceful_shutdown=SECONDS_TO_FINISH,
     )

@@ -1,0 +1,262 @@
+"""Limits on connections: slow or idle ones are closed, open ones are capped per address and in all.
+
+uvicorn limits the time between two requests and the size of a head, not the time until a head is complete, and its
+``limit_concurrency`` counts idle connections, so that those alone can lock everybody else out. Here a new connection
+at the cap takes the place of the one that has waited longest for a request. Only where every other one is being
+answered is it told 503.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from uvicorn.config import Config
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
+
+from lockprobe.web.address import is_loopback
+from lockprobe.web.log import Log
+
+__all__ = ["FULL", "Connection", "Connections", "Limits", "raise_file_limit"]
+
+FILES_KEPT_BACK = 256
+"""Open files that connections leave to diaries, pictures and plants."""
+
+_MOST_FILES = 65_536
+"""More are not asked for."""
+
+_REFUSED_AT_ONCE = 64
+"""Connections that are told 503 at the same time; more are closed without a word."""
+
+_BODY = b'{"error": "full", "message": "too many connections at once; try again"}'
+
+FULL = (
+    b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\nretry-after: 2\r\n"
+    b"connection: close\r\ncontent-length: " + str(len(_BODY)).encode() + b"\r\n\r\n" + _BODY
+)
+"""What a connection is told for which there is no place."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits on connections.
+
+    Attributes:
+        most: Open connections in all.
+        each: Open connections of one address. A browser opens up to six, so about forty behind one router are well
+            below. Connections from this machine are not counted by address: a proxy stands there.
+        head: Seconds in which a request has to have come after its connection was opened, or after its first byte.
+        idle: Seconds for which a connection is kept after an answer.
+        refused: Seconds for which a connection is kept that was told 503, so that the answer is read.
+    """
+
+    most: int = 1000
+    each: int = 256
+    head: float = 10.0
+    idle: float = 30.0
+    refused: float = 2.0
+
+    def within(self, files: int | None) -> Limits:
+        """The same for a process that can open so many files; None for no limit."""
+        if files is None:
+            return self
+        return replace(self, most=min(self.most, max(files - FILES_KEPT_BACK, files // 2, 1)))
+
+
+def raise_file_limit() -> int | None:
+    """Let this process open as many files as it may: its soft limit becomes the hard one.
+
+    Returns:
+        How many; None where the system has no such limit.
+    """
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = _MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, _MOST_FILES)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        with suppress(OSError, ValueError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return None if soft == resource.RLIM_INFINITY else soft
+
+
+class Connections:
+    """The open connections of a server.
+
+    Args:
+        limits: How many, and for how long.
+        log: Where it is written down when somebody is told 503.
+        proxied: Whether all come through a proxy, so that addresses say nothing.
+    """
+
+    def __init__(self, limits: Limits, log: Log, *, proxied: bool) -> None:
+        self.limits = limits
+        self._log, self._proxied = log, proxied
+        self._open: dict[Connection, None] = {}
+        """Those that wait longest come first."""
+        self._by_address: dict[str, dict[Connection, None]] = {}
+        self._refused: set[Connection] = set()
+        self._ended = False
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    def protocol(
+        self,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> Connection:
+        """One connection, as uvicorn makes it."""
+        return Connection(self, config, server_state, app_state, _loop)
+
+    def admit(self, one: Connection) -> bool:
+        """Give a new connection a place, that of the longest waiting one where there is none left."""
+        address = self._address(one)
+        theirs = self._by_address.get(address, {})
+        if self._ended:
+            return False
+        if len(theirs) >= self.limits.each and not self._make_room(theirs):
+            return False
+        if len(self._open) >= self.limits.most and not self._make_room(self._open):
+            return False
+        self._open[one] = None
+        if address:
+            self._by_address.setdefault(address, {})[one] = None
+        return True
+
+    def refuse(self, one: Connection) -> bool:
+        """Whether a connection without a place can still be told so."""
+        if not self._ended:
+            self._log.say("503 full no place for another connection")
+        if self._ended or len(self._refused) >= _REFUSED_AT_ONCE:
+            return False
+        self._refused.add(one)
+        return True
+
+    def end(self) -> None:
+        """The server is to end: nobody is let in any more."""
+        self._ended = True
+
+    def answered(self, one: Connection) -> None:
+        """It waits again, and longest of all last."""
+        for group in (self._open, self._by_address.get(self._address(one), {})):
+            if one in group:
+                del group[one]
+                group[one] = None
+
+    def remove(self, one: Connection) -> None:
+        """It is closed."""
+        self._open.pop(one, None)
+        self._refused.discard(one)
+        address = self._address(one)
+        theirs = self._by_address.get(address, {})
+        theirs.pop(one, None)
+        if not theirs:
+            self._by_address.pop(address, None)
+
+    def _make_room(self, group: dict[Connection, None]) -> bool:
+        """Close the connection of a group that waits longest, first of those that never asked for anything."""
+        waiting = [one for one in group if one.waits]
+        found = next((one for one in waiting if one.cycle is None), waiting[0] if waiting else None)
+        if found is None:
+            return False
+        self.remove(found)
+        found.transport.abort()
+        return True
+
+    def _address(self, one: Connection) -> str:
+        """Whose it is; empty where that is not counted."""
+        host = one.client[0] if one.client else ""
+        return "" if self._proxied or is_loopback(host) else host
+
+
+class Connection(H11Protocol):
+    """One connection, which is closed where it keeps the server waiting."""
+
+    def __init__(
+        self,
+        all_of_them: Connections,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> None:
+        super().__init__(config, server_state, app_state, _loop)
+        self._all, self._refused, self._head_begun = all_of_them, False, True
+        self._deadline: asyncio.TimerHandle | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether the server waits for a request, for the rest of one, or for an answer to be read."""
+        cycle = self.cycle
+        return cycle is None or cycle.response_complete or cycle.more_body or self.flow.write_paused
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as in the base
+        """It is opened: it gets a place, or is told that there is none."""
+        super().connection_made(transport)
+        if self._all.admit(self):
+            self._close_in(self._all.limits.head)
+            return
+        self._refused = True
+        if not self._all.refuse(self):
+            transport.abort()
+            return
+        transport.write(FULL)
+        if transport.can_write_eof():
+            transport.write_eof()
+        self._close_in(self._all.limits.refused)
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes came. They do not prolong the time for a head."""
+        if self._refused:
+            return
+        super().data_received(data)
+        if self.cycle is not None and not self.cycle.response_complete:
+            self._head_begun = False
+            if not self.flow.write_paused:
+                self._never_close()
+        elif not self._head_begun:
+            self._head_begun = True
+            self._close_in(self._all.limits.head)
+
+    def on_response_complete(self) -> None:
+        """An answer was given; the next request may follow."""
+        self._all.answered(self)
+        self._head_begun = False
+        self._close_in(self._all.limits.idle)
+        super().on_response_complete()
+        if self.cycle is not None and not self.cycle.response_complete:  # the next one was there already
+            self._never_close()
+
+    def pause_writing(self) -> None:
+        """What is written is not read at the other end."""
+        super().pause_writing()
+        self._close_in(self._all.limits.idle)
+
+    def resume_writing(self) -> None:
+        """It is read again."""
+        super().resume_writing()
+        if self.cycle is not None and not self.cycle.response_complete:
+            self._never_close()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """It is closed."""
+        self._never_close()
+        self._all.remove(self)
+        super().connection_lost(exc)
+
+    def _close_in(self, seconds: float) -> None:
+        self._never_close()
+        self._deadline = self.loop.call_later(seconds, self.transport.abort)
+
+    def _never_close(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
