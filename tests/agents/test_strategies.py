@@ -14,7 +14,7 @@ def share(trials):
 
 
 def test_random_agents_reach_their_exact_success():
-    n = 1500
+    n = 600
     for agent, exact in (
         ("random", random_success(box())),
         ("random-no-repeat", random_no_repeat_success(box())),

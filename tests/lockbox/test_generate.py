@@ -47,10 +47,10 @@ def spread(i):
     )
 
 
-def test_ten_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
+def test_three_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
     """The optimum of each is that of a solver that shares nothing with the library's."""
     counts = Counter()
-    for i in range(10_000):
+    for i in range(3_000):
         recipe = spread(i)
         found = generate(recipe)
         if isinstance(found, Lockbox):
@@ -68,7 +68,7 @@ def test_ten_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
             if isinstance(easier, Lockbox):
                 assert brute_optimum(easier) < recipe.shortest
     assert set(counts) == {"made", "too short", "unsolvable", "contradictory", "nothing moves"}
-    assert counts["made"] > 5000
+    assert counts["made"] > 1500
 
 
 @given(recipes)

@@ -149,7 +149,7 @@ def test_killed_at_any_moment(tmp_path, whole):
             if "trials to play" in line:
                 break
         try:
-            process.wait(timeout=0.02 + 0.013 * attempt)
+            process.wait(timeout=0.02 + 0.04 * attempt)
         except subprocess.TimeoutExpired:
             process.kill()
         process.communicate()

@@ -35,9 +35,9 @@ def shares(trials, agent):
 
 def test_reference_agents_at_every_p(tmp_path):
     agents = ["random", "random-no-repeat", "round-robin"]
-    trials = played(tmp_path, agent=agents, trials=1000, seed=1, p=[0, 0.3, 0.6])
-    assert all(0.36 <= share <= 0.43 for share in shares(trials, "random"))
-    assert all(0.66 <= share <= 0.72 for share in shares(trials, "random-no-repeat"))
+    trials = played(tmp_path, agent=agents, trials=300, seed=1, p=[0, 0.3, 0.6])
+    assert all(0.33 <= share <= 0.46 for share in shares(trials, "random"))
+    assert all(0.63 <= share <= 0.75 for share in shares(trials, "random-no-repeat"))
     assert shares(trials, "round-robin") == [1, 1, 1]
 
 

@@ -28,7 +28,7 @@ from lockprobe.studies.study import Study
 
 pytestmark = needs_a_browser
 
-AT_ONCE = int(os.environ.get("LOCKPROBE_BROWSERS", "20"))
+AT_ONCE = int(os.environ.get("LOCKPROBE_BROWSERS", "8"))
 """Browsers at once."""
 
 CHECK = {"after": 1, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}

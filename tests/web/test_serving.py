@@ -22,7 +22,7 @@ from lockprobe.people.words import read_words
 from lockprobe.studies.settings import read_study
 from lockprobe.web.serving import Door, opened
 
-SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "200"))
+SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "100"))
 """People at once."""
 
 KILLS = int(os.environ.get("LOCKPROBE_KILLS", "6"))
