@@ -54,7 +54,7 @@ def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
         return blank(axes, "no trial has ended")
     alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
     for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f", $p$ = {condition.p:g}, n = {condition.curve.n}"
+        told = "" if alike else f",\n$p$ = {condition.p:g}, n = {condition.curve.n}"
         staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
         if style.lead:
             band(axes, condition.curve.low, condition.curve.high, style)

@@ -46,7 +46,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
         return blank(axes, f"{agent_label(agent)}: no trial has ended")
     rows = [
         _effect("step by step", found.hazard),
-        _effect("looped by step 10", found.landmark),
+        _effect("after step 10", found.landmark),
         Row(
             name="naive: whole trials",
             said=_said(found.whole.odds_ratio, None, None, found.whole.p_value),
