@@ -179,7 +179,7 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
         levels = (("random", reference.random[budget]), ("no-repeat", reference.no_repeat[budget]))
         for name, level in levels:
             axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=EXACT[name], zorder=2)
-        label_right(axes, [(level, f"{name}\n{percent(level)}", FAINT) for name, level in levels], gap=0.16)
+        label_right(axes, [(level, f"{name}\n{percent(level)}", FAINT) for name, level in levels], gap=0.2)
     return title(
         axes,
         heading(agent),
