@@ -34,7 +34,7 @@ def test_areas_between_chance_and_the_shortest_plan(axes, typical):
     for i, (interval, mark, relative) in enumerate(zip(drawn[0:8:2], drawn[1:8:2], found, strict=True)):
         assert [x.tolist() for x, _ in (interval, mark)] == [[relative.low, relative.high], [relative.value]]
         assert {*interval[1], *mark[1]} == {i}
-    assert [x.tolist() for x, _ in drawn[8:]] == [[0, 0], [1, 1]]
+    assert [x.tolist() for x, _ in drawn[8:]] == [[0, 0], [1, 1]] * 4
     assert [text.get_text() for text in axes.texts][::2] == [agent.agent for agent in typical.agents]
     assert f"{found[0].value:.2f} [" in axes.texts[1].get_text()
     low, high = axes.get_xlim()
@@ -62,7 +62,7 @@ def test_chance_is_that_of_the_last_step(axes, typical, model):
 
 def test_marks_of_the_peak(axes, model):
     figures.draw_success_by_p_corrected(axes, model)
-    members, heights = labelled(axes, "may be the best p (95 % set)")
+    members, heights = labelled(axes, "may be the best flip rate (95 % set)")
     assert members == [candidate.p for candidate in model.peak.candidates if candidate.in_set]
     assert 0 < len(members) < 7
     assert axes.get_ylim()[0] < max(heights) < 0
@@ -85,14 +85,14 @@ def test_a_blind_agent_has_no_model_of_p(axes, studies):
     figures.draw_success_by_p_corrected(axes, blind)
     assert len(bars(axes)) == 7
     assert not shades(axes)
-    assert "the same at every p" in axes.get_title(loc="left")
+    assert "the same at every flip rate" in axes.get_title(loc="left")
 
 
 def test_a_curve_for_every_p(axes, model):
     figures.draw_success_curves_by_p(axes, model)
     assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [c.curve.share for c in model.conditions]
     names = {text.get_text(): text.get_position()[1] for text in axes.texts}
-    assert set(names) == {f"p = {c.p:g}" for c in model.conditions}
+    assert set(names) == {f"$p$ = {c.p:g}" for c in model.conditions}
     assert all(b - a > 0.079 for a, b in pairwise(sorted(names.values())))
     banded = [model.contrast.baseline.curve, model.contrast.other.curve]
     assert all(band >= set(enumerate(curve.high)) for band, curve in zip(shades(axes), banded, strict=True))
@@ -102,7 +102,7 @@ def test_of_many_p_only_those_that_matter_are_named(axes, studies):
     agent = studies["thirty p"].agents[0]
     figures.draw_success_curves_by_p(axes, agent)
     assert len(staircases(axes)) == 30
-    known = {f"p = {p:g}" for p in (0, agent.contrast.other.p, 1)}
+    known = {f"$p$ = {p:g}" for p in (0, agent.contrast.other.p, 1)}
     assert {text.get_text() for text in axes.texts} == known
     assert len(known) == len(axes.texts) == 3
 
@@ -114,11 +114,11 @@ def test_any_number_of_p_can_be_drawn(model, count):
     for draw in (figures.draw_success_curves_by_p, figures.draw_success_by_p_corrected):
         figure = figures.panels(draw, [many])
         figure.draw_without_rendering()
-        assert figure.axes[0].get_position().width > 0.5
+        assert figure.axes[0].get_position().width > 0.4
 
 
 def test_a_blind_agent_has_one_curve(axes, studies):
     blind = next(agent for agent in studies["strategies"].agents if agent.blind)
     figures.draw_success_curves_by_p(axes, blind)
     assert len(staircases(axes)) == 1
-    assert [text.get_text() for text in axes.texts] == ["every p"]
+    assert [text.get_text() for text in axes.texts] == ["all $p$"]

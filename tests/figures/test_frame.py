@@ -14,7 +14,7 @@ from lockprobe.figures.frame import agent_label, counts, label_right, p_axis, p_
         ("llm:$\\frac{", "llm:\\$\\frac{"),
         ("_hidden\n<script>", " _hidden?<script>"),
         ("llm:\u4e2d", "llm:?"),
-        ("python:" + "x" * 200, f"…{'x' * 34}…"),
+        ("python:" + "x" * 200, f"…{'x' * 28}…"),
         ("llm:openai/gpt-4o-2024-08-06", "llm:openai/gpt-4o-2024-08-06"),
         ("llm:together/meta-llama/Llama-3.3-70B-Instruct", "…Llama-3.3-70B-Instruct"),
         ("cognitive:random-map?window=1&avoid=last&x=2", "…random-map?window=1&avoid=last&x=2"),

@@ -27,7 +27,7 @@ def test_looks_do_not_change_from_release_to_release(studies):
         "llm:local": ("#D55E00", "s"),
         "human-inspired": ("#009E73", "D"),
         "random": ("#7a7a7a", "X"),
-        "llm:openai/gpt-4o": ("#D55E00", (6, 1, 0)),
+        "llm:openai/gpt-4o": ("#AA4499", "h"),
     }
 
 

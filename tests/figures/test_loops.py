@@ -13,7 +13,7 @@ def test_odds_of_solving_after_a_loop(axes, model):
     effects = [found.hazard, found.landmark]
     expected = [part for effect in effects for part in ([effect.low, effect.high], [effect.odds_ratio])]
     twins = [[effect.blind.odds_ratio] for effect in effects]
-    assert drawn == [*expected, [found.whole.odds_ratio], [1, 1], *twins]
+    assert drawn == [*expected, [found.whole.odds_ratio], *[[1, 1]] * 3, *twins]
     assert "blind agent" in axes.get_title(loc="left")
     assert axes.get_xscale() == "log"
     low, high = axes.get_xlim()
@@ -39,7 +39,7 @@ def test_a_ratio_of_nothing_is_an_arrow_and_what_is_undefined_is_said(axes, stud
 
 def test_undefined_ratios_are_said(axes, studies):
     figures.draw_loop_harm(axes, studies["nothing solved"].agents[0])
-    assert [text.get_text() for text in axes.texts[1::2]] == ["not defined", "not defined", "not defined, p-value 1"]
+    assert [text.get_text() for text in axes.texts[1::2]] == ["not defined", "not defined", "not defined, $P$ = 1"]
     assert [x.tolist() for x, _ in lines(axes)] == [[1, 1]]
 
 
@@ -76,11 +76,14 @@ def test_loop_onset_of_the_lowest_p_against_all_higher(axes, model):
     assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [group.curve.share for group in groups]
     for band, group in zip(shades(axes), groups, strict=True):
         assert band >= set(enumerate(group.curve.low)) | set(enumerate(group.curve.high))
-    assert f"hazard ratio {found.hazard_ratio:.2f}, log-rank: p-value {found.p_value:.2g}" in axes.get_title(loc="left")
-    assert {text.get_text() for text in axes.texts} == {"p = 0\nn = 30", "p = 0.1 to 0.6\nn = 180"}
+    said = axes.get_title(loc="left").replace("\N{NO-BREAK SPACE}", " ")
+    assert f"hazard ratio {found.hazard_ratio:.2f}, log-rank: $P$ = {found.p_value:.2g}" in said
+    assert {text.get_text() for text in axes.texts} == {"$p$ = 0\nn = 30", "$p$ = 0.1 to 0.6\nn = 180"}
 
 
-@pytest.mark.parametrize(("case", "why"), [("strategies", "the same at every p"), ("one p", "fewer than two p")])
+@pytest.mark.parametrize(
+    ("case", "why"), [("strategies", "the same at every flip rate"), ("one p", "fewer than two flip rates")]
+)
 def test_where_there_is_nothing_to_compare_that_is_said(axes, studies, case, why):
     figures.draw_loop_onset(axes, studies[case].agents[0])
     (text,) = axes.texts

@@ -17,7 +17,7 @@ def test_staircases_are_the_success_curves_without_bands(axes, typical):
         assert tuple(line.get_xdata()[:-1]) == tuple(range(21))
         assert line.get_ydata()[-1] == line.get_ydata()[-2]
     assert not axes.collections
-    assert "p = 0; n = 30 trials" in axes.get_title(loc="left")
+    assert "flip rate 0; n = 30 trials" in axes.get_title(loc="left")
 
 
 def test_means_fit_and_repetitions_of_figure_4(axes, typical, model):
@@ -71,7 +71,7 @@ def test_no_line_where_r_is_not_defined(axes, studies):
 def test_blind_agents_say_so(axes, studies, draw):
     blind = next(agent for agent in studies["strategies"].agents if agent.blind)
     draw(axes, blind)
-    assert "random, the same at every p" in axes.get_title(loc="left")
+    assert "random, the same at every flip rate" in axes.get_title(loc="left")
 
 
 def test_a_fit_without_a_band_does_not_claim_one(axes, studies):

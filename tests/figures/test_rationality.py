@@ -45,7 +45,7 @@ def test_the_number_of_actions_is_said(axes, typical):
     agent = typical.agents[-1]
     figures.draw_optimal_actions(axes, agent)
     sizes = [condition.rationality[0].steps for condition in agent.conditions]
-    assert f"n = {min(sizes)} to {max(sizes)} actions per p" in axes.get_title(loc="left")
+    assert f"n = {min(sizes)} to {max(sizes)} actions per flip rate" in axes.get_title(loc="left")
 
 
 def test_chance_can_be_seen_at_a_single_p(axes, studies):

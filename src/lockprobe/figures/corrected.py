@@ -54,7 +54,7 @@ def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
         return blank(axes, "no trial has ended")
     alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
     for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f", $p$ = {condition.p:g}, n = {condition.curve.n}"
+        told = "" if alike else f",\n$p$ = {condition.p:g}, n = {condition.curve.n}"
         staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
         if style.lead:
             band(axes, condition.curve.low, condition.curve.high, style)
@@ -179,7 +179,7 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
         levels = (("random", reference.random[budget]), ("no-repeat", reference.no_repeat[budget]))
         for name, level in levels:
             axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=EXACT[name], zorder=2)
-        label_right(axes, [(level, f"{name}\n{percent(level)}", FAINT) for name, level in levels], gap=0.16)
+        label_right(axes, [(level, f"{name}\n{percent(level)}", FAINT) for name, level in levels], gap=0.2)
     return title(
         axes,
         heading(agent),

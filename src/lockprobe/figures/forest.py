@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from matplotlib.axes import Axes
 
@@ -54,9 +55,9 @@ def _row(rows: Sequence[Row]) -> float:
 
 
 def _lines(row: Row) -> int:
-    """Lines above a bar: the name's, and one more where its last has no room for the numbers."""
-    *above, last = row.name.split("\n")
-    return len(above) + (1 if len(last) + len(row.said.replace("$", "")) <= _WIDTH else 2)
+    """Lines above a bar: the name's, and one more where there is no room for the numbers."""
+    names = row.name.split("\n")
+    return len(names) + (max(map(len, names)) + len(row.said.replace("$", "")) > _WIDTH)
 
 
 def forest(
@@ -78,9 +79,6 @@ def forest(
     """
     inches = _row(rows)
     for i, row in enumerate(rows):
-        for value, colour, dash in levels:
-            ends = [i - 0.7 * _BAR / inches, i + 0.5 * _BAR / inches]
-            axes.plot([value, value], ends, color=colour, linestyle=dash, linewidth=0.9, zorder=1)
         if row.low is not None and row.high is not None:
             axes.plot([row.low, row.high], [i, i], color=row.colour, linewidth=1.3, zorder=3, solid_capstyle="butt")
         if row.value is not None:
@@ -115,6 +113,9 @@ def forest(
                 linespacing=1.1,
                 zorder=2,
             )
+    for i, (value, colour, dash) in product(range(len(rows)), levels):
+        ends = [i - 0.7 * _BAR / inches, i + 0.5 * _BAR / inches]
+        axes.plot([value, value], ends, color=colour, linestyle=dash, linewidth=0.9, zorder=1)
     axes.set_xlim(*limits)
     axes.set_ylim(len(rows) - 1 + 0.6 * _BAR / inches, 0.25 * _BAR / inches - 1)
     axes.set_yticks([])

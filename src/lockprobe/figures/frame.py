@@ -58,7 +58,7 @@ _GAP = 0.085
 _BESIDE = 0.02
 """Up to so far from the end of its line, in axes heights, a name needs no line that leads to it."""
 
-_ROOM = 22.5
+_ROOM = 20.0
 """Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
 
 _LINE = 41
@@ -83,10 +83,10 @@ def minus(text: str) -> str:
 
 def p_value(value: float | None) -> str:
     """A P value, in a way that cannot be taken for a flip rate."""
-    return "no p-value" if value is None else "$P$ < 0.001" if value < 0.001 else f"$P$ = {value:.2g}"
+    return "no $P$" if value is None else "$P$ < 0.001" if value < 0.001 else f"$P$ = {value:.2g}"
 
 
-def agent_label(agent: AgentSummary, longest: int = 36) -> str:
+def agent_label(agent: AgentSummary, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     font = get_font(findfont(mpl.font_manager.FontProperties()))
     name = "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in agent.agent)
@@ -102,6 +102,7 @@ def shortened(name: str, longest: int) -> str:
     >>> shortened("llm:together/meta-llama/Llama-3.3-70B-Instruct-Turbo", 30)
     '…Llama-3.3-70B-Instruct-Turbo'
     """
+    longest -= sum(name[:longest].count(wide) for wide in "mwMW@") // 2  # half as wide again as others
     if len(name) <= longest:
         return name
     head, mark, options = name.partition("?")
@@ -165,7 +166,8 @@ def blank(axes: Axes, why: str) -> None:
 
 def title(axes: Axes, *lines: str) -> None:
     """What the axes show, of how many trials, and what bars and bands are."""
-    together = [re.sub(r" (?=%)|(?<=\$P\$) (?=[=<])|(?<=[=<]) ", "\N{NO-BREAK SPACE}", line) for line in lines if line]
+    space = "\N{NO-BREAK SPACE}"
+    together = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines if line]
     wrapped = [part for line in together for part in textwrap.wrap(line, _LINE)]
     axes.set_title("\n".join(wrapped), loc="left", fontsize=SMALL, color=INK)
 

@@ -29,8 +29,10 @@ ACCENT = SUBJECTS[1]
 """The colour of loops, where one agent is shown by itself."""
 
 _DASHES: tuple[Dash, ...] = ("-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)))
-_COLOURS = (*SUBJECTS, "#332288", "#882255", "#999933")
-_MARKERS: tuple[Marker, ...] = (">", "p", "h", "d", (3, 1, 0), (4, 1, 0), (6, 1, 0))
+_COLOURS = ("#332288", "#882255", "#999933", "#661100", "#AA4499", "#005F73")
+"""Colours of agents that do not ship, none of them a colour of one that does."""
+
+_MARKERS: tuple[Marker, ...] = (">", "p", "h", "d", (4, 1, 0), (6, 1, 0))
 """None that an agent has that ships; the last are stars of so many points."""
 
 _SHIPPED: dict[str, tuple[str, Marker, Dash]] = {

@@ -46,7 +46,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
         return blank(axes, f"{agent_label(agent)}: no trial has ended")
     rows = [
         _effect("step by step", found.hazard),
-        _effect("looped by step 10", found.landmark),
+        _effect("after step 10", found.landmark),
         Row(
             name="naive: whole trials",
             said=_said(found.whole.odds_ratio, None, None, found.whole.p_value),
@@ -165,7 +165,7 @@ def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
         staircase(axes, group.curve.share, style, first=1 + 2 * i)
         band(axes, group.curve.low, group.curve.high, style)
     step_axis(axes, max(len(group.curve.share) - 1 for group, _ in groups), "looped by this step")
-    label_right(axes, [(group.curve.share[-1], _group(group), style.colour) for group, style in groups], gap=0.16)
+    label_right(axes, [(group.curve.share[-1], _group(group), style.colour) for group, style in groups], gap=0.2)
     ratio = "hazard ratio not defined" if found.hazard_ratio is None else f"hazard ratio {found.hazard_ratio:.2f}"
     return title(
         axes,

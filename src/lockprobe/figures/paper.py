@@ -53,7 +53,7 @@ def draw_success_curves(axes: Axes, result: StudySummary) -> None:
         return blank(axes, "no trial has ended")
     alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
     for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f", $p$ = {condition.p:g}, n = {condition.curve.n}"
+        told = "" if alike else f",\n$p$ = {condition.p:g}, n = {condition.curve.n}"
         staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
     budget = max(len(condition.curve.share) - 1 for _, _, condition in shown)
     _, _, first = shown[0]
@@ -82,7 +82,7 @@ def draw_success_by_p(axes: Axes, result: StudySummary) -> None:
         x = [condition.p + shift for condition in counted]
         means(axes, x, [condition.success for condition in counted], style, line=not (style.lead and said[-1]))
         if counted:
-            key(axes, style, heading(agent) if style.lead else agent_label(agent))
+            key(axes, style, heading(agent).replace(", ", ",\n") if style.lead else agent_label(agent))
     published(axes, _over_p(result.conditions, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
     p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0))

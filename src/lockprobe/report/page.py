@@ -148,7 +148,7 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
     environment.filters |= {"minus": minus, "test_said": test_said}
-    several_p = not content["modalities"] or len({row["p"] for row in content["conditions"]}) > 1
+    several_p = len({row["p"] for row in content["conditions"]}) > 1
     tested = {(t["label"], t["question"]) for t in content["tests"] if t["recommended"] and t["p_value"] is not None}
     return environment.get_template(f"{name}.html.jinja").render(
         content=content,

@@ -1,0 +1,100 @@
+"""On the pages p is no letter of two meanings: flip rates are written out, and the P of P values is a capital."""
+
+import re
+from html import unescape
+from pathlib import Path
+
+import pytest
+from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
+
+from lockprobe.report.page import write_report
+
+AGENT = "llm:x"
+
+
+def with_a_subject():
+    """An agent whose success rises, beside one that is blind, with a trial that broke."""
+    rises = {0.0: 2, 0.3: 7, 0.6: 9}
+    trials = [
+        make_trial([3, 2, 1, 0] if i <= solved else [0] * 20, agent=AGENT, p=p, trial=i, claims=[None, "moved"])
+        for p, solved in rises.items()
+        for i in range(1, 11)
+    ]
+    trials[-1] = make_trial([0], agent=AGENT, p=0.6, trial=10, broken="reply")
+    study = small_study((AGENT, "random"), tuple(rises), 1, 10)
+    return study, [*trials, *(trial for trial in play_study(study_of_random(study)) if trial.agent == "random")]
+
+
+def study_of_random(study):
+    return small_study(("random",), study.p, 1, study.trials)
+
+
+def with_people():
+    study = small_study(("participant", "round-robin"), (0.0, 0.6), 1, 6)
+    return study, [*played_by_people(study, 2), *play_study(small_study(("round-robin",), study.p, 1, 6))]
+
+
+def modal():
+    ways = ("rgb", "rgbd", "symbolic")
+    trials = [
+        make_trial([0] * wait + [3, 2, 1, 0], agent="viewer", modality=way, study="modalities", trial=i, claims=[None])
+        for wait, way in enumerate(ways)
+        for i in range(1, 9)
+    ]
+    return modality_study(("viewer",), ways, 8), trials
+
+
+@pytest.fixture(scope="module", params=[with_a_subject, with_people, modal], ids=["subject", "people", "modal"])
+def directory(request, tmp_path_factory):
+    found = write_study(tmp_path_factory.mktemp("study") / "out", *request.param())
+    write_report(found)
+    return found
+
+
+def words(page):
+    """The text of a page without what is quoted or a name: the paper's words, specs and keys."""
+    page = re.sub(r"(?s)<(style|code|blockquote)\b.*?</\1>", " ", page)
+    return unescape(re.sub(r"<(?!/?[iI]>)[^>]*>", "\n", page))
+
+
+@pytest.mark.parametrize("name", ["report", "claims", "audit"])
+def test_a_flip_rate_is_written_out_and_the_p_of_a_p_value_is_a_capital(directory, name):
+    page = words((directory / f"{name}.html").read_text("utf-8"))
+    page = page.replace("lip rate <i>p</i>", "lip rate").replace("p-value", "")
+    assert not re.findall(r".{0,40}(?<!-)\bp\b(?!-).{0,40}", page)
+    assert not re.findall(r"[^>]\bP\b [=<] ", page)  # in italics wherever it has a value
+
+
+def test_every_p_value_of_a_sentence_is_a_capital(directory):
+    page = (directory / "report.html").read_text("utf-8") + (directory / "claims.html").read_text("utf-8")
+    assert re.search(r"<i>P</i> (=|&lt;) [01]", page)
+
+
+def test_a_test_that_does_not_reject_says_not_shown_and_no_number_has_a_star(directory):
+    page = (directory / "report.html").read_text("utf-8")
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", page[page.index('id="tests"') : page.index('id="said"')])
+    says = [cell.partition("<br>")[0] for cell in cells[5::6]]
+    assert set(says) <= {"yes", "not shown", "\N{EN DASH}"}
+    assert ("not shown" in says) == bool(says)
+    assert not re.search(r"\d ?\*", words(page))
+
+
+def test_the_report_says_which_agent_it_is_about(tmp_path):
+    page = write_report(write_study(tmp_path / "out", *with_a_subject())).read_text("utf-8")
+    assert "<dt>Agent</dt><dd><code>llm:x</code>: the agent of this report" in page
+    assert "<dt>To compare with</dt><dd><code>random</code></dd>" in page
+
+
+def test_columns_of_csv_files_keep_their_names(directory):
+    for name in ("speed", "loops", "conditions", "leaderboard-by-p", "comparisons-by-p"):
+        head = (directory / "tables" / f"{name}.csv").read_text("utf-8").splitlines()[0]
+        assert "p" in head.split(",")
+        assert "flip rate" not in head
+    assert (directory / "tables" / "claims.csv").read_text("utf-8").splitlines()[0].endswith(",p")
+
+
+def test_the_documentation_writes_flip_rates_out():
+    root = Path(__file__).parents[2]
+    for path in [root / "README.md", *sorted((root / "docs").glob("*.md"))]:
+        prose = re.sub(r"(?s)```.*?```|`[^`\n]*`|\n    [^\n]*", "", path.read_text("utf-8"))
+        assert not re.findall(r".*(?<![-\w])p\b(?![-=]).*", prose), path.name
