@@ -6,7 +6,7 @@ from seated import WORDS, people_study
 from lockprobe.people.diary import Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey
-from lockprobe.people.scenes import Attempt, Next
+from lockprobe.people.responses import Attempt, Next
 from lockprobe.people.telling import Texts
 
 SLOTS = tuple(Slot(p=0.0, modality="symbolic", repetition=1, trial=n) for n in (1, 2))

@@ -22,7 +22,7 @@ def texts(part, path=()):
     elif isinstance(part, tuple):
         for i, value in enumerate(part):
             yield from texts(value, (*path, i))
-    else:
+    elif part is not None:
         yield path, part
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json as jsonlib
 import os
 from collections.abc import Mapping
@@ -14,11 +15,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import asking
+from lockprobe.cli.invitation import reminders, study_url, told_at_the_start
 from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.export import write_csv
 from lockprobe.options import PEOPLE
+from lockprobe.people.acts import times_of_steps
+from lockprobe.people.assignment import conditions_of
+from lockprobe.people.capacity import check_capacity, trials_for
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
+from lockprobe.people.kept import kept_diaries
 from lockprobe.people.opening import words_to_read
-from lockprobe.people.words import read_words
+from lockprobe.people.words import Words, read_words
+from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
@@ -34,7 +42,7 @@ EXAMPLE = Path(__file__).with_name("people.toml")
 TEXTS = Path(__file__).parents[1] / "people" / "texts"
 
 _STUDY = "What is played: a study by name or file, or the directory of one in which people are to take part too."
-_PEOPLE = "How people take part; --write-people writes an example."
+_PEOPLE = "How people take part (--write-people writes an example), or how many: the trials are worked out. Or both."
 _TEXTS = "What participants read: a language that ships, or a file; --write-texts writes an example."
 _EACH = "Boxes for each participant (each condition once)."
 _HOST = "What is listened on. Other than loopback needs LOCKPROBE_ADMIN_TOKEN."
@@ -42,7 +50,9 @@ _PUBLIC = "Under which origin participants come through a proxy, for example htt
 _ALLOWED = "A name by which this machine is asked for on a local network; may be repeated."
 
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
-People = Annotated[Path | None, typer.Option(metavar="FILE.toml", help=_PEOPLE)]
+People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
+RequireId = Annotated[bool | None, typer.Option("--require-id", help="Only with an ID of the platform in the URL.")]
+JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="What everybody has to give who joins.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
 View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
 TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]
@@ -74,6 +84,8 @@ def serve(
     texts: Texts = None,
     view: View = None,
     trials_each: TrialsEach = None,
+    require_id: RequireId = None,
+    join_code: JoinCode = None,
     out: asking.Out = None,
     host: Host = "127.0.0.1",
     port: Port = 8765,
@@ -109,9 +121,25 @@ def serve(
         "assessment": assessment,
         "full": full or None,
     }
-    planned, directory = _planned(name, {key: value for key, value in asked.items() if value is not None}, out)
-    own = {"view": view, "trials_each": trials_each, "language": texts}
-    experiment = _experiment(people, {key: value for key, value in own.items() if value is not None}, directory)
+    given = {key: value for key, value in asked.items() if value is not None}
+    file, number = _people(people or [])
+    own = {
+        "view": view,
+        "trials_each": trials_each,
+        "language": texts,
+        "participants": number,
+        "require_id": require_id,
+        "join_code": join_code,
+    }
+    own = {key: value for key, value in own.items() if value is not None}
+    planned, directory = _planned(name, given, out)
+    experiment = _experiment(file, own, directory)
+    if number and not _is_directory(name):
+        enough = _enough_trials(planned, given, experiment, number)
+        planned, directory = _planned(name, {**given, **enough}, out)
+        experiment = _experiment(file, own, directory)
+    if not kept_diaries(directory):
+        check_capacity(planned, experiment)
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
     _serve(planned, directory, experiment, door, json=json)
 
@@ -121,6 +149,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
     from lockprobe.web.address import ADMIN_TOKEN
+    from lockprobe.web.admin import AdminDesk
     from lockprobe.web.serving import Door
     from lockprobe.web.serving import serve as until_stopped
 
@@ -132,25 +161,33 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         experiment,
         words,
         Door(token=token, **door),  # type: ignore[arg-type] # named as its fields are
-        announce=lambda where: _announce(where, planned, experiment, json=json),
+        announce=lambda where: _announce(where, planned, experiment, words, json=json),
+        desk=AdminDesk(
+            study_url=lambda url: study_url(url, experiment),
+            reminders=reminders(words, experiment),
+            data=lambda: _steps(directory),
+        ),
     )
     asyncio.run(opening)
     if not json:
         print("Stopped. The same command goes on where everybody stood.")
 
 
-def _announce(where: Where, planned: Study, experiment: Experiment, *, json: bool) -> None:
+def _announce(where: Where, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
     if json:
-        said = {"url": where.url, "admin_url": where.admin_url, "directory": str(where.directory)}
+        given = study_url(where.url, experiment)
+        said = {"url": where.url, "study_url": given, "admin_url": where.admin_url, "directory": str(where.directory)}
         print(jsonlib.dumps(said), flush=True)
         return
-    size = planned.size // len(planned.agents)
-    asked = "&".join(f"{parameter}=…" for parameter in experiment.recruitment)
-    print(f"{planned.name} on {planned.box.name} for people: {size} trials, each played by one of them")
-    print(f"Participants  {where.url}" + (f"  (with ?{asked} from a recruitment platform)" if asked else ""))
-    print(f"Admin         {where.admin_url}")
-    print(f"Kept in       {where.directory}")
-    print("Ctrl-C ends; the same command goes on.", flush=True)
+    lines = told_at_the_start(planned, experiment, words, where.url, where.admin_url, where.directory)
+    print("\n".join(lines), flush=True)
+
+
+def _steps(directory: Path) -> bytes:
+    """What has been played so far, as ``lockprobe export`` writes it."""
+    file, trials = io.StringIO(newline=""), load(directory)
+    write_csv(trials, file, times_of_steps(directory, trials))
+    return file.getvalue().encode()
 
 
 def _named(name: str | None) -> str:
@@ -163,7 +200,7 @@ def _named(name: str | None) -> str:
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study, people among its agents, and its directory."""
     directory = Path(name)
-    if directory.is_dir() and name not in STUDIES:
+    if _is_directory(name):
         if asked or out is not None:
             given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
             raise BadValue("study", name, f"no {given} beside the directory of a study: its settings are as they are")
@@ -175,6 +212,29 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     agents = list(_with_people(tuple(request.agent or ())))
     planned = study(request.model_copy(update={**asked, "agent": agents}))
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+
+
+def _is_directory(name: str) -> bool:
+    return Path(name).is_dir() and name not in STUDIES
+
+
+def _people(given: list[str]) -> tuple[Path | None, int | None]:
+    """A file, a number of people, or both."""
+    files, numbers = [one for one in given if not one.isdecimal()], [one for one in given if one.isdecimal()]
+    if len(files) > 1 or len(numbers) > 1:
+        raise BadValue("people", " ".join(given), "one file, one number, or one of each")
+    return (Path(files[0]) if files else None), (int(numbers[0][:9]) if numbers else None)
+
+
+def _enough_trials(
+    planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
+) -> Mapping[str, object]:
+    """Trials and repetitions with which so many people have places, as far as none were asked for."""
+    if "trials" in asked:
+        return {}
+    repetitions = planned.repetitions if "repetitions" in asked else 1
+    trials = trials_for(people, len(conditions_of(planned)), repetitions, experiment)
+    return {"trials": trials, "repetitions": repetitions}
 
 
 def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from lockprobe.people.acts import acts_of_steps, key_of
 from lockprobe.people.diary import Broken, Did, Released
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.kept import Kept, kept_diaries
-from lockprobe.people.scenes import Answer, Attempt
+from lockprobe.people.responses import Answer, Attempt
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
