@@ -48,12 +48,16 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         text=True,
     )
     try:
-        said = [process.stdout.readline().rstrip() for _ in range(5)]
-        admin = said[2].split()[1]
+        said = [process.stdout.readline().rstrip() for _ in range(10)]
+        admin = said[5].split()[1]
         assert said[0] == "flips on chain-4 for people: 72 trials, each played by one of them"
-        assert "?PROLIFIC_PID=…&STUDY_ID=…&SESSION_ID=…" in said[1]
+        assert said[1].startswith("Places for 18 people, each plays 4 boxes: each of the 4 conditions once")
+        assert said[2] == "Orders of the conditions are balanced after every 4 people; 18 are 2 over."
+        assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[4]
         assert "/admin#token=" in admin
-        assert said[3].endswith(str(tmp_path / "study"))
+        assert said[6].endswith(str(tmp_path / "study"))
+        assert "names nobody who is responsible" in said[7]
+        assert "--require-id or --join-code" in said[8]
         url, _, token = admin.partition("admin#token=")
         with httpx.Client(trust_env=False, verify=False) as http:
             asked = http.get(f"{url}api/admin/progress", headers={"authorization": f"Bearer {token}"})
@@ -146,6 +150,10 @@ def test_the_example_has_every_setting_as_it_is_by_default():
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),
         (("flips", "--people", "none.toml"), "cannot be read"),
+        (("flips", "--people", "a.toml", "--people", "b.toml"), "one file, one number, or one of each"),
+        (("flips", "--p", "0,0.4", "--trials", "1", "--repetitions", "1"), "give --trials 2"),
+        (("flips", "--people", "40", "--trials", "18", "--repetitions", "1"), "give --trials 40"),
+        (("flips", "--join-code", "a b"), "join_code"),
         (("flips", "--host", "0.0.0.0"), "export LOCKPROBE_ADMIN_TOKEN"),
         (("flips", "--host", "192.0.2.1"), "export LOCKPROBE_ADMIN_TOKEN"),
         (("flips", "--host", "no such"), "export LOCKPROBE_ADMIN_TOKEN"),

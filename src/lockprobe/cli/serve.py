@@ -243,7 +243,10 @@ def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """How people take part: as asked for, or as they do already in this directory."""
-    given = (kept_experiment(directory) or Experiment()) if path is None else read_experiment(path)
+    kept = kept_experiment(directory)
+    given = (kept or Experiment()) if path is None else read_experiment(path)
+    if kept is not None and "device" not in given.model_fields_set:  # the file is of before there was this setting
+        given = given.model_copy(update={"device": kept.device})
     return experiment_with(given, asked)
 
 
