@@ -13,7 +13,7 @@ import pytest
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _with_people
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _what, _with_people
 from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.words import read_words
@@ -171,6 +171,15 @@ def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, argume
         build(["serve"])(["serve", *arguments, "--port", "0"], standalone_mode=False)
     assert said in str(mistake.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    planned, directory, experiment = _what("flips", {}, None, {"participants": 40}, None)
+    assert (len(planned.p), planned.trials, planned.repetitions, experiment.participants) == (4, 40, 1, 40)
+    assert _what("flips", {}, None, {"participants": 40}, None)[1] == directory
+    planned, _, _ = _what("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
+    assert (len(planned.p), planned.trials, planned.repetitions) == (2, 14, 3)
 
 
 def test_a_public_address_needs_a_name_and_a_token_that_is_none_to_guess(tmp_path):

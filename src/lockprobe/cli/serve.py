@@ -107,41 +107,35 @@ def serve(
         raise BadValue("host", host, "a name or IP address of this machine")
     name = _named(name)
     asked = {
-        "box": box,
-        "p": None if p is None else parse_p(p),
-        "trials": trials,
-        "repetitions": repetitions,
-        "seed": seed,
-        "max_steps": max_steps,
-        "flip": flip,
-        "plant": plant,
-        "modality": modality or None,
-        "layout": layout,
-        "shuffle": shuffle,
-        "assessment": assessment,
-        "full": full or None,
-    }
+        "box": box, "p": None if p is None else parse_p(p), "trials": trials, "repetitions": repetitions,
+        "seed": seed, "max_steps": max_steps, "flip": flip, "plant": plant, "modality": modality or None,
+        "layout": layout, "shuffle": shuffle, "assessment": assessment, "full": full or None,
+    }  # fmt: skip
     given = {key: value for key, value in asked.items() if value is not None}
     file, number = _people(people or [])
     own = {
-        "view": view,
-        "trials_each": trials_each,
-        "language": texts,
-        "participants": number,
-        "require_id": require_id,
-        "join_code": join_code,
-    }
+        "view": view, "trials_each": trials_each, "language": texts, "participants": number,
+        "require_id": require_id, "join_code": join_code,
+    }  # fmt: skip
     own = {key: value for key, value in own.items() if value is not None}
-    planned, directory = _planned(name, given, out)
+    planned, directory, experiment = _what(name, given, file, own, out)
+    door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
+    _serve(planned, directory, experiment, door, json=json)
+
+
+def _what(
+    name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
+) -> tuple[Study, Path, Experiment]:
+    """The study, its directory, and how people take part; trials are worked out from a number of people."""
+    planned, directory = _planned(name, asked, out)
     experiment = _experiment(file, own, directory)
-    if number and not _is_directory(name):
-        enough = _enough_trials(planned, given, experiment, number)
-        planned, directory = _planned(name, {**given, **enough}, out)
+    if isinstance(number := own.get("participants"), int) and not _is_directory(name):
+        enough = _enough_trials(planned, asked, experiment, number)
+        planned, directory = _planned(name, {**asked, **enough}, out)
         experiment = _experiment(file, own, directory)
     if not kept_diaries(directory):
         check_capacity(planned, experiment)
-    door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
-    _serve(planned, directory, experiment, door, json=json)
+    return planned, directory, experiment
 
 
 def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mapping[str, object], *, json: bool) -> None:
@@ -229,12 +223,12 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 def _enough_trials(
     planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
 ) -> Mapping[str, object]:
-    """Trials and repetitions with which so many people have places, as far as none were asked for."""
+    """Trials and repetitions with which so many people have places, unless trials were asked for; p stays as it is."""
     if "trials" in asked:
         return {}
     repetitions = planned.repetitions if "repetitions" in asked else 1
     trials = trials_for(people, len(conditions_of(planned)), repetitions, experiment)
-    return {"trials": trials, "repetitions": repetitions}
+    return {"p": list(planned.p), "trials": trials, "repetitions": repetitions}
 
 
 def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:

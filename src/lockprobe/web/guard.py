@@ -1,8 +1,8 @@
 """What every request passes before anything looks at it, and what every answer carries.
 
 A request has to ask for a name of this server; one that posts has to come from a page of it, to be JSON, and to be
-small. Headers that proxies set are not read here: whoever asks could have set them. :mod:`lockprobe.web.joining` says where the
-one exception is.
+small. Headers that proxies set are not read here: whoever asks could have set them. The one exception stands in
+:mod:`lockprobe.web.joining`.
 """
 
 from __future__ import annotations
