@@ -14,7 +14,8 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.people.kept import kept_diaries
 from lockprobe.people.reception import Reception, Shown
 from lockprobe.people.refusals import Refused
-from lockprobe.people.scenes import Act, Agree, Answer, Ask, Attempt, Box, Check, Consent, Next, Panel
+from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
+from lockprobe.people.scenes import Ask, Box, Check, Consent, Panel
 from lockprobe.people.words import read_words
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Decision, Percept, Situation, Task, Turn

@@ -27,10 +27,10 @@ def experiment(**changes):
 
 
 @asynccontextmanager
-async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
+async def served(directory, study=STUDY, people=EXPERIMENT, door=None, desk=None):
     door = door or Door(port=0, token="a-token-for-tests")
     async with (
-        opened(directory, study, people, read_words("en"), door) as where,
+        opened(directory, study, people, read_words("en"), door, desk) as where,
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=20) as http,
     ):
         yield SimpleNamespace(url=where.url, http=http, directory=directory, study=study)

@@ -9,7 +9,7 @@ from pathlib import Path
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.participant import participant_spec
 from lockprobe.people.diary import Diary, Did, Joined, Slot
-from lockprobe.people.scenes import Answer, Attempt, Next
+from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.record import Trial
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.stage import play_timed

@@ -29,8 +29,13 @@ export function guardKeys() {
   addEventListener("keydown", guard, { capture: true });
 }
 
+/** Whether keys write there. */
+function isWritten(target) {
+  return target instanceof HTMLTextAreaElement || (target instanceof HTMLInputElement && target.type === "text");
+}
+
 function chooses(event) {
-  const typed = event.target instanceof HTMLTextAreaElement;
+  const typed = isWritten(event.target) && event.key !== "Enter";
   return !typed && (event.key === "Enter" || event.key === " " || event.key.length === 1);
 }
 
@@ -42,7 +47,7 @@ function chooses(event) {
  */
 export function onKeys(chosen) {
   const listen = (event) => {
-    const typed = event.target instanceof HTMLTextAreaElement;
+    const typed = isWritten(event.target);
     const open = document.querySelector("dialog[open]");
     if (typed || open || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key.length === 1) chosen(event.key.toUpperCase(), event);

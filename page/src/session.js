@@ -80,6 +80,7 @@ export class Session {
     const ofOldCookie = refusal.code === "forged" && path === "api/open" && !this.#begunAnew;
     if (ofOldCookie) this.#begunAnew = true; // of another study; the server has had it forgotten
     else if (refusal.code === "incomplete") await this.#trouble.incomplete();
+    else if (refusal.code === "wrong-code") await this.#trouble.wrongCode();
     else if (refusal.code === "elsewhere") await this.#trouble.elsewhere();
     else if (refusal.code !== "stale") await this.#trouble.refused();
     await this.#opened();

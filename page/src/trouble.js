@@ -32,6 +32,12 @@ export class Trouble {
     return this.#asked(this.words.page.refused, this.words.page.reload);
   }
 
+  /** The code with which one joins was another.
+   * @returns {Promise<void>} When it is to be tried again. */
+  wrongCode() {
+    return this.#asked(this.words.page.wrong_code, this.words.page.reload);
+  }
+
   /** The link is not the one that the recruitment platform made: trying again helps nothing.
    * @returns {Promise<void>} Never. */
   incomplete() {

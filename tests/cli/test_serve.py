@@ -13,7 +13,7 @@ import pytest
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _with_people
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _what, _with_people
 from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.words import read_words
@@ -48,12 +48,16 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         text=True,
     )
     try:
-        said = [process.stdout.readline().rstrip() for _ in range(5)]
-        admin = said[2].split()[1]
+        said = [process.stdout.readline().rstrip() for _ in range(10)]
+        admin = said[5].split()[1]
         assert said[0] == "flips on chain-4 for people: 72 trials, each played by one of them"
-        assert "?PROLIFIC_PID=…&STUDY_ID=…&SESSION_ID=…" in said[1]
+        assert said[1].startswith("Places for 18 people, each plays 4 boxes: each of the 4 conditions once")
+        assert said[2] == "Orders of the conditions are balanced after every 4 people; 18 are 2 over."
+        assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[4]
         assert "/admin#token=" in admin
-        assert said[3].endswith(str(tmp_path / "study"))
+        assert said[6].endswith(str(tmp_path / "study"))
+        assert "names nobody who is responsible" in said[7]
+        assert "--require-id or --join-code" in said[8]
         url, _, token = admin.partition("admin#token=")
         with httpx.Client(trust_env=False, verify=False) as http:
             asked = http.get(f"{url}api/admin/progress", headers={"authorization": f"Bearer {token}"})
@@ -146,6 +150,10 @@ def test_the_example_has_every_setting_as_it_is_by_default():
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),
         (("flips", "--people", "none.toml"), "cannot be read"),
+        (("flips", "--people", "a.toml", "--people", "b.toml"), "one file, one number, or one of each"),
+        (("flips", "--p", "0,0.4", "--trials", "1", "--repetitions", "1"), "give --trials 2"),
+        (("flips", "--people", "40", "--trials", "18", "--repetitions", "1"), "give --trials 40"),
+        (("flips", "--join-code", "a b"), "join_code"),
         (("flips", "--host", "0.0.0.0"), "export LOCKPROBE_ADMIN_TOKEN"),
         (("flips", "--host", "192.0.2.1"), "export LOCKPROBE_ADMIN_TOKEN"),
         (("flips", "--host", "no such"), "export LOCKPROBE_ADMIN_TOKEN"),
@@ -163,6 +171,15 @@ def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, argume
         build(["serve"])(["serve", *arguments, "--port", "0"], standalone_mode=False)
     assert said in str(mistake.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    planned, directory, experiment = _what("flips", {}, None, {"participants": 40}, None)
+    assert (len(planned.p), planned.trials, planned.repetitions, experiment.participants) == (4, 40, 1, 40)
+    assert _what("flips", {}, None, {"participants": 40}, None)[1] == directory
+    planned, _, _ = _what("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
+    assert (len(planned.p), planned.trials, planned.repetitions) == (2, 14, 3)
 
 
 def test_a_public_address_needs_a_name_and_a_token_that_is_none_to_guess(tmp_path):

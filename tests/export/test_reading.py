@@ -15,7 +15,8 @@ from lockprobe.errors import BadFile
 from lockprobe.export import reading
 from lockprobe.export.reading import is_dataset, source_of_dataset
 from lockprobe.export.writing import write_dataset
-from lockprobe.people.scenes import Attempt, Box
+from lockprobe.people.responses import Attempt
+from lockprobe.people.scenes import Box
 from lockprobe.people.taking import Arriving
 from lockprobe.studies.gathering import gather
 from lockprobe.studies.journal import load, read_timings

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.errors import BadFile
 from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot, read_diary
-from lockprobe.people.scenes import Attempt, Next
+from lockprobe.people.responses import Attempt, Next
 
 JOINED = Joined(
     identity="3f9a01bc",

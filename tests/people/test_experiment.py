@@ -1,6 +1,9 @@
 """The settings of an experiment are read back from where they are kept."""
 
+import json
+
 import pytest
+from pydantic import ValidationError
 
 from lockprobe.errors import BadFile
 from lockprobe.people.experiment import EXPERIMENT, Experiment, kept_experiment
@@ -16,6 +19,32 @@ def test_what_is_kept_reads_back_and_where_nothing_is_kept_there_are_none(tmp_pa
     settings = Experiment(view="text", trials_each=3)
     keep(tmp_path, settings.model_dump_json())
     assert kept_experiment(tmp_path) == settings
+
+
+def test_who_joined_before_devices_were_kept_was_told_that_they_are_not(tmp_path):
+    settings = Experiment().model_dump(mode="json")
+    del settings["device"]
+    keep(tmp_path, json.dumps(settings))
+    assert kept_experiment(tmp_path).device is False
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        {"low": 3},
+        {"type": "integer", "options": ["a", "b"]},
+        {"type": "number", "low": 3, "high": 2},
+        {"type": "age"},
+    ],
+)
+def test_a_question_that_nobody_could_answer_is_refused(tmp_path, question):
+    with pytest.raises(ValidationError):
+        Experiment.model_validate({"questions": [{"name": "age", "question": "Age?", **question}]})
+
+
+def test_an_id_is_required_only_where_one_is_kept():
+    with pytest.raises(ValidationError, match="require_id"):
+        Experiment(require_id=True, recruitment=())
 
 
 @pytest.mark.parametrize("text", ["{", "[]", '{"view": "film"}', "[" * 100_000])

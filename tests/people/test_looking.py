@@ -7,6 +7,7 @@ import pytest
 from seated import people_study, percept_of
 from seen import PhotographedPlant
 
+from lockprobe.people.experiment import Experiment
 from lockprobe.people.held import Held
 from lockprobe.people.looking import box_to_show, panel_to_show, view_of_modality
 from lockprobe.plan import Names
@@ -30,8 +31,8 @@ def after(joints, plan=PLAN):
     return asyncio.run(played())
 
 
-def shown(situation, plan=PLAN, **settings):
-    return box_to_show(plan, situation, **{"view": "panel", "history": True, "number": 2, "of": 5, **settings})
+def shown(situation, plan=PLAN, number=2, **settings):
+    return box_to_show(plan, situation, experiment=Experiment(**settings), number=number, of=5)
 
 
 def test_the_panel_is_drawn_from_what_was_told():

@@ -8,7 +8,7 @@ from seated import people_study, short
 from lockprobe.people.diary import Did, Joined, Released, Slot
 from lockprobe.people.journey import Journey
 from lockprobe.people.progress import progress_of
-from lockprobe.people.scenes import Answer, Attempt, Next
+from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.people.words import read_words
 
 STUDY = people_study(trials=3)

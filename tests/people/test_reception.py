@@ -22,7 +22,8 @@ from seated import (
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import Refused
-from lockprobe.people.scenes import Agree, Answer, Attempt, Box, Next
+from lockprobe.people.responses import Agree, Answer, Attempt, Next
+from lockprobe.people.scenes import Box
 from lockprobe.studies.journal import load, read_timings
 from lockprobe.studies.settings import read_study
 
@@ -63,7 +64,7 @@ def test_a_record_says_on_what_it_was_played_and_nothing_of_who(tmp_path):
     words = diary_of(tmp_path, shown.identity)[0].words
     assert dict(trials[0].facts) == {
         "view": "text", "words": words, "page": "1", "position": 1, "design": "within", "history": True,
-        "feedback": False,
+        "history_open": True, "feedback": False,
     }  # fmt: skip
     assert "abc" not in (tmp_path / "trials.jsonl").read_text()
     assert read_study(tmp_path).agents == ("participant",)

@@ -7,7 +7,10 @@ import pytest
 from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part, to_first
 
 from lockprobe.people.diary import Joined, Released
-from lockprobe.people.scenes import Agree, Box
+from lockprobe.people.journey import Journey
+from lockprobe.people.register import Register
+from lockprobe.people.responses import Agree
+from lockprobe.people.scenes import Box
 from lockprobe.studies.journal import load
 
 HOURS = 3600.0
@@ -228,3 +231,30 @@ def test_orders_stay_balanced_when_everybody_leaves_after_a_box(tmp_path):
     assert Counter(one.slots[0].p for one in joined) == dict.fromkeys(study.p, 2)
     assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
     assert set(Counter(tuple(slot.p for slot in one.slots) for one in joined).values()) == {2}
+
+
+def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeypatch):
+    looked = []
+    kept = Journey.slots_kept.fget
+    monkeypatch.setattr(Journey, "slots_kept", property(lambda self: looked.append(self.identity) or kept(self)))
+    monkeypatch.setattr(Register, "__iter__", lambda self: looked.append("all") or iter(tuple(self._seats.values())))
+
+    async def come():
+        async with opened(tmp_path, people_study(trials=40), short()) as reception:
+            looked.clear()
+            for number in range(20):
+                shown = await reception.enter(None, {"PROLIFIC_PID": f"p{number}"})
+                shown = await reception.act(
+                    shown.token, shown.lease, 1, Agree(agreed=True), {"PROLIFIC_PID": f"p{number}"}
+                )
+                assert shown.identity
+            once = list(looked)
+            await reception.withdraw_participant(shown.identity)
+            after = reception._register.assigned()
+            reception._register._given = None
+            assert reception._register.assigned() == after
+            return once
+
+    once = asyncio.run(come())
+    assert set(once) == {"all"}
+    assert len(once) <= 2  # when the first one comes, and once in a while

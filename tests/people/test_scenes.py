@@ -9,7 +9,8 @@ from pydantic import TypeAdapter, ValidationError
 from seated import opened, people_study, short, to_first
 
 from lockprobe.lockbox.families import box
-from lockprobe.people.scenes import Act, Attempt, Box
+from lockprobe.people.responses import Act, Attempt
+from lockprobe.people.scenes import Box
 from lockprobe.plan import Names
 from lockprobe.studies.journal import load
 

@@ -25,7 +25,8 @@ from seen import PhotographedPlant
 from lockprobe.errors import BadFile
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.scenes import Answer, Ask, Attempt, Box, Check, Debrief, Next
+from lockprobe.people.responses import Answer, Attempt, Next
+from lockprobe.people.scenes import Ask, Box, Check, Debrief
 from lockprobe.plants import catalogue
 from lockprobe.studies.journal import Timing, left_out, load
 

@@ -4,7 +4,8 @@ import pytest
 from seated import Player, diary_of, go_on, people_study, refused, sitting, to_first
 
 from lockprobe.people.diary import Broken, Did
-from lockprobe.people.scenes import Attempt, Box
+from lockprobe.people.responses import Attempt
+from lockprobe.people.scenes import Box
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.journal import load

@@ -6,7 +6,8 @@ from seated import WORDS, people_study
 from lockprobe.people.diary import Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey
-from lockprobe.people.scenes import Attempt, Next
+from lockprobe.people.looking import example_panel
+from lockprobe.people.responses import Attempt, Next
 from lockprobe.people.telling import Texts
 
 SLOTS = tuple(Slot(p=0.0, modality="symbolic", repetition=1, trial=n) for n in (1, 2))
@@ -69,6 +70,37 @@ def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():
     asked = Did(at=14.0, turn=5, scene="ask", act=Next(), item="how")
     end = at("solved", 2, over, answered, asked, **QUESTIONS)
     assert (end.kind, end.completion_url, end.completion_code) == ("debrief", "https://example.org/x", "C1")
+
+
+@pytest.mark.parametrize(("right", "from_how_many", "code"), [(True, 1, "C1"), (False, 1, "F1"), (False, 2, "C1")])
+def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many, code):
+    settings = {**QUESTIONS, "questions": [], "failed_code": "F1", "failed_from": from_how_many}
+    over = done("over", 3, box=2)
+    answered = Did(at=13.0, turn=4, scene="check", act=Next(), item="1", right=right)
+    end = at("solved", 2, over, answered, **settings)
+    assert (end.kind, end.completion_code) == ("debrief", code)
+    assert end.completion_url == ("" if code == "F1" else "https://example.org/x")
+
+
+def test_who_declines_or_finds_no_place_has_a_way_back():
+    ends = {"declined_url": "https://example.org/no", "full_code": "FULL"}
+    texts = Texts(WORDS, people_study(), Experiment(**ends))
+    declined, full, late = (texts.closed(why) for why in ("declined", "full", "late"))
+    assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
+    assert (full.completion_url, full.completion_code) == ("", "FULL")
+    assert (late.completion_url, late.completion_code) == ("", "")
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_the_instructions_announce_the_question_where_it_is_asked_and_show_a_panel(asks):
+    study = people_study(assessment=asks)
+    texts = Texts(WORDS, study, Experiment(), example_panel(study, Experiment()))
+    first = texts.at(Journey.of([JOINED], Experiment(), WORDS))
+    second = texts.at(Journey.of([JOINED, done("page", 2, item="1")], Experiment(), WORDS))
+    assert (WORDS.instructions[1].if_asked[0] in second.paragraphs) is asks
+    assert [joint.target for joint in first.panel.joints] == [True, False, False]
+    assert second.panel is None
+    assert example_panel(study, Experiment(view="text")) is None
 
 
 def test_every_way_of_being_closed_has_its_text():

@@ -9,7 +9,8 @@ from seated import Clock, Player, diary_of, go_on, opened, people_study, short, 
 
 from lockprobe.errors import BadFile
 from lockprobe.people.refusals import Refused
-from lockprobe.people.scenes import Agree, Attempt, Box, Next
+from lockprobe.people.responses import Agree, Attempt, Next
+from lockprobe.people.scenes import Box
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, put, withdrawn
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
 

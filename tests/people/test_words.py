@@ -1,5 +1,6 @@
 """What participants read is whole in every language that ships, and the same in kind."""
 
+import hashlib
 import re
 
 import numpy as np
@@ -8,7 +9,8 @@ from pydantic import BaseModel
 
 from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadFile, UnknownName
-from lockprobe.people.words import _TEXTS, LANGUAGES, filled, read_words
+from lockprobe.people.journey import fingerprint
+from lockprobe.people.words import _TEXTS, LANGUAGES, filled, page_texts, read_words
 from lockprobe.record import Percept, Task
 
 
@@ -22,7 +24,7 @@ def texts(part, path=()):
     elif isinstance(part, tuple):
         for i, value in enumerate(part):
             yield from texts(value, (*path, i))
-    else:
+    elif part is not None:
         yield path, part
 
 
@@ -76,6 +78,18 @@ def test_a_text_of_ones_own_is_read(tmp_path):
     english = (_TEXTS / "en.toml").read_text()
     file.write_text(english.replace('title = "Open the lockbox"', 'title = "<script>alert(1)</script>"'))
     assert read_words(str(file)).title == "<script>alert(1)</script>"
+
+
+def test_texts_of_before_are_the_same_and_labels_that_came_later_are_filled_in(tmp_path):
+    lines = (_TEXTS / "de.toml").read_text().splitlines(keepends=True)
+    later = ('code = "Der', "wrong_code", "number", "if_asked")
+    file = tmp_path / "before.toml"
+    file.write_text("".join(line for line in lines if not line.startswith(later)))
+    words = read_words(str(file))
+    dumped = words.model_dump_json(exclude_none=True)
+    assert '"wrong_code"' not in dumped
+    assert fingerprint(words) == f"de {hashlib.sha256(dumped.encode()).hexdigest()[:12]}"
+    assert page_texts(words) == page_texts(read_words("de"))
 
 
 def test_an_unknown_language_lists_those_there_are():

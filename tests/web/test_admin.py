@@ -7,6 +7,7 @@ import pytest
 from served import STUDY, at_the_box, experiment, logged, served, visiting, written
 
 from lockprobe import load
+from lockprobe.web.admin import AdminDesk
 from lockprobe.web.files import STATIC
 
 BEARER = {"authorization": "Bearer a-token-for-tests"}
@@ -84,6 +85,35 @@ def test_somebody_who_asks_for_it_is_deleted(tmp_path):
     assert {trial.agent for trial in load(tmp_path)} == {f"participant:{stays}"}
     assert not any(gone.encode() in path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
     assert STUDY.size == 6
+
+
+def test_a_platform_id_finds_the_participant_and_the_data_can_be_had(tmp_path):
+    desk = AdminDesk(study_url=lambda url: url + "?x", reminders=("do this",), data=lambda: b"key,step\n")
+
+    async def visit():
+        async with (
+            served(tmp_path, desk=desk) as place,
+            visiting(place, platform={"PROLIFIC_PID": "abc123"}) as one,
+            visiting(place) as other,
+        ):
+            await asyncio.gather(at_the_box(one), at_the_box(other))
+
+            async def find(value):
+                answer = await place.http.post("/api/admin/find", json={"id": value}, headers=BEARER)
+                return answer.json()
+
+            assert await find("abc123") == {"participants": [one.identity]}
+            assert await find("abc12") == {"participants": []}
+            assert (await find(""))["error"] == "malformed"
+            for path in ("find", "data"):
+                answer = await place.http.request("POST" if path == "find" else "GET", f"/api/admin/{path}", json={})
+                assert answer.status_code == 401
+            data = await place.http.get("/api/admin/data", headers=BEARER)
+            assert (data.content, data.headers["content-type"]) == (b"key,step\n", "text/csv; charset=utf-8")
+            progress = (await place.http.get("/api/admin/progress", headers=BEARER)).json()
+            assert (progress["study_url"], progress["reminders"]) == (f"{place.url}?x", ["do this"])
+
+    asyncio.run(visit())
 
 
 def test_the_page_is_its_own_and_loads_nothing_from_elsewhere(tmp_path):

@@ -52,8 +52,7 @@ export function spokenReport(scene, words) {
   return [...told, `${filled(words.step, { step: scene.step, budget: scene.budget })}.`].join(" ");
 }
 
-const narrow = matchMedia("(max-width: 72rem)");
-let open = null; // as somebody set it; before that by the width of the screen
+let open = null; // as somebody set it; before that as the study has it, on every screen
 
 /**
  * What was told before in this trial, the newest first; null if nothing is shown of it.
@@ -70,7 +69,7 @@ export function historyOf(scene, words) {
   });
   const list = element(
     "details",
-    { class: "history", open: open ?? !narrow.matches },
+    { class: "history", open: open ?? scene.history_open },
     element("summary", {}, words.history),
     element("ol", { reversed: true, tabindex: 0, "aria-label": words.history }, ...rows),
   );

@@ -3,6 +3,7 @@ import { ParameterType } from "jspsych";
 import { SceneClock } from "../clock.js";
 import { meant, onKeys } from "../choosing.js";
 import { element, heading } from "../element.js";
+import { filled } from "../words.js";
 
 const info = {
   name: "lockprobe-answer",
@@ -42,6 +43,11 @@ export class AnswerPlugin {
           field.querySelector("input, textarea").focus();
           return;
         }
+        if (answer && !fits(scene, answer)) {
+          missing.textContent = filled(words.page.number, { limits: limits(scene) });
+          field.querySelector("input").focus();
+          return;
+        }
         form.setAttribute("aria-disabled", "true");
         for (const button of form.querySelectorAll("button")) button.setAttribute("aria-disabled", "true");
         endKeys();
@@ -68,7 +74,7 @@ export class AnswerPlugin {
         ),
       );
       const endKeys = onKeys((key) => {
-        const input = field.querySelectorAll("input")[Number(key) - 1];
+        const input = field.querySelectorAll("input[type=radio]")[Number(key) - 1];
         if (input) {
           input.checked = true;
           missing.replaceChildren();
@@ -95,7 +101,28 @@ function choices(texts) {
   return element("div", { class: "options", role: "radiogroup", "aria-labelledby": "question" }, ...rows);
 }
 
+const NUMBERS = { number: /^[+-]?[0-9]{1,15}([.,][0-9]{1,15})?$/, integer: /^[+-]?[0-9]{1,15}$/ };
+
+/** Whether a written answer is of the kind that is asked for; the server looks again. */
+function fits({ type, low, high }, answer) {
+  if (!(type in NUMBERS)) return true;
+  const number = Number(answer.replace(",", "."));
+  return NUMBERS[type].test(answer) && !(low !== null && number < low) && !(high !== null && number > high);
+}
+
+/** Between what a number has to be, in signs that every language has. */
+function limits({ low, high }) {
+  if (low !== null && high !== null) return ` (${low} – ${high})`;
+  if (low !== null) return ` (≥ ${low})`;
+  return high !== null ? ` (≤ ${high})` : "";
+}
+
 function room(scene) {
+  if (scene.type in NUMBERS) {
+    const inputmode = scene.type === "integer" ? "numeric" : "decimal";
+    const given = { type: "text", inputmode, maxlength: 32, autocomplete: "off", "data-field": "answer" };
+    return element("div", {}, element("input", { ...given, "aria-labelledby": "question" }));
+  }
   return element(
     "div",
     {},
@@ -105,7 +132,7 @@ function room(scene) {
 
 /** An option exactly as it came, or words without space around them. */
 function given(field) {
-  const chosen = field.querySelector("input:checked, textarea");
+  const chosen = field.querySelector("input:checked, input[type=text], textarea");
   if (!chosen) return "";
   return chosen.type === "radio" ? chosen.value : chosen.value.trim();
 }

@@ -7,6 +7,7 @@ import { picturesOf } from "../box/pictures.js";
 import { historyOf, reportOf, spokenReport } from "../box/report.js";
 import { meant, onKeys } from "../choosing.js";
 import { SceneClock } from "../clock.js";
+import { deviceOf } from "../device.js";
 import { element, heading, paragraphs } from "../element.js";
 import { filled } from "../words.js";
 
@@ -30,6 +31,10 @@ const info = {
     rt: { type: ParameterType.FLOAT },
     /** From when the scene was painted to what was said of the last action, ms; null where it was not asked. */
     claimed_rt: { type: ParameterType.FLOAT },
+    /** With what the joint was chosen: `mouse`, `touch`, `pen` or `keyboard`; only where the study keeps it. */
+    pointer: { type: ParameterType.STRING },
+    /** Width and height of the window, CSS pixels; only where the study keeps it. */
+    viewport: { type: ParameterType.INT, array: true },
   },
 };
 
@@ -128,7 +133,8 @@ class Step {
     this.#joint(label).dataset.chosen = "";
     cameFrom = { box: this.#box, joint: label };
     const rt = Math.round((at - (this.#claimedAt ?? 0)) * 10) / 10;
-    this.#resolve({ joint: label, claimed: this.#claimed, rt, claimed_rt: this.#claimedAt });
+    const device = this.#scene.device ? deviceOf(event) : {};
+    this.#resolve({ joint: label, claimed: this.#claimed, rt, claimed_rt: this.#claimedAt, ...device });
   }
 
   #key(key, event) {

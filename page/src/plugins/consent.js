@@ -30,11 +30,18 @@ export class ConsentPlugin {
   trial(display, { scene, words, act }, onLoad) {
     return new Promise((resolve) => {
       const title = heading(scene.title);
+      const field = scene.ask_code ? element("input", { type: "text", autocomplete: "off", maxlength: 64 }) : null;
+      const code = field ? element("p", {}, element("label", { class: "field" }, words.page.code, " ", field)) : null;
       const choice = (agreed) => async (event) => {
         const rt = clock.now();
+        const code = field ? field.value.trim() : "";
+        if (agreed && field && !code) {
+          field.focus();
+          return;
+        }
         if (acts.getAttribute("aria-disabled") || !meant(event, rt)) return;
         for (const part of [acts, ...acts.children]) part.setAttribute("aria-disabled", "true");
-        await act({ kind: "agree", agreed });
+        await act(code ? { kind: "agree", agreed, code } : { kind: "agree", agreed });
         resolve({ agreed, rt });
       };
       const acts = element(
@@ -47,7 +54,7 @@ export class ConsentPlugin {
         ),
         element("button", { type: "button", "data-act": "decline", onclick: choice(false) }, words.consent.decline),
       );
-      display.append(element("article", { class: "words" }, title, ...paragraphs(scene.paragraphs), acts));
+      display.append(element("article", { class: "words" }, title, ...paragraphs(scene.paragraphs), code, acts));
       const clock = new SceneClock();
       title.focus();
       onLoad();

@@ -1,5 +1,6 @@
 import { ParameterType } from "jspsych";
 
+import { panelOf } from "../box/panel.js";
 import { SceneClock } from "../clock.js";
 import { meant } from "../choosing.js";
 import { element, heading, paragraphs } from "../element.js";
@@ -36,7 +37,8 @@ export class ReadPlugin {
       scene.kind === "page" && scene.of > 1 ? element("p", { class: "where" }, `${scene.number} / ${scene.of}`) : null,
       title,
       ...paragraphs(scene.paragraphs),
-      ...(scene.kind === "debrief" ? wayBack(scene, words) : []),
+      scene.kind === "page" && scene.panel ? example(scene.panel, words.page) : null,
+      ...(ends ? wayBack(scene, words) : []),
     );
     display.append(article);
     const clock = new SceneClock();
@@ -57,6 +59,16 @@ export class ReadPlugin {
       article.append(element("div", { class: "acts" }, button));
     });
   }
+}
+
+/** A box as it will look, on which nothing can be done: one picture, with the names of its joints as its text. */
+function example(panel, words) {
+  const shown = panelOf({ panel, practice: true, number: -1 }, words);
+  const buttons = [...shown.querySelectorAll("button")];
+  const named = buttons.map((button) => button.getAttribute("aria-label")).join("; ");
+  for (const button of buttons) button.tabIndex = -1;
+  shown.inert = true;
+  return element("div", { class: "example", role: "img", "aria-label": named }, shown);
 }
 
 /** How to go on where participants came from. */

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json as jsonlib
 import os
 from collections.abc import Mapping
@@ -15,12 +16,19 @@ import typer
 
 from lockprobe.atomic_file import write_file
 from lockprobe.cli import asking
+from lockprobe.cli.invitation import reminders, study_url, told_at_the_start
 from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.export import write_csv
 from lockprobe.inputs import read_input
 from lockprobe.options import PEOPLE
+from lockprobe.people.acts import times_of_steps
+from lockprobe.people.assignment import conditions_of
+from lockprobe.people.capacity import check_capacity, trials_for
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
+from lockprobe.people.kept import kept_diaries
 from lockprobe.people.opening import words_to_read
-from lockprobe.people.words import read_words
+from lockprobe.people.words import Words, read_words
+from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
@@ -36,7 +44,7 @@ EXAMPLE = Path(__file__).with_name("people.toml")
 TEXTS = Path(__file__).parents[1] / "people" / "texts"
 
 _STUDY = "What is played: a study by name or file, or the directory of one in which people are to take part too."
-_PEOPLE = "How people take part; --write-people writes an example."
+_PEOPLE = "How people take part (--write-people writes an example), or how many: the trials are worked out. Or both."
 _TEXTS = "What participants read: a language that ships, or a file; --write-texts writes an example."
 _EACH = "Boxes for each participant (each condition once)."
 _HOST = "What is listened on. Other than loopback needs LOCKPROBE_ADMIN_TOKEN."
@@ -44,7 +52,9 @@ _PUBLIC = "Under which origin participants come through a proxy, for example htt
 _ALLOWED = "A name by which this machine is asked for on a local network; may be repeated."
 
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
-People = Annotated[Path | None, typer.Option(metavar="FILE.toml", help=_PEOPLE)]
+People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
+RequireId = Annotated[bool | None, typer.Option("--require-id", help="Only with an ID of the platform in the URL.")]
+JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="What everybody has to give who joins.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
 View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
 TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]
@@ -76,6 +86,8 @@ def serve(
     texts: Texts = None,
     view: View = None,
     trials_each: TrialsEach = None,
+    require_id: RequireId = None,
+    join_code: JoinCode = None,
     out: asking.Out = None,
     host: Host = "127.0.0.1",
     port: Port = 8765,
@@ -97,25 +109,35 @@ def serve(
         raise BadValue("host", host, "a name or IP address of this machine")
     name = _named(name)
     asked = {
-        "box": box,
-        "p": None if p is None else parse_p(p),
-        "trials": trials,
-        "repetitions": repetitions,
-        "seed": seed,
-        "max_steps": max_steps,
-        "flip": flip,
-        "plant": plant,
-        "modality": modality or None,
-        "layout": layout,
-        "shuffle": shuffle,
-        "assessment": assessment,
-        "full": full or None,
-    }
-    planned, directory = _planned(name, {key: value for key, value in asked.items() if value is not None}, out)
-    own = {"view": view, "trials_each": trials_each, "language": texts}
-    experiment = _experiment(people, {key: value for key, value in own.items() if value is not None}, directory)
+        "box": box, "p": None if p is None else parse_p(p), "trials": trials, "repetitions": repetitions,
+        "seed": seed, "max_steps": max_steps, "flip": flip, "plant": plant, "modality": modality or None,
+        "layout": layout, "shuffle": shuffle, "assessment": assessment, "full": full or None,
+    }  # fmt: skip
+    given = {key: value for key, value in asked.items() if value is not None}
+    file, number = _people(people or [])
+    own = {
+        "view": view, "trials_each": trials_each, "language": texts, "participants": number,
+        "require_id": require_id, "join_code": join_code,
+    }  # fmt: skip
+    own = {key: value for key, value in own.items() if value is not None}
+    planned, directory, experiment = _what(name, given, file, own, out)
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
     _serve(planned, directory, experiment, door, json=json)
+
+
+def _what(
+    name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
+) -> tuple[Study, Path, Experiment]:
+    """The study, its directory, and how people take part; trials are worked out from a number of people."""
+    planned, directory = _planned(name, asked, out)
+    experiment = _experiment(file, own, directory)
+    if isinstance(number := own.get("participants"), int) and not _is_directory(name):
+        enough = _enough_trials(planned, asked, experiment, number)
+        planned, directory = _planned(name, {**asked, **enough}, out)
+        experiment = _experiment(file, own, directory)
+    if not kept_diaries(directory):
+        check_capacity(planned, experiment)
+    return planned, directory, experiment
 
 
 def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mapping[str, object], *, json: bool) -> None:
@@ -123,6 +145,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
     from lockprobe.web.address import ADMIN_TOKEN
+    from lockprobe.web.admin import AdminDesk
     from lockprobe.web.serving import Door
     from lockprobe.web.serving import serve as until_stopped
 
@@ -134,25 +157,33 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         experiment,
         words,
         Door(token=token, **door),  # type: ignore[arg-type] # named as its fields are
-        announce=lambda where: _announce(where, planned, experiment, json=json),
+        announce=lambda where: _announce(where, planned, experiment, words, json=json),
+        desk=AdminDesk(
+            study_url=lambda url: study_url(url, experiment),
+            reminders=reminders(words, experiment),
+            data=lambda: _steps(directory),
+        ),
     )
     asyncio.run(opening)
     if not json:
         print("Stopped. The same command goes on where everybody stood.")
 
 
-def _announce(where: Where, planned: Study, experiment: Experiment, *, json: bool) -> None:
+def _announce(where: Where, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
     if json:
-        said = {"url": where.url, "admin_url": where.admin_url, "directory": str(where.directory)}
+        given = study_url(where.url, experiment)
+        said = {"url": where.url, "study_url": given, "admin_url": where.admin_url, "directory": str(where.directory)}
         print(jsonlib.dumps(said), flush=True)
         return
-    size = planned.size // len(planned.agents)
-    asked = "&".join(f"{parameter}=…" for parameter in experiment.recruitment)
-    print(f"{planned.name} on {planned.box.name} for people: {size} trials, each played by one of them")
-    print(f"Participants  {where.url}" + (f"  (with ?{asked} from a recruitment platform)" if asked else ""))
-    print(f"Admin         {where.admin_url}")
-    print(f"Kept in       {where.directory}")
-    print("Ctrl-C ends; the same command goes on.", flush=True)
+    lines = told_at_the_start(planned, experiment, words, where.url, where.admin_url, where.directory)
+    print("\n".join(lines), flush=True)
+
+
+def _steps(directory: Path) -> bytes:
+    """What has been played so far, as ``lockprobe export`` writes it."""
+    file, trials = io.StringIO(newline=""), load(directory)
+    write_csv(trials, file, times_of_steps(directory, trials))
+    return file.getvalue().encode()
 
 
 def _named(name: str | None) -> str:
@@ -165,7 +196,7 @@ def _named(name: str | None) -> str:
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study, people among its agents, and its directory."""
     directory = Path(name)
-    if directory.is_dir() and name not in STUDIES:
+    if _is_directory(name):
         if asked or out is not None:
             given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
             raise BadValue("study", name, f"no {given} beside the directory of a study: its settings are as they are")
@@ -179,13 +210,39 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
 
+def _is_directory(name: str) -> bool:
+    return Path(name).is_dir() and name not in STUDIES
+
+
+def _people(given: list[str]) -> tuple[Path | None, int | None]:
+    """A file, a number of people, or both."""
+    files, numbers = [one for one in given if not one.isdecimal()], [one for one in given if one.isdecimal()]
+    if len(files) > 1 or len(numbers) > 1:
+        raise BadValue("people", " ".join(given), "one file, one number, or one of each")
+    return (Path(files[0]) if files else None), (int(numbers[0][:9]) if numbers else None)
+
+
+def _enough_trials(
+    planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
+) -> Mapping[str, object]:
+    """Trials and repetitions with which so many people have places, unless trials were asked for; p stays as it is."""
+    if "trials" in asked:
+        return {}
+    repetitions = planned.repetitions if "repetitions" in asked else 1
+    trials = trials_for(people, len(conditions_of(planned)), repetitions, experiment)
+    return {"p": list(planned.p), "trials": trials, "repetitions": repetitions}
+
+
 def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
     return agents if PEOPLE in agents else (*agents, PEOPLE)
 
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """How people take part: as asked for, or as they do already in this directory."""
-    given = (kept_experiment(directory) or Experiment()) if path is None else read_experiment(path)
+    kept = kept_experiment(directory)
+    given = (kept or Experiment()) if path is None else read_experiment(path)
+    if kept is not None and "device" not in given.model_fields_set:  # the file is of before there was this setting
+        given = given.model_copy(update={"device": kept.device})
     return experiment_with(given, asked)
 
 

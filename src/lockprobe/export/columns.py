@@ -99,6 +99,11 @@ COLUMN: Mapping[str, Column] = {
     ),
     "label": Column("The label by which the participant knew the joint."),
     "recorded": _mark("whether the step belongs to a finished trial, which stands in the file of steps."),
+    "pointer": Column(
+        "With what the joint was chosen: mouse, touch, pen or keyboard. Empty where the study does not keep it."
+    ),
+    "window_width": Column("Width of the browser's window then. Empty where the study does not keep it.", "px", 0),
+    "window_height": Column("Height of the browser's window then. Empty where the study does not keep it.", "px", 0),
     "ended": Column(
         "How the trial ended with this step, practice too: solved, budget or error. Empty where it goes on."
     ),

@@ -13,7 +13,7 @@ from lockprobe.people.acts import acts_of_steps, key_of
 from lockprobe.people.diary import Broken, Did, Released
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.kept import Kept, kept_diaries
-from lockprobe.people.scenes import Answer, Attempt
+from lockprobe.people.responses import Answer, Attempt
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
@@ -132,6 +132,9 @@ _ACT = (
     "at",
     "ended",
     "recorded",
+    "pointer",
+    "window_width",
+    "window_height",
 )
 _CHECK = ("participant", "check", "question", "answer", "right", "rt_ms", "at")
 _ANSWER = ("participant", "name", "question", "answer", "rt_ms", "at")
@@ -215,6 +218,8 @@ def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterat
             row |= {"scene": line.scene, **_times(line)}
             if isinstance(line.act, Attempt):
                 row |= {"label": line.act.joint, "claimed": line.act.claimed or "", "step": line.step or ""}
+                width, height = line.act.viewport or ("", "")
+                row |= {"pointer": line.act.pointer or "", "window_width": width, "window_height": height}
                 row |= {"told": line.told, "ended": line.ended or "", "recorded": int(id(line) in recorded)}
             yield row
 

@@ -30,7 +30,7 @@ from lockprobe.export.columns import column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.people.experiment import EXPERIMENT
+from lockprobe.people.experiment import EXPERIMENT, SECRET
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.kept import write_diaries
 from lockprobe.people.traces import without_traces
@@ -119,8 +119,7 @@ def _write_records(given: PeopleRecords, records: Path) -> None:
     write_diaries(records, given.diaries)
     if given.experiment is not None:
         language = Path(given.experiment.language).name
-        kept = {"completion_url": "", "completion_code": "", "language": language}
-        settings = given.experiment.model_copy(update=kept)
+        settings = given.experiment.model_copy(update={**dict.fromkeys(SECRET, ""), "language": language})
         place(records / PEOPLE_DIRECTORY / EXPERIMENT, f"{settings.model_dump_json(indent=2)}\n".encode())
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from lockprobe.errors import BadFile
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Slot
 from lockprobe.people.kept import Kept, kept_diaries
-from lockprobe.people.scenes import Attempt
+from lockprobe.people.responses import Attempt
 from lockprobe.record import Trial
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study

@@ -15,7 +15,7 @@ from typing import IO, Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile
-from lockprobe.people.scenes import Act
+from lockprobe.people.responses import Act
 from lockprobe.record import Ending
 from lockprobe.studies.lines import append_line, cut_torn_tail, sync_directory, whole_lines
 

@@ -34,6 +34,7 @@ from lockprobe.people.mistakes import said_of, seen
 
 __all__ = [
     "EXPERIMENT",
+    "SECRET",
     "AttentionCheck",
     "Experiment",
     "Question",
@@ -46,6 +47,12 @@ __all__ = [
 EXPERIMENT = "experiment.json"
 """Where beside the diaries of a study these settings stand."""
 
+SECRET = (
+    *(f"{end}_{what}" for end in ("completion", "declined", "full", "failed") for what in ("url", "code")),
+    "join_code",
+)
+"""Settings that are not given away with data."""
+
 
 def _bare(text: str) -> str:
     """Refuse what nobody sees: space around an option would make it another."""
@@ -57,6 +64,8 @@ def _bare(text: str) -> str:
 Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare)]
 Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
 Options = Annotated[tuple[Option, ...], Field(max_length=20)]
+Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
+Code = Annotated[str, Field(max_length=100), AfterValidator(seen)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
@@ -92,14 +101,31 @@ class Question(_Part):
     Attributes:
         name: The name of its column.
         question: The question.
-        options: What can be chosen; empty for an answer in words.
+        options: What can be chosen; empty for an answer that is written.
         required: Whether it has to be answered.
+        type: What an answer without options has to be: ``text``, a ``number``, or an ``integer``.
+        low: The least number that is taken; None for any.
+        high: The largest number that is taken; None for any.
     """
 
     name: Name
     question: Text
     options: Options = ()
     required: bool = False
+    type: Literal["text", "number", "integer"] = "text"
+    low: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    high: Annotated[float, Field(allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _limits_are_of_a_number(self) -> Self:
+        limited = self.low is not None or self.high is not None
+        if self.type == "text" and limited:
+            raise ValueError('low and high need type = "number" or "integer"')
+        if self.type != "text" and self.options:
+            raise ValueError("a number, or options")
+        if self.low is not None and self.high is not None and self.low > self.high:
+            raise ValueError("low is above high")
+        return self
 
 
 class Experiment(_Part):
@@ -109,6 +135,9 @@ class Experiment(_Part):
         view: How reports are shown: ``text``, in words as models read them; ``panel``, drawn from what is told. A
             modality with pictures shows pictures.
         history: Whether earlier reports of the trial stay in view, as models have them in their conversation.
+        history_open: Whether the earlier reports are unfolded when a box begins; the same on every device.
+        device: Whether it is kept with what each choice was made (mouse, finger, pen, keyboard), and how large the
+            window was, in CSS pixels.
         feedback: Whether it is said at the end of a box whether it was opened. Models are not told.
         design: ``within``: everybody plays every condition; ``between``: everybody plays one.
         trials_each: Boxes for each participant; None is each condition once, or one box where the design is between.
@@ -119,6 +148,16 @@ class Experiment(_Part):
             somebody is: nobody takes part twice under the same. Empty for none.
         completion_url: Where participants go on at the end.
         completion_code: What they enter there.
+        declined_url: Where those go who do not agree to take part; the same for the next two.
+        declined_code: What they enter there.
+        full_url: Of those who come when no place is left.
+        full_code: What they enter there.
+        failed_url: In place of ``completion_url``, of those who answered attention checks wrong.
+        failed_code: In place of ``completion_code``, of the same.
+        failed_from: From how many wrong answers on that is so.
+        require_id: Whether only those can join whose URL holds the first parameter of ``recruitment``.
+        join_code: What everybody has to give who joins, in the URL (``?code=…``) or on the page; empty for nothing.
+        joins_per_minute: How many can join in a minute from one address.
         away_hours: After how long without an act a place is given to somebody else.
         checks: Attention checks.
         questions: Questions at the end.
@@ -126,6 +165,8 @@ class Experiment(_Part):
 
     view: Literal["text", "panel"] = "panel"
     history: bool = True
+    history_open: bool = True
+    device: bool = True
     feedback: bool = False
     design: Literal["within", "between"] = "within"
     trials_each: Annotated[int, Field(ge=1, le=1000)] | None = None
@@ -133,8 +174,18 @@ class Experiment(_Part):
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
-    completion_url: Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")] = ""
-    completion_code: Annotated[str, Field(max_length=100), AfterValidator(seen)] = ""
+    completion_url: Url = ""
+    completion_code: Code = ""
+    declined_url: Url = ""
+    declined_code: Code = ""
+    full_url: Url = ""
+    full_code: Code = ""
+    failed_url: Url = ""
+    failed_code: Code = ""
+    failed_from: Annotated[int, Field(ge=1, le=1000)] = 1
+    require_id: bool = False
+    join_code: Annotated[str, Field(pattern=r"^([A-Za-z0-9_.-]{4,64})?$")] = ""
+    joins_per_minute: Annotated[int, Field(ge=1, le=100_000)] = 30
     away_hours: Annotated[float, Field(gt=0, le=24 * 365)] = 24.0
     checks: Annotated[tuple[AttentionCheck, ...], Field(max_length=20)] = ()
     questions: Annotated[tuple[Question, ...], Field(max_length=40)] = ()
@@ -144,6 +195,8 @@ class Experiment(_Part):
         names = [question.name for question in self.questions]
         if len(set(names)) < len(names):
             raise ValueError("two questions of one name")
+        if self.require_id and not self.recruitment:
+            raise ValueError("require_id needs a parameter in recruitment")
         return self
 
 
@@ -192,4 +245,4 @@ def kept_experiment(directory: Path) -> Experiment | None:
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict):
         raise BadFile(path, "not the settings of an experiment")
-    return experiment_from(settings, path)
+    return experiment_from({"device": False, **settings}, path)  # who joined before was told that it is not kept

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 from lockprobe.people.diary import Broken, Did, Entry, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.held import Played
-from lockprobe.people.scenes import Act, Agree, Attempt
+from lockprobe.people.responses import Act, Agree, Attempt
 from lockprobe.people.words import Words
 from lockprobe.record import Ending
 
@@ -53,7 +53,8 @@ def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station,
 
 def fingerprint(words: Words) -> str:
     """Language and fingerprint of texts, for example ``en 3f9a01bc22d1``."""
-    return f"{words.language} {hashlib.sha256(words.model_dump_json().encode()).hexdigest()[:12]}"
+    known = words.model_dump_json(exclude_none=True)  # texts that came with later releases change none without them
+    return f"{words.language} {hashlib.sha256(known.encode()).hexdigest()[:12]}"
 
 
 class Journey:

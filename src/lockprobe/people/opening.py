@@ -15,11 +15,12 @@ from lockprobe.lockbox.families import box as named_box
 from lockprobe.options import PEOPLE
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Entry
-from lockprobe.people.experiment import EXPERIMENT, Experiment, kept_experiment
+from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_experiment
 from lockprobe.people.held import Played
 from lockprobe.people.journey import Journey, fingerprint
 from lockprobe.people.kept import kept_diaries
-from lockprobe.people.scenes import Attempt
+from lockprobe.people.looking import example_panel
+from lockprobe.people.responses import Attempt
 from lockprobe.people.seat import Seat, Table
 from lockprobe.people.telling import Texts
 from lockprobe.people.withdrawal import finish_withdrawal, put
@@ -37,7 +38,7 @@ from lockprobe.trial import here
 
 __all__ = ["opened", "practice_plan", "seats_on_disk", "words_to_read"]
 
-_MAY_CHANGE = {"participants", "completion_url", "completion_code", "away_hours", "language"}
+_MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_per_minute", *SECRET}
 """Settings that change nothing of what somebody is shown in a box; of the language the texts themselves count."""
 
 
@@ -94,7 +95,7 @@ def opened(
             study=study,
             experiment=experiment,
             words=words,
-            texts=Texts(words, study, experiment),
+            texts=Texts(words, study, experiment, example_panel(study, experiment)),
             practice=practice,
             journal=journal,
             place=there,

@@ -23,16 +23,19 @@ from lockprobe.people.opening import opened, seats_on_disk
 from lockprobe.people.progress import Progress, progress_of
 from lockprobe.people.refusals import Refused
 from lockprobe.people.register import Register
-from lockprobe.people.scenes import Act, Agree, Scene
+from lockprobe.people.responses import Act, Agree
+from lockprobe.people.scenes import Scene
 from lockprobe.people.seat import Seat, Table
 from lockprobe.people.tokens import Tokens
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawn
 from lockprobe.people.words import Words
 from lockprobe.studies.study import Study
 
-__all__ = ["Reception", "Shown"]
+__all__ = ["CODE", "Reception", "Shown"]
 
-_PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+CODE = "code"
+"""The parameter of the URL that may hold the code with which somebody joins."""
+
 _LEASE = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
@@ -111,6 +114,11 @@ class Reception:
         """The study, people among its agents."""
         return self._table.study
 
+    @property
+    def experiment(self) -> Experiment:
+        """How people take part."""
+        return self._table.experiment
+
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> Shown:
         """Somebody loads the page: they go on where they were, and pages of theirs that are open can act no longer.
 
@@ -119,10 +127,10 @@ class Reception:
             platform: What the URL says, by parameter.
 
         Raises:
-            Refused: As ``forged``, or as ``incomplete`` if a parameter that is kept has a value that it cannot have.
+            Refused: As ``forged``, or as ``incomplete`` if a parameter that is kept is missing or nothing that is sent.
             BadFile: If something cannot be written or read.
         """
-        platform, lease = self._kept(platform), secrets.token_hex(16)
+        code, platform, lease = platform.get(CODE, ""), self._register.kept(platform), secrets.token_hex(16)
         seat = None if token is None else self._register.marked(self._tokens.mark(token))
         await self._register.let_go_of_idle(seat)
         if token is None or (seat is not None and self._register.is_another(seat, platform)):
@@ -135,9 +143,11 @@ class Reception:
                     return await self._shown(token, seat)
                 if self._register.called(seat.journey.identity) is seat:  # noted, and not finished yet
                     return _outside(token, lease, self._table.texts.closed("withdrawn"))
-        texts = self._table.texts
+        self._register.check_id(platform)
+        texts, ask_code = self._table.texts, not self._register.is_code(code)
         why = self._register.why_not(platform)
-        scene = texts.closed(why) if why else texts.consent(boxes_each(self.study, self._table.experiment))
+        boxes = boxes_each(self.study, self._table.experiment)
+        scene = texts.closed(why) if why else texts.consent(boxes, ask_code=ask_code)
         return _outside(token, lease, scene)
 
     async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Shown:
@@ -152,14 +162,19 @@ class Reception:
 
         Raises:
             Refused: As ``forged``; ``elsewhere`` if a newer page was loaded; ``stale`` if another scene is shown;
-                ``impossible`` if it cannot be done in this one; ``malformed``; ``incomplete``. Then nothing is
-                written, but that a box broke, or that somebody was away too long, if that came out with it.
+                ``impossible`` if it cannot be done in this one; ``malformed``; ``incomplete``; ``wrong-code``. Then
+                nothing is written, but that a box broke, or that somebody was away too long, if that came out with it.
             BadFile: If something cannot be written or read; then it has not been done.
         """
         token, mark = self._proof(token, lease)
         known = self._register.marked(mark)
         await self._register.let_go_of_idle(known)
-        seat = known or await self._join(mark, lease, turn, act, self._kept(platform))
+        if isinstance(act, Agree):
+            given, act = act.code or platform.get(CODE, ""), Agree(agreed=act.agreed)
+            if known is None and act.agreed:
+                self._register.check_id(self._register.kept(platform))
+                self._register.check_code(given)
+        seat = known or await self._join(mark, lease, turn, act, self._register.kept(platform))
         if not isinstance(seat, Seat):
             return _outside(token, lease, self._table.texts.closed(seat))
         async with seat.lock:
@@ -200,10 +215,13 @@ class Reception:
         async with seat.lock:
             await self._delete(seat)
 
+    def with_platform_id(self, value: str) -> list[str]:
+        """Who has an ID of the recruitment platform."""
+        return self._register.with_platform_id(value)
+
     def progress(self) -> Progress:
         """How far people have come, by condition."""
-        journeys = [seat.journey for seat in self._register]
-        gone = withdrawn(self._table.journal.directory)
+        journeys, gone = [seat.journey for seat in self._register], withdrawn(self._table.journal.directory)
         return progress_of(self.study, journeys, self._register.finished(), gone)
 
     async def _join(
@@ -255,14 +273,6 @@ class Reception:
         """Only the page that was loaded last may act; after a restart the one whose act is taken first goes on."""
         if seat.lease is not None and not secrets.compare_digest(seat.lease, lease):
             raise Refused("elsewhere", "open in another page")
-
-    def _kept(self, platform: Mapping[str, str]) -> dict[str, str]:
-        """What the experimenter asked for of what the recruitment platform says."""
-        kept = {name: platform[name] for name in self._table.experiment.recruitment if name in platform}
-        for name, value in kept.items():
-            if not _PLATFORM_VALUE.fullmatch(value):
-                raise Refused("incomplete", f"{name} in the URL is nothing that a recruitment platform sends")
-        return kept
 
     async def _release_if_late(self, seat: Seat) -> bool:
         if late := self._register.is_late(seat):

@@ -12,6 +12,7 @@ Code = Literal[
     "malformed",  # 400: no such body
     "incomplete",  # 400: a parameter of the URL that is no ID; the recruitment platform did not fill it in
     "forged",  # 401: a token that was not given out here, or a wrong admin token
+    "wrong-code",  # 403: not the code that everybody has to give who joins
     "cross-site",  # 403: sent by a page of somebody else
     "unknown",  # 404
     "stale",  # 409: not the scene that is shown; the page has to ask for the one that is
@@ -26,6 +27,7 @@ _STATUS: dict[Code, int] = {
     "malformed": 400,
     "incomplete": 400,
     "forged": 401,
+    "wrong-code": 403,
     "cross-site": 403,
     "unknown": 404,
     "stale": 409,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 import sys
 from collections import Counter
@@ -13,12 +14,15 @@ from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.assignment import Given, assigned, boxes_each, conditions_of
 from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, Slot
 from lockprobe.people.journey import Journey, fingerprint, stations
+from lockprobe.people.refusals import Refused
 from lockprobe.people.seat import Seat, Table
 from lockprobe.plants.catalogue import resolve_plant
 
 __all__ = ["Register"]
 
 _HOUR = 3600.0
+
+_PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 _IDLE_SECONDS = 600.0
 """After so long without an act a trial is let go of; it is played again when somebody comes back."""
@@ -63,6 +67,10 @@ class Register:
     def marked(self, mark: str) -> Seat | None:
         """The seat of whoever has a token."""
         return self._by_mark.get(mark)
+
+    def with_platform_id(self, value: str) -> list[str]:
+        """Participants whose URL held this value, in any of the parameters that are kept."""
+        return [seat.journey.identity for seat in self if value in seat.journey.joined.platform.values()]
 
     def add(self, mark: str, platform: Mapping[str, str], slots: tuple[Slot, ...]) -> Seat:
         """A seat for somebody new, on disk.
@@ -143,6 +151,42 @@ class Register:
         if limit is not None and self._taking_part() - late >= limit:
             return "full"
         return None if late or self._is_anything_left() else "full"
+
+    def kept(self, platform: Mapping[str, str]) -> dict[str, str]:
+        """What the experimenter asked for of what the recruitment platform says.
+
+        Raises:
+            Refused: As ``incomplete``.
+        """
+        found = {name: platform[name] for name in self._table.experiment.recruitment if name in platform}
+        for name, value in found.items():
+            if not _PLATFORM_VALUE.fullmatch(value):
+                raise Refused("incomplete", f"{name} in the URL is nothing that a recruitment platform sends")
+        return found
+
+    def check_id(self, platform: Mapping[str, str]) -> None:
+        """Refuse somebody new without an ID of the recruitment platform, where the experimenter wants one.
+
+        Raises:
+            Refused: As ``incomplete``.
+        """
+        if self._table.experiment.require_id and not self._person(platform):
+            raise Refused("incomplete", f"{self._table.experiment.recruitment[0]} is missing in the URL")
+
+    def check_code(self, given: str) -> None:
+        """Refuse somebody new without the code that the experimenter gave out.
+
+        Raises:
+            Refused: As ``wrong-code``.
+        """
+        if not self.is_code(given):
+            raise Refused("wrong-code", "not the code of this study")
+
+    def is_code(self, given: str) -> bool:
+        """Whether somebody can join who gives this code; where there is none everybody can."""
+        return not self._table.experiment.join_code or secrets.compare_digest(
+            given.strip().encode(), self._table.experiment.join_code.encode()
+        )
 
     async def make_room(self) -> None:
         """Release trials of those who were away too long, longest first, as far as somebody new needs them.

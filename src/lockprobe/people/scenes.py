@@ -11,18 +11,14 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 __all__ = [
-    "Act",
-    "Agree",
-    "Answer",
+    "LONGEST_ANSWER",
     "Ask",
-    "Attempt",
     "Box",
     "Check",
     "Closed",
     "Consent",
     "Debrief",
     "Joint",
-    "Next",
     "Page",
     "Panel",
     "Report",
@@ -30,12 +26,7 @@ __all__ = [
     "TrialOver",
 ]
 
-Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
-"""Of the page's monotonic clock (``performance.now``); what is measured from is said where it stands."""
-
-Label = Annotated[str, Field(min_length=1, max_length=8)]
-
-_LONGEST = 2000
+LONGEST_ANSWER = 2000
 """Characters of an answer in words."""
 
 
@@ -44,21 +35,18 @@ class _Part(BaseModel):
 
 
 class Consent(_Part):
-    """Who it is by, what is kept, what one can do: the first scene. Nothing is kept before it was agreed to."""
+    """Who it is by, what is kept, what one can do: the first scene. Nothing is kept before it was agreed to.
+
+    Attributes:
+        title: Its title.
+        paragraphs: Its text.
+        ask_code: Whether a code has to be given to join, and the URL did not hold it.
+    """
 
     kind: Literal["consent"] = "consent"
     title: str
     paragraphs: tuple[str, ...]
-
-
-class Page(_Part):
-    """A page of instructions, or what stands before the first box."""
-
-    kind: Literal["page"] = "page"
-    title: str
-    paragraphs: tuple[str, ...]
-    number: int
-    of: int
+    ask_code: bool = False
 
 
 class Joint(_Part):
@@ -120,6 +108,25 @@ class Panel(_Part):
     pictures: tuple[str, ...] = ()
 
 
+class Page(_Part):
+    """A page of instructions, or what stands before the first box.
+
+    Attributes:
+        title: Its title.
+        paragraphs: Its text.
+        number: Which page, from 1.
+        of: How many there are.
+        panel: A box as an example, on which nothing can be done; None for none.
+    """
+
+    kind: Literal["page"] = "page"
+    title: str
+    paragraphs: tuple[str, ...]
+    number: int
+    of: int
+    panel: Panel | None = None
+
+
 class Box(_Part):
     """A step of a trial, or of the practice: a joint has to be chosen.
 
@@ -132,6 +139,8 @@ class Box(_Part):
         ask: Whether it is asked, before a joint is chosen, what the last action did.
         panel: What is shown.
         history: All steps of this trial so far, oldest first; empty where the experimenter shows none.
+        history_open: Whether they are unfolded when a box begins.
+        device: Whether the page says with what a choice was made, and how large its window was.
     """
 
     kind: Literal["box"] = "box"
@@ -143,6 +152,8 @@ class Box(_Part):
     ask: bool
     panel: Panel
     history: tuple[Report, ...] = ()
+    history_open: bool = True
+    device: bool = False
 
 
 class TrialOver(_Part):
@@ -183,6 +194,9 @@ class Ask(_Part):
         options: What can be chosen; empty for an answer in words.
         required: Whether it can be left empty.
         longest: Characters that an answer in words may have.
+        type: What a written answer has to be.
+        low: The least number that is taken; None for any.
+        high: The largest number that is taken; None for any.
     """
 
     kind: Literal["ask"] = "ask"
@@ -190,7 +204,10 @@ class Ask(_Part):
     question: str
     options: tuple[str, ...] = ()
     required: bool = False
-    longest: int = _LONGEST
+    longest: int = LONGEST_ANSWER
+    type: Literal["text", "number", "integer"] = "text"
+    low: float | None = None
+    high: float | None = None
 
 
 class Debrief(_Part):
@@ -218,62 +235,19 @@ class Closed(_Part):
             takes part already, in another browser), ``late`` (was away too long).
         title: In words.
         paragraphs: The same at length.
+        completion_url: Where to go on, where there is such a place for those who come no further.
+        completion_code: What to enter there.
     """
 
     kind: Literal["closed"] = "closed"
     why: Literal["declined", "withdrawn", "full", "taken", "late"]
     title: str
     paragraphs: tuple[str, ...]
+    completion_url: str = ""
+    completion_code: str = ""
 
 
 Scene = Annotated[
     Consent | Page | Box | TrialOver | Check | Ask | Debrief | Closed,
     Field(discriminator="kind"),
 ]
-
-
-class Agree(_Part):
-    """Of ``Consent``: yes or no."""
-
-    kind: Literal["agree"] = "agree"
-    agreed: bool
-
-
-class Next(_Part):
-    """Of ``Page`` and ``TrialOver``: go on."""
-
-    kind: Literal["next"] = "next"
-
-
-class Attempt(_Part):
-    """Of ``Box``: a joint is chosen.
-
-    Attributes:
-        joint: Its label.
-        claimed: What is said of the last action, where it was asked.
-        rt: From when the scene was painted to the choice of the joint, ms; without the time for ``claimed``.
-        claimed_rt: From when the scene was painted to what was said of the last action, ms; None where not asked.
-    """
-
-    kind: Literal["attempt"] = "attempt"
-    joint: Label
-    claimed: Literal["moved", "blocked"] | None = None
-    rt: Milliseconds
-    claimed_rt: Milliseconds | None = None
-
-
-class Answer(_Part):
-    """Of ``Check`` and ``Ask``: an option by its words, or words.
-
-    Attributes:
-        answer: The answer; empty where an ``Ask`` that is not required is passed over.
-        rt: From when the scene was painted to the answer, ms.
-    """
-
-    kind: Literal["answer"] = "answer"
-    answer: Annotated[str, Field(max_length=_LONGEST)]
-    rt: Milliseconds
-
-
-Act = Annotated[Agree | Next | Attempt | Answer, Field(discriminator="kind")]
-"""What a participant does in a scene."""

@@ -10,13 +10,15 @@ from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.people.answers import fits
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Broken, Diary, Did, Entry, Released
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.held import Held, Played
 from lockprobe.people.journey import Journey
 from lockprobe.people.looking import box_to_show, view_of_modality
 from lockprobe.people.refusals import Refused
-from lockprobe.people.scenes import Act, Answer, Ask, Attempt, Box, Check, Next, Page, Scene, TrialOver
+from lockprobe.people.responses import Act, Answer, Attempt, Next
+from lockprobe.people.scenes import Ask, Box, Check, Page, Scene, TrialOver
 from lockprobe.people.telling import Texts
 from lockprobe.people.words import Words
 from lockprobe.plan import Plan
@@ -106,8 +108,7 @@ class Seat:
                 return box_to_show(
                     held.plan,
                     held.situation,
-                    view=experiment.view,
-                    history=experiment.history,
+                    experiment=experiment,
                     number=station.box,
                     of=len(self.journey.joined.slots),
                 )
@@ -133,7 +134,7 @@ class Seat:
                 right = None
             case (Check(), Answer()) if act.answer in scene.options:
                 right = act.answer == self._table.experiment.checks[int(station.item) - 1].right
-            case (Ask(), Answer()) if _answers(scene, act):
+            case (Ask(), Answer()) if fits(scene, act):
                 right = None
             case _:
                 raise Refused("impossible", f"nothing that can be done in a scene of kind {scene.kind}")
@@ -183,6 +184,8 @@ class Seat:
 
     async def _attempt(self, scene: Box, act: Attempt) -> None:
         held, journey = self._held, self.journey
+        if not self._table.experiment.device:
+            act = act.model_copy(update={"pointer": None, "viewport": None})
         if act.joint not in {joint.label for joint in scene.panel.joints}:
             raise Refused("impossible", "no joint of this box")
         if (act.claimed is not None) != scene.ask or (act.claimed_rt is not None and not scene.ask):
@@ -241,6 +244,7 @@ class Seat:
             "position": box,
             "design": experiment.design,
             "history": experiment.history,
+            "history_open": experiment.history_open,
             "feedback": experiment.feedback,
         }
         return self._table.study.plan(agent, slot.p, slot.repetition, slot.trial, slot.modality), facts
@@ -286,9 +290,3 @@ class Seat:
             diary.close()
         self.journey.follow(line)
         self.on_line(self, line)
-
-
-def _answers(scene: Ask, act: Answer) -> bool:
-    if not act.answer.strip():
-        return not scene.required
-    return not scene.options or act.answer in scene.options

@@ -7,7 +7,7 @@ from typing import Literal
 
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station
-from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Page, TrialOver
+from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Page, Panel, TrialOver
 from lockprobe.people.words import Longer, Words, filled
 from lockprobe.studies.study import Study
 
@@ -23,37 +23,49 @@ class Texts:
         words: The texts.
         study: The study.
         experiment: How people take part.
+        panel: A box as an example, shown on the first page of instructions; None for none.
     """
 
-    def __init__(self, words: Words, study: Study, experiment: Experiment) -> None:
+    def __init__(self, words: Words, study: Study, experiment: Experiment, panel: Panel | None = None) -> None:
         self._words = words
         self._experiment = experiment
         self._are_false = any(study.p)
+        self._asks = study.assessment
+        self._panel = panel
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
 
-    def consent(self, boxes: int) -> Consent:
+    def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
         """The first scene.
 
         Args:
             boxes: How many there would be.
+            ask_code: Whether the code with which one joins has to be asked for.
         """
         title, paragraphs = self._filled(self._words.consent, {"boxes": boxes})
-        return Consent(title=title, paragraphs=paragraphs)
+        return Consent(title=title, paragraphs=paragraphs, ask_code=ask_code)
 
     def closed(self, why: Why) -> Closed:
         """Nothing can be done. Who leaves early learns too that reports were false, where they were."""
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
-        return Closed(why=why, title=title, paragraphs=paragraphs)
+        url, code = self._back(why) if why in ("declined", "full") else ("", "")
+        return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+
+    def _back(self, end: str) -> tuple[str, str]:
+        """Where those go who come to an end, and what they enter there."""
+        return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
 
     def at(self, journey: Journey) -> Page | TrialOver | Check | Ask | Debrief:
         """The scene in which somebody stands, if it is no box."""
         station, boxes = journey.station, len(journey.joined.slots)
         if station.kind == "page":
             number = int(station.item)
-            title, paragraphs = self._filled(self._words.instructions[number - 1], {"boxes": boxes})
-            return Page(title=title, paragraphs=paragraphs, number=number, of=len(self._words.instructions))
+            text = self._words.instructions[number - 1]
+            asked = text.if_asked if self._asks else ()
+            title, paragraphs = self._filled(text, {"boxes": boxes}, more=asked or ())
+            of, panel = len(self._words.instructions), self._panel if number == 1 else None
+            return Page(title=title, paragraphs=paragraphs, number=number, of=of, panel=panel)
         if station.kind == "over":
             return self._over(journey, station)
         if station.kind == "check":
@@ -64,13 +76,9 @@ class Texts:
             return Ask(**question.model_dump())
         debrief = self._words.debrief
         title, paragraphs = self._filled(debrief, {"boxes": boxes}, debrief.false_reports)
-        completion = self._experiment
-        return Debrief(
-            title=title,
-            paragraphs=paragraphs,
-            completion_url=completion.completion_url,
-            completion_code=completion.completion_code,
-        )
+        failed = journey.checks.count(False) >= self._experiment.failed_from and any(self._back("failed"))
+        url, code = self._back("failed" if failed else "completion")
+        return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def _over(self, journey: Journey, station: Station) -> TrialOver:
         """After a box; whether it was opened is said of the practice, else where the experimenter says so."""
@@ -85,9 +93,13 @@ class Texts:
         return TrialOver(practice=not number, number=number, of=of, solved=solved, title=title, paragraphs=paragraphs)
 
     def _filled(
-        self, text: Longer, facts: Mapping[str, object], of_false_reports: tuple[str, ...] = ()
+        self,
+        text: Longer,
+        facts: Mapping[str, object],
+        of_false_reports: tuple[str, ...] = (),
+        more: tuple[str, ...] = (),
     ) -> tuple[str, tuple[str, ...]]:
         """A title and what stands under it, with what is said only where reports are false at times."""
         known = {**self._facts, **facts}
-        paragraphs = (*text.paragraphs, *(of_false_reports if self._are_false else ()))
+        paragraphs = (*text.paragraphs, *more, *(of_false_reports if self._are_false else ()))
         return filled(text.title, **known), tuple(filled(part, **known) for part in paragraphs)

@@ -12,7 +12,7 @@ from lockprobe.errors import BadFile, UnknownName
 from lockprobe.lockbox.boxfile import read_toml
 from lockprobe.people.mistakes import said_of, seen
 
-__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "filled", "read_words", "words_file"]
+__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "filled", "page_texts", "read_words", "words_file"]
 
 _TEXTS = Path(__file__).with_name("texts")
 
@@ -35,6 +35,16 @@ class Longer(_Part):
 
     title: Text
     paragraphs: Paragraphs
+
+
+class _Instruction(Longer):
+    """A page of instructions.
+
+    Attributes:
+        if_asked: More of it, where it is asked after every step what the last action did.
+    """
+
+    if_asked: Paragraphs | None = None
 
 
 class _Consent(Longer):
@@ -63,7 +73,7 @@ class _Closed(_Part):
 
 
 class _OfThePage(_Part):
-    """Buttons and labels."""
+    """Buttons and labels. Those that may be None came with later releases; see :func:`page_texts`."""
 
     next: Text
     begin: Text
@@ -103,6 +113,9 @@ class _OfThePage(_Part):
     incomplete: Text
     reload: Text
     required: Text
+    code: Text | None = None
+    wrong_code: Text | None = None
+    number: Text | None = None
 
 
 class Words(_Part):
@@ -125,7 +138,7 @@ class Words(_Part):
     direction: Literal["ltr", "rtl"] = "ltr"
     title: Text
     consent: _Consent
-    instructions: Annotated[tuple[Longer, ...], Field(max_length=20)] = ()
+    instructions: Annotated[tuple[_Instruction, ...], Field(max_length=20)] = ()
     practice_over: Longer
     over: _Over
     debrief: _Debrief
@@ -140,6 +153,13 @@ def filled(text: str, **facts: object) -> str:
     'Step 1 of 20 {x}'
     """
     return re.sub(r"\{(\w+)\}", lambda found: str(facts.get(found[1], found[0])), text)
+
+
+def page_texts(words: Words) -> dict[str, str]:
+    """Buttons and labels, those that a file of before does not have in the shipped texts of its language or English."""
+    language = words.language.partition("-")[0].lower()
+    shipped = read_words(language if language in LANGUAGES else "en").page.model_dump()
+    return shipped | words.page.model_dump(exclude_none=True)
 
 
 def read_words(name: str) -> Words:

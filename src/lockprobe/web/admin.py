@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
-from typing import Annotated
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import JSONResponse, Response
 
 from lockprobe.people.progress import Progress
 from lockprobe.people.reception import Reception
 from lockprobe.people.refusals import Refused
 
-__all__ = ["Admin"]
+__all__ = ["Admin", "AdminDesk"]
 
 _progress = TypeAdapter(Progress)
+
+_Body = TypeVar("_Body", bound=BaseModel)
 
 
 class _Withdraw(BaseModel):
@@ -24,36 +29,79 @@ class _Withdraw(BaseModel):
     participant: Annotated[str, Field(pattern=r"^[a-z0-9]{4,32}$")]
 
 
+class _Find(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    id: Annotated[str, Field(min_length=1, max_length=200)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdminDesk:
+    """What the admin page gets from those above.
+
+    Attributes:
+        study_url: The address to paste into a recruitment platform, from that of the server.
+        reminders: What is still to be done before people come.
+        data: What has been played so far, as CSV.
+    """
+
+    study_url: Callable[[str], str] = lambda url: url
+    reminders: tuple[str, ...] = ()
+    data: Callable[[], bytes] | None = None
+
+
 class Admin:
     """What an experimenter can ask for.
 
     Args:
         reception: Who is there.
         token: What has to be shown, as ``Authorization: Bearer TOKEN``.
+        url: Where participants go.
+        desk: What comes from those above.
     """
 
-    def __init__(self, reception: Reception, token: str) -> None:
+    def __init__(self, reception: Reception, token: str, url: str = "", desk: AdminDesk | None = None) -> None:
         self._reception, self._token = reception, token
+        self._desk = desk or AdminDesk()
+        self._facts = {"study_url": self._desk.study_url(url), "reminders": self._desk.reminders}
 
     async def progress(self, request: Request) -> Response:
         """How many have done what, by condition."""
         self._check(request)
         return self._answer()
 
+    async def find(self, request: Request) -> Response:
+        """Who has an ID of the recruitment platform: the IDs that were made up here."""
+        self._check(request)
+        found = self._reception.with_platform_id((await _taken(request, _Find)).id.strip())
+        return JSONResponse({"participants": found})
+
+    async def data(self, request: Request) -> Response:
+        """What has been played so far, one row a step, as CSV."""
+        self._check(request)
+        if self._desk.data is None:
+            raise Refused("unknown", "there is nothing here")
+        written = await asyncio.to_thread(self._desk.data)
+        headers = {"content-disposition": 'attachment; filename="steps.csv"'}
+        return Response(written, media_type="text/csv; charset=utf-8", headers=headers)
+
     async def withdraw(self, request: Request) -> Response:
         """Delete everything that was kept of one participant; answered with how the study stands then."""
         self._check(request)
-        try:
-            asked = _Withdraw.model_validate_json(await request.body())
-        except ValidationError:
-            raise Refused("malformed", "the body is no such JSON object") from None
-        await self._reception.withdraw_participant(asked.participant)
+        await self._reception.withdraw_participant((await _taken(request, _Withdraw)).participant)
         return self._answer()
 
     def _answer(self) -> Response:
-        return Response(_progress.dump_json(self._reception.progress()), media_type="application/json")
+        return JSONResponse({**_progress.dump_python(self._reception.progress(), mode="json"), **self._facts})
 
     def _check(self, request: Request) -> None:
         kind, _, shown = request.headers.get("authorization", "").partition(" ")
         if kind.lower() != "bearer" or not hmac.compare_digest(shown.strip().encode(), self._token.encode()):
             raise Refused("forged", "the admin page needs its token")
+
+
+async def _taken(request: Request, kind: type[_Body]) -> _Body:
+    try:
+        return kind.model_validate_json(await request.body())
+    except ValidationError:
+        raise Refused("malformed", "the body is no such JSON object") from None

@@ -23,12 +23,13 @@ from starlette.types import ASGIApp
 
 from lockprobe.people.reception import Reception, Shown
 from lockprobe.people.refusals import Refused
-from lockprobe.people.scenes import Act
-from lockprobe.people.words import Words
+from lockprobe.people.responses import Act, Agree
+from lockprobe.people.words import Words, page_texts
 from lockprobe.web.address import Address
 from lockprobe.web.admin import Admin
 from lockprobe.web.files import Files
 from lockprobe.web.guard import Guard, said
+from lockprobe.web.joining import JoinLimit, whence
 from lockprobe.web.log import Log
 
 __all__ = ["COOKIE", "application", "taken"]
@@ -89,7 +90,7 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
         admin: The experimenter's page.
     """
     texts = _of_the_page(words)
-    desk = _Desk(reception, texts, secure=address.secure)
+    desk = _Desk(reception, texts, address)
     files = Files()
 
     def page(name: str) -> Callable[[Request], Response]:
@@ -103,6 +104,8 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
         Route("/api/withdraw", desk.withdraw, methods=["POST"]),
         Route("/admin", _answering(page("admin.html"))),
         Route("/api/admin/progress", admin.progress),
+        Route("/api/admin/find", admin.find, methods=["POST"]),
+        Route("/api/admin/data", admin.data),
         Route("/api/admin/withdraw", admin.withdraw, methods=["POST"]),
         Route("/healthz", _answering(lambda request: PlainTextResponse("ok"))),
         Route("/robots.txt", _answering(lambda request: PlainTextResponse("User-agent: *\nDisallow: /\n"))),
@@ -134,15 +137,17 @@ def _of_the_page(words: Words) -> Mapping[str, object]:
         "title": words.title,
         "consent": words.consent.model_dump(include={"agree", "decline"}),
         "debrief": words.debrief.model_dump(include={"completion", "code"}),
-        "page": words.page.model_dump(),
+        "page": page_texts(words),
     }
 
 
 class _Desk:
     """What participants can ask for."""
 
-    def __init__(self, reception: Reception, words: Mapping[str, object], *, secure: bool) -> None:
-        self._reception, self._words, self._secure = reception, words, secure
+    def __init__(self, reception: Reception, words: Mapping[str, object], address: Address) -> None:
+        self._reception, self._words = reception, words
+        self._secure, self._proxied = address.secure, bool(address.public)
+        self._joins = JoinLimit(reception.experiment.joins_per_minute)
 
     async def open(self, request: Request) -> Response:
         """A page was loaded."""
@@ -153,8 +158,26 @@ class _Desk:
     async def act(self, request: Request) -> Response:
         """Something was done in a scene."""
         asked = await taken(request, _Done)
+        if isinstance(asked.act, Agree) and asked.act.agreed:
+            return self._answer(await self._join(request, asked))
         token = request.cookies.get(COOKIE)
         return self._answer(await self._reception.act(token, asked.lease, asked.turn, asked.act, asked.platform))
+
+    async def _join(self, request: Request, asked: _Done) -> Shown:
+        """Somebody agrees to take part. Who joins is counted by address, and who guesses codes."""
+        address, counted = whence(request, proxied=self._proxied), False
+        self._joins.reserve(address)
+        try:
+            token = request.cookies.get(COOKIE)
+            shown = await self._reception.act(token, asked.lease, asked.turn, asked.act, asked.platform)
+            counted = shown.identity is not None
+        except Refused as refused:
+            counted = refused.code == "wrong-code"
+            raise
+        finally:
+            if not counted:
+                self._joins.give_back(address)
+        return shown
 
     async def withdraw(self, request: Request) -> Response:
         """Somebody stops, and has everything deleted."""

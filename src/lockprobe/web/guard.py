@@ -1,7 +1,8 @@
 """What every request passes before anything looks at it, and what every answer carries.
 
 A request has to ask for a name of this server; one that posts has to come from a page of it, to be JSON, and to be
-small. Headers that proxies set (``X-Forwarded-For`` and the like) are not read: whoever asks could have set them.
+small. Headers that proxies set are not read here: whoever asks could have set them. The one exception stands in
+:mod:`lockprobe.web.joining`.
 """
 
 from __future__ import annotations

@@ -21,6 +21,9 @@ LOG = "server.log"
 A_MINUTE = 120
 """Lines written in one minute; the rest is counted. Whoever floods the server cannot fill the disk."""
 
+_SAID_ALREADY = "Exception in ASGI application\n"
+"""Of what broke in the application, which says so itself, and where."""
+
 _LONGEST_PATH = 100
 _LONGEST_METHOD = 10
 
@@ -112,7 +115,7 @@ class _Ear(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         if record.levelno == logging.WARNING and record.msg == "Invalid HTTP request received.":
             self._log.say("400 malformed no HTTP")
-        elif record.levelno >= logging.ERROR:
+        elif record.levelno >= logging.ERROR and record.msg != _SAID_ALREADY:
             raised = record.exc_info[0] if record.exc_info else None
             first = str(record.msg).strip().partition("\n")[0][:_LONGEST_PATH]  # more could say who asked
             self._log.say(f"error {record.name} {first} {raised.__name__ if raised else ''}".rstrip())

@@ -21,7 +21,7 @@ from lockprobe.people.reception import Reception
 from lockprobe.people.words import Words
 from lockprobe.studies.study import Study
 from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
-from lockprobe.web.admin import Admin
+from lockprobe.web.admin import Admin, AdminDesk
 from lockprobe.web.app import application
 from lockprobe.web.connections import Connections, Limits, raise_file_limit
 from lockprobe.web.files import page_version
@@ -83,7 +83,7 @@ class Where:
 
 @asynccontextmanager
 async def opened(
-    directory: Path, study: Study, experiment: Experiment, words: Words, door: Door
+    directory: Path, study: Study, experiment: Experiment, words: Words, door: Door, desk: AdminDesk | None = None
 ) -> AsyncIterator[Where]:
     """The server while participants can come; afterwards what is under way has been finished.
 
@@ -93,6 +93,7 @@ async def opened(
         experiment: How people take part.
         words: What they read.
         door: How it is reached.
+        desk: What the admin page gets besides.
 
     Raises:
         UserMistake: If the port cannot be had, or the directory not be used.
@@ -104,7 +105,7 @@ async def opened(
         token = door.token or secrets.token_urlsafe(24)
         async with Reception.open(directory, study, experiment, words, page=page_version()) as reception:
             with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"), log.hears("asyncio"):
-                app = application(reception, words, address, log, admin=Admin(reception, token))
+                app = application(reception, words, address, log, admin=Admin(reception, token, address.url, desk))
                 limits = door.limits.within(raise_file_limit())
                 server = _Server(app, Connections(limits, log, proxied=bool(door.public)))
                 async with _running(server, server.serve(sockets=[listening])):
@@ -121,6 +122,7 @@ async def serve(
     door: Door,
     *,
     announce: Callable[[Where], None],
+    desk: AdminDesk | None = None,
 ) -> None:
     """The same until Ctrl-C or SIGTERM.
 
@@ -131,13 +133,14 @@ async def serve(
         words: What they read.
         door: How it is reached.
         announce: Called as soon as participants can come.
+        desk: What the admin page gets besides.
 
     Raises:
         UserMistake: As :func:`opened`.
     """
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
-    async with opened(directory, study, experiment, words, door) as where:
+    async with opened(directory, study, experiment, words, door, desk) as where:
         for name in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(name, ended.set)
         try:

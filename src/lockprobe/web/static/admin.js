@@ -81,6 +81,8 @@ function leave(text = "") {
 function show(progress) {
   at("door").hidden = true;
   at("study").hidden = false;
+  at("reminders").replaceChildren(...progress.reminders.map((text) => made("li", text)));
+  if (at("link").value !== progress.study_url) at("link").value = progress.study_url;
   showTotals(progress);
   at("conditions").tBodies[0].replaceChildren(...progress.conditions.map(conditionRow));
   showParticipants(progress.participants);
@@ -166,6 +168,51 @@ function fill(row, participant) {
   });
 }
 
+/** Who has an ID of the recruitment platform; the page shows none, it only finds them. */
+async function find(event) {
+  event.preventDefault();
+  const id = at("id").value.trim();
+  if (!id) return;
+  try {
+    const answer = await ask("api/admin/find", { id });
+    if (!answer) return;
+    const rows = [...at("participants").tBodies[0].rows];
+    for (const row of rows) row.classList.toggle("found", answer.participants.includes(row.dataset.participant));
+    const names = answer.participants.join(", ");
+    at("found").textContent = names ? `Participant ${names}` : "Nobody here joined with that ID.";
+    rows.find((row) => row.classList.contains("found"))?.scrollIntoView({ block: "center" });
+  } catch (error) {
+    at("found").textContent = error instanceof TypeError ? "The server does not answer." : error.message;
+  }
+}
+
+/** The token goes in a header, so a plain link could not do it. */
+async function download() {
+  try {
+    const answer = await fetch("api/admin/data", {
+      headers: { Authorization: `Bearer ${storage.getItem(KEY)}` },
+      credentials: "omit",
+      cache: "no-store",
+    });
+    if (!answer.ok) throw new Error("The data cannot be had now.");
+    const link = made("a", "", { href: URL.createObjectURL(await answer.blob()), download: "steps.csv" });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  } catch (error) {
+    say(error instanceof TypeError ? "The server does not answer." : error.message, true);
+  }
+}
+
+async function copy() {
+  at("link").select();
+  try {
+    await navigator.clipboard.writeText(at("link").value);
+    say("Copied.");
+  } catch {
+    say("It is selected: copy it with the keyboard.");
+  }
+}
+
 function withdraw(identity) {
   const dialog = at("sure");
   at("whom").textContent = identity;
@@ -185,6 +232,9 @@ at("door").addEventListener("submit", (event) => {
   storage.setItem(KEY, at("token").value.trim());
   look();
 });
+at("find").addEventListener("submit", find);
+at("data").addEventListener("click", download);
+at("copy").addEventListener("click", copy);
 at("leave").addEventListener("click", () => leave());
 document.addEventListener("visibilitychange", () => {
   if (document.hidden) clearTimeout(timer);
