@@ -94,10 +94,19 @@ def test_a_command_line_parses(line):
         command, rest = command.commands[rest[0]], rest[1:]
     options = {name for option in command.params for name in (*option.opts, *option.secondary_opts)}
     assert {word.partition("=")[0] for word in rest if word.startswith("--")} <= options
+    refused = ""
     try:
         command.make_context(words[0], [{"s": "1"}.get(word, word) for word in rest])
-    except TyperException as refused:  # some lines only name a command, or an option
-        assert re.match(r"Missing argument|Option '.*' requires an argument", refused.format_message())
+    except TyperException as mistake:  # some lines only name a command, or an option
+        refused = mistake.format_message()
+    assert re.match(r"$|Missing argument|Option '.*' requires an argument", refused)
+
+
+def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
+    first = PAGE["README.md"].partition("## What the first command shows")[0]
+    assert all(said in first for said in ("not published", "git clone", "600 MB", "--no-dev", "230 MB"))
+    assert "pip install uv && uv run lockprobe run flips" in first
+    assert "uv run pytest -n auto --dist worksteal" in first
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("toml"))
