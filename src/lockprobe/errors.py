@@ -33,6 +33,8 @@ from pathlib import Path
 from typing import ClassVar, Literal
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
+from lockprobe.install import advice
+
 __all__ = [
     "BadFile",
     "BadValue",
@@ -152,12 +154,13 @@ class UnknownName(UserMistake):
         kind: What was looked up, for example ``"agent"``.
         asked: The name that came.
         known: The names that exist.
+        near: What was probably meant; the name that is most alike where it is left out.
     """
 
-    def __init__(self, kind: str, asked: str, known: Iterable[str]) -> None:
+    def __init__(self, kind: str, asked: str, known: Iterable[str], near: str | None = None) -> None:
         names = list(known)
-        near = difflib.get_close_matches(asked, names, n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        meant = near or next(iter(difflib.get_close_matches(asked, names, n=1)), "")
+        hint = f" (did you mean {meant!r}?)" if meant else ""
         super().__init__(f"no {kind} is called {asked!r}{hint}; there are: {', '.join(names)}")
 
 
@@ -216,11 +219,11 @@ class Missing(UserMistake):
 
     Args:
         what: What is missing.
-        remedy: How to supply it.
+        remedy: How to supply it; under ``uv run`` advice for pip becomes advice for uv.
     """
 
     def __init__(self, what: str, remedy: str) -> None:
-        super().__init__(f"{what}: {remedy}")
+        super().__init__(f"{what}: {advice(remedy)}")
 
 
 class BudgetReached(LockprobeError):

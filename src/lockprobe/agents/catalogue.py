@@ -10,6 +10,7 @@ model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model nam
 
 from __future__ import annotations
 
+import difflib
 import importlib
 import sys
 from collections.abc import Callable
@@ -130,7 +131,19 @@ def resolve(spec: str, access: Access = _ACCESS) -> AgentSource:
             make=lambda: _own_class(spec, rest),
             check=lambda: _can_be_made(spec, rest),
         )
-    raise UnknownName("agent", spec, known_specs())
+    raise UnknownName("agent", spec, known_specs(), near=_meant(spec))
+
+
+def _meant(spec: str) -> str | None:
+    """The spec that somebody probably meant who left out what stands in front of it, or mistyped it."""
+    name, mark, options = spec.partition("?")
+    if "/" in name:
+        return f"llm:{spec}"
+    full = {one: one for one in (*_STRATEGIES, "human-inspired", "ideal-observer", "viewer", PEOPLE)}
+    full |= {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
+    full |= {one: f"human-inspired:{one}" for one in PRESETS} | {"local": "llm:local", "gguf": "llm:gguf:PATH"}
+    near = difflib.get_close_matches(name, full, n=1)
+    return f"{full[near[0]]}{mark}{options}" if near else None
 
 
 def _parametric(spec: str) -> Agent:

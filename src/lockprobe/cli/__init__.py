@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import difflib
 import io
 import os
 import sys
 from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import typer
-from typer.exceptions import TyperException
+if TYPE_CHECKING:
+    from typer import Typer
 
-from lockprobe.errors import UserMistake
-
-__all__ = ["COMMANDS", "build", "main", "overview"]
+__all__ = ["COMMANDS", "STUDIES", "build", "main", "overview"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
@@ -40,20 +40,29 @@ COMMANDS = {
 """Name -> (module, function or group in it, help)."""
 
 
-def build(names: Iterable[str]) -> typer.Typer:
+_COMPLETING = "_LOCKPROBE_COMPLETE"
+"""Environment variable by which a shell asks for completions."""
+
+STUDIES = ("flips", "modalities", "mechanisms.toml")
+"""Studies that somebody may type where a command belongs."""
+
+
+def build(names: Iterable[str]) -> Typer:
     """The command with these subcommands; only their modules are imported."""
+    from typer import Typer
+
     app = _without_subcommands()
     for name in names:
         module, attribute, text = COMMANDS[name]
         found = getattr(import_module(f"lockprobe.cli.{module}"), attribute)
-        if isinstance(found, typer.Typer):
+        if isinstance(found, Typer):
             app.add_typer(found, name=name, help=text)
         else:
             app.command(name, help=text)(found)
     return app
 
 
-def overview() -> typer.Typer:
+def overview() -> Typer:
     """The command with the names and help of all subcommands, and nothing behind them: no module is imported."""
     app = _without_subcommands()
     for name, (_, _, text) in COMMANDS.items():
@@ -61,36 +70,92 @@ def overview() -> typer.Typer:
     return app
 
 
-def _without_subcommands() -> typer.Typer:
+def _without_subcommands() -> Typer:
+    import typer
+
     app = typer.Typer(
         help="A laboratory for probing the behaviour of embodied agents with lockboxes.",
         no_args_is_help=True,
-        add_completion=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
         pretty_exceptions_enable=False,
     )
-    app.callback()(lambda: None)  # so that a single subcommand still has a name
+    asked = typer.Option(False, "--version", callback=_print_version, is_eager=True, help="Print the version.")
+
+    @app.callback()  # so that a single subcommand still has a name
+    def _command(version: bool = asked) -> None:
+        pass
+
     return app
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        import typer
+
+        print(f"lockprobe {version('lockprobe')}")
+        raise typer.Exit
 
 
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
+    try:
+        status = _called()
+    except KeyboardInterrupt:  # while modules are imported, or where a command has nothing to say about it
+        print("lockprobe: stopped by Ctrl-C", file=sys.stderr)
+        status = 130
+    sys.exit(status)
+
+
+def _called() -> int | None:
+    """Parse what was typed, and run it."""
+    import typer
+    from typer.exceptions import TyperException
+
+    from lockprobe.errors import UserMistake
+
     _writable_streams()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        status = (build([asked]) if asked in COMMANDS else overview())(standalone_mode=False)
+        return _status(_chosen(asked)(standalone_mode=False))
     except UserMistake as mistake:
-        status = _complain(str(mistake))
+        return _complain(str(mistake))
     except TyperException as mistake:
-        message = getattr(mistake, "format_message", mistake.__str__)()
-        status = _complain(message.replace("Value error, ", "").replace("Input should be", "it should be"))
-    except (KeyboardInterrupt, typer.Abort):
-        status = 130
+        return _complain(_said(getattr(mistake, "format_message", mistake.__str__)(), asked))
+    except typer.Abort:
+        return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = 0
+        return 0
     except OSError as error:
-        status = _complain(f"{error.filename or 'writing'}: {error.strerror or error}")
-    sys.exit(status)
+        return _complain(f"{error.filename or 'writing'}: {error.strerror or error}")
+
+
+def _chosen(asked: str) -> Typer:
+    """The command with as little behind it as what was typed needs; a shell that completes needs all."""
+    if _COMPLETING in os.environ:
+        return build(COMMANDS)
+    return build([asked]) if asked in COMMANDS else overview()
+
+
+def _status(returned: object) -> int | None:
+    return returned if isinstance(returned, int) else None
+
+
+def _said(message: str, asked: str) -> str:
+    """What is wrong with a command line, in plain words."""
+    from lockprobe.validation import plain
+
+    if message.startswith("No such command"):
+        meant = next(iter(difflib.get_close_matches(asked, [*COMMANDS, *STUDIES], n=1)), "")
+        if asked in STUDIES or asked.endswith(".toml"):
+            meant = asked
+        command = f"lockprobe run {meant}" if meant in STUDIES or meant.endswith(".toml") else meant
+        hint = f" Did you mean {command!r}?" if command else ""
+        return f"No such command {asked!r}.{hint}"
+    head, colon, rest = message.partition(": ")
+    return f"{head}{colon}{plain(rest)}"
 
 
 def _writable_streams() -> None:

@@ -40,10 +40,12 @@ __all__ = [
 ]
 
 _STUDY = "The study; mechanisms.toml comes with the package."
+_AGENTS = "Agent spec; may be repeated (flips: llm:local, random, round-robin, human-inspired)."
+_TRIALS = "Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."
 _PLANT = "What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."
-_MODALITY = "How the box is shown: symbolic, rgb, rgbd, rgbd?depth=height; may be repeated."
+_MODALITY = "How the box is shown: symbolic (flips), rgb, rgbd, rgbd?depth=height; may be repeated (modalities: all)."
 _LAYOUT = "fixed (flips): one panel for all trials; shuffled (modalities): joints dealt anew to it in every trial."
-_ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour."
+_ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."
 _BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
 _BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
 _ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
@@ -61,19 +63,25 @@ def _directory(path: str) -> Path:
 
 
 Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
-Agents = Annotated[list[str] | None, typer.Option(help="Agent spec; may be repeated.")]
-BoxName = Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")]
-P = Annotated[str | None, typer.Option(help="Flip rates: how often reports are inverted, for example 0,0.2,0.4.")]
-Trials = Annotated[int | None, typer.Option(help="Trials per repetition and condition.")]
-Repetitions = Annotated[int | None, typer.Option(help="Repetitions.")]
+Agents = Annotated[
+    list[str] | None,
+    typer.Option(help=_AGENTS),
+]
+BoxName = Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file (chain-4).")]
+P = Annotated[str | None, typer.Option(help="Flip rates, how often reports are inverted (0,0.2,0.4,0.6).")]
+Trials = Annotated[
+    int | None,
+    typer.Option(help=_TRIALS),
+]
+Repetitions = Annotated[int | None, typer.Option(help="Repetitions (3).")]
 Seed = Annotated[int | None, typer.Option(help="Seed of everything (1).")]
 MaxSteps = Annotated[int | None, typer.Option(help="Budget of a trial in steps (20).")]
-Flip = Annotated[str | None, typer.Option(help="transient, sticky or outcome-only.")]
+Flip = Annotated[str | None, typer.Option(help="A false report is transient, sticky or outcome-only (transient).")]
 PlantSpec = Annotated[str | None, typer.Option(help=_PLANT)]
 Modalities = Annotated[list[str] | None, typer.Option(help=_MODALITY)]
 Layout = Annotated[LayoutKind | None, typer.Option(help=_LAYOUT)]
 Shuffle = Annotated[
-    bool | None, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial.")
+    bool | None, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial (--shuffle).")
 ]
 Assessment = Annotated[bool | None, typer.Option("--assessment/--no-assessment", help=_ASSESSMENT)]
 Full = Annotated[bool, typer.Option("--full", help="The paper's 7 x 3 x 10 trials per agent (flips).")]

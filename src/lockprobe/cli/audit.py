@@ -57,8 +57,12 @@ def audit(
 
 
 def power(
-    success: Annotated[str | None, typer.Option(help="Effect: success at each flip rate (0.2,0.5,0.4).")] = None,
-    trap: Annotated[str | None, typer.Option(help="Effect: chance a step to begin a cycle, at each flip rate.")] = None,
+    success: Annotated[
+        str | None, typer.Option(help="Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects).")
+    ] = None,
+    trap: Annotated[
+        str | None, typer.Option(help="Effect: chance per step to begin a cycle at each flip rate (none).")
+    ] = None,
     harm: Annotated[float, typer.Option(help="Effect: factor on the chance to solve after a loop, 0 to 1.")] = 1.0,
     p: Annotated[str | None, typer.Option(help="Flip rates (0,0.1,...,0.6).")] = None,
     trials: Annotated[str | None, typer.Option(help="Trials per flip rate to measure at (15,30,60,120,240).")] = None,

@@ -15,6 +15,7 @@ import typer
 
 from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
+from lockprobe.install import advice
 from lockprobe.plants.catalogue import require_mujoco
 from lockprobe.plants.rendering.probing import VARIABLE, automatic, probe
 
@@ -51,7 +52,7 @@ def examine() -> Iterator[Finding]:
 def _runtime() -> Finding:
     what = "runtime of local models"
     if importlib.util.find_spec("xllamacpp") is None:
-        return Finding(what=what, ok=False, detail="pip install 'lockprobe[local]'")
+        return Finding(what=what, ok=False, detail=advice("pip install 'lockprobe[local]'"))
     try:
         import lockprobe.agents.engine  # noqa: F401
     except UserMistake as mistake:
@@ -96,7 +97,7 @@ def _embedded() -> Finding:
 
 def _package(module: str, package: str, what: str, remedy: str) -> Finding:
     if importlib.util.find_spec(module) is None:
-        return Finding(what=what, ok=False, detail=remedy)
+        return Finding(what=what, ok=False, detail=advice(remedy))
     return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")
 
 

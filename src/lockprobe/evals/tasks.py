@@ -20,6 +20,7 @@ from lockprobe.plan import Names, Plan
 from lockprobe.studies.modality import camera
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import Request, parse_p, study
+from lockprobe.validation import plain
 
 try:
     from inspect_ai import Task, task
@@ -136,7 +137,7 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     except ValidationError as error:
         first = error.errors()[0]
         where = str(first["loc"][0])
-        raise BadValue(where, given.get(where), first["msg"].removeprefix("Input should be ")) from None
+        raise BadValue(where, given.get(where), plain(first["msg"]).removeprefix("expected ")) from None
     return study(request)
 
 

@@ -38,6 +38,7 @@ from lockprobe.errors import BadFile, BadValue, printable
 from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Clause, Joint, Lockbox, bits
 from lockprobe.lockbox.check import fault_of
+from lockprobe.validation import plain
 
 __all__ = ["MAX_BYTES", "box_from_data", "read_box", "read_toml", "toml_of"]
 
@@ -144,7 +145,7 @@ def box_from_data(data: object, path: Path) -> Lockbox:
         )
     except ValidationError as error:
         first = error.errors()[0]
-        said = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), first["msg"])
+        said = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), plain(first["msg"]))
         raise BadFile(path, printable(f"{'.'.join(map(str, first['loc']))}: {said}")) from None
     except BadValue as error:
         raise BadFile(path, str(error)) from None

@@ -12,6 +12,7 @@ from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.journal import read_settings
 from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
+from lockprobe.validation import plain
 
 __all__ = ["read_study", "study_from"]
 
@@ -64,7 +65,7 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
         found = _Settings.model_validate(settings)
     except ValidationError as error:
         first = error.errors()[0]
-        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {plain(first['msg'])}") from None
     if found.identity != IDENTITY_VERSION:
         raise BadFile(path, f"settings of version {found.identity}; this release knows version {IDENTITY_VERSION}")
     try:

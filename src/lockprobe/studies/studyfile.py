@@ -29,6 +29,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import paper
 from lockprobe.studies.modality import SYMBOLIC, taken_in
 from lockprobe.studies.study import LayoutKind, Study
+from lockprobe.validation import plain
 
 __all__ = ["SHIPPED", "STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
 
@@ -87,7 +88,7 @@ def read_request(path: Path) -> Request:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(Request.model_fields)}" if first["type"] == "extra_forbidden" else ""
-        raise BadFile(path, f"{where}: {first['msg']}{known}") from None
+        raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
     for spec in request.agent or ():
         if spec.startswith("python:"):
             raise BadFile(path, f"agent: {spec} would run code; name it on the command line with --agent")

@@ -19,6 +19,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, Valida
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile, printable
 from lockprobe.lockbox.boxfile import read_toml
+from lockprobe.validation import plain
 
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]
 
@@ -178,7 +179,7 @@ def _entry(path: Path, number: int, table: Any) -> Entry:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"])) if "(" in where else "match"
         known = f"; keys are match, {', '.join(_SETTABLE)}" if first["type"] == "unexpected_keyword_argument" else ""
-        raise BadFile(path, printable(f"{where}: {key}: {first['msg']}{known}")) from None
+        raise BadFile(path, printable(f"{where}: {key}: {plain(first['msg'])}{known}")) from None
     if "known" in table:
         raise BadFile(path, f"{where}: known: not a key; keys are match, {', '.join(_SETTABLE)}")
     return Entry(match, {name: getattr(facts, name) for name in table})

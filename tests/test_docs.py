@@ -1,0 +1,142 @@
+"""What README and docs show runs as it is typed: every block of Python, every command line, every table of settings."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+from typer.exceptions import TyperException
+
+from lockprobe.agents.catalogue import known_specs, resolve
+from lockprobe.cli import COMMANDS, build
+from lockprobe.lockbox.boxfile import read_box
+from lockprobe.studies.studyfile import read_request, study
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+PAGE = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES}
+
+NOT_RUN = {
+    "stable_baselines3": "needs a package that is not a dependency, and trains for a minute",
+    'plant="fast-twin': "needs the physics, seconds",
+    "trials_in": "reads a log that is not there",
+    "num_envs=1000": "seconds",
+    "trials=5_000": "seconds",
+}
+"""What a block holds that is compiled only, and why."""
+
+
+def blocks(kind):
+    return [
+        pytest.param(page, text, id=f"{page}-{number}")
+        for page, whole in PAGE.items()
+        for number, text in enumerate(re.findall(rf"^```{kind}\n(.*?)^```$", whole, re.DOTALL | re.MULTILINE), 1)
+    ]
+
+
+def why_not(text):
+    return next((why for what, why in NOT_RUN.items() if what in text), None)
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("python"))
+def test_python_compiles(page, text):
+    compile(text, page, "exec")
+
+
+@pytest.mark.parametrize("page", [page for page, text in PAGE.items() if "```python" in text])
+def test_python_runs_as_typed(page, tmp_path, monkeypatch):
+    """The blocks of one page are one session: what an earlier one made, a later one may use."""
+    pytest.importorskip("gymnasium")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(
+        'study = "flips"\nagent = ["random"]\np = [0]\ntrials = 1\nrepetitions = 1\n', "utf-8"
+    )
+    session = {"__name__": "typed"}
+    for parameter in blocks("python"):
+        where, text = parameter.values
+        if where == page and why_not(text) is None:
+            exec(compile(text, page, "exec"), session)
+
+
+def command_lines():
+    """Whatever stands in a block or between backticks and begins with the command."""
+    for page, whole in PAGE.items():
+        fenced = re.findall(r"^```(?:sh)?\n(.*?)^```$", whole, re.DOTALL | re.MULTILINE)
+        lines = [line for block in fenced for line in block.splitlines()]
+        lines += re.findall(r"^    (.*)$", whole, re.MULTILINE)
+        lines += re.findall(r"`([^`\n]*)`", re.sub(r"^```.*?^```$", "", whole, flags=re.DOTALL | re.MULTILINE))
+        for line in lines:
+            found = re.match(r"(?:pip install uv && )?(?:uv run (?:--\S+ )*)?lockprobe (\S.*)", line.strip())
+            if found:
+                yield page, re.split(r"\s{2,}|\s+#|\s\|\s", found[1])[0].strip()
+
+
+LINES = sorted({line for _, line in command_lines()})
+PLACEHOLDERS = ("…", "...")
+
+
+def test_there_are_command_lines_and_each_names_a_command():
+    assert len(LINES) > 60
+    assert {shlex.split(line)[0] for line in LINES} - {"--version", "--help", "-h"} <= {*COMMANDS}
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_command_line_parses(line):
+    """Its options exist, and their values can be read; nothing is run."""
+    words = [word for word in shlex.split(line) if word not in PLACEHOLDERS]
+    if words[0].startswith("-"):
+        return
+    group = typer.main.get_command(build([words[0]]))
+    command, rest = group.commands[words[0]], words[1:]
+    if hasattr(command, "commands") and rest:
+        command, rest = command.commands[rest[0]], rest[1:]
+    options = {name for option in command.params for name in (*option.opts, *option.secondary_opts)}
+    assert {word.partition("=")[0] for word in rest if word.startswith("--")} <= options
+    refused = ""
+    try:
+        command.make_context(words[0], [{"s": "1"}.get(word, word) for word in rest])
+    except TyperException as mistake:  # some lines only name a command, or an option
+        refused = mistake.format_message()
+    assert re.match(r"$|Missing argument|Option '.*' requires an argument", refused)
+
+
+def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
+    first = PAGE["README.md"].partition("## What the first command shows")[0]
+    assert all(said in first for said in ("not published", "git clone", "600 MB", "--no-dev", "230 MB"))
+    assert "pip install uv && uv run lockprobe run flips" in first
+    assert "uv run pytest -n auto --dist worksteal" in first
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("toml"))
+def test_toml_is_what_it_says(page, text, tmp_path):
+    tomllib.loads(text)
+    if "[interlock]" in text:
+        (tmp_path / "x.toml").write_text(text, "utf-8")
+        assert read_box(tmp_path / "x.toml").joints
+    elif re.search(r"^study = ", text, re.MULTILINE):
+        (tmp_path / "mine.toml").write_text(text, "utf-8")
+        assert study(read_request(tmp_path / "mine.toml")).agents
+
+
+def test_a_study_in_toml_is_shown():
+    assert any(re.search(r"^study = ", parameter.values[1], re.MULTILINE) for parameter in blocks("toml"))
+
+
+@pytest.mark.parametrize(
+    "spec",
+    sorted({one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole) if one != "SPEC"}),
+)
+def test_an_agent_that_is_named_exists(spec):
+    assert resolve(spec).spec == spec
+
+
+def test_the_agents_of_the_readme_are_those_that_are_listed():
+    section = PAGE["README.md"].partition("| agent | what it is |")[2].partition("| command |")[0]
+    named = {
+        name for first in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`(.*?)`", first)
+    }
+    listed = set(known_specs())
+    assert {name for name in named if name not in listed and name != "cognitive:MODEL"} == set()
+    assert {name for name in listed if not name.startswith("cognitive:")} <= named

