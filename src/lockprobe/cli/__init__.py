@@ -12,7 +12,7 @@ from pathlib import Path
 import typer
 from typer.exceptions import TyperException
 
-from lockprobe.errors import UserMistake
+from lockprobe.errors import UserMistake, printable
 
 __all__ = ["COMMANDS", "build", "main"]
 
@@ -92,5 +92,5 @@ def _writable_streams() -> None:
 
 def _complain(message: str) -> int:
     if message:
-        print("lockprobe: " + " ".join(message.split()), file=sys.stderr)
+        print("lockprobe: " + printable(" ".join(message.split())), file=sys.stderr)
     return 2

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from lockprobe.errors import BadFile, UserMistake
+from lockprobe.errors import BadFile, UserMistake, printable
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.contest import Tell
 from lockprobe.lockbox.box import Lockbox
@@ -124,8 +124,8 @@ def _print_agent(console: Console, one: AgentFit) -> None:
         f"{one.passed_over} more not needed" if one.passed_over else "",
         f"{one.repeats:.1f} choices say as much as one" if one.repeats > 1.05 else "",
     ]
-    console.print(f"\n[bold]{escape(one.agent)}[/bold]  {'; '.join([counted, *filter(None, said)])}")
-    console.print(escape(one.finding))
+    console.print(f"\n[bold]{escape(printable(one.agent))}[/bold]  {'; '.join([counted, *filter(None, said)])}")
+    console.print(escape(printable(one.finding)))
     console.print(_table(one))
     if one.described is not None:
         _print_best(console, one.rivals[0])

@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, readable
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.export.writing import DATA, DESCRIPTION, RECORDS, data_file
 from lockprobe.inputs import check_regular
@@ -71,5 +71,5 @@ def _hold_together(path: Path, table: Table) -> None:
         raise BadFile(path, f"has {len(there)} rows, and the records have {len(table.rows)}")
     for number, (found, row) in enumerate(zip(there, table.rows, strict=True), 1):
         for name in table.columns:
-            if found[name] != (recorded := str(row.get(name, ""))):
+            if readable(found[name]) != (recorded := str(row.get(name, ""))):
                 raise BadFile(path, f"row {number}: {name} is {found[name]!r}, and {recorded!r} in the records")

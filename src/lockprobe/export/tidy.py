@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO
 
-from lockprobe.errors import Missing
+from lockprobe.errors import Missing, readable
 from lockprobe.record import Trial
 
 __all__ = ["COLUMNS", "Cell", "Times", "tidy_columns", "tidy_rows", "write_csv", "write_jsonl", "write_parquet"]
@@ -72,7 +72,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = _NO_TIMES) -> Iterator[dic
                 "verdict": str(step.sensed.get("verdict", "")),
                 "rt_ms": times.get((trial.key, step.step), ""),
             }
-            yield {
+            row: dict[str, Cell] = {
                 "key": trial.key,
                 "agent": trial.agent,
                 "box": trial.box,
@@ -90,6 +90,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = _NO_TIMES) -> Iterator[dic
                 "ending": trial.ending,
                 **{name: last[name] for name in more},
             }
+            yield {name: readable(cell) if isinstance(cell, str) else cell for name, cell in row.items()}
 
 
 def _dealt_anew(trials: Sequence[Trial]) -> bool:
