@@ -17,8 +17,8 @@ from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadValue, BudgetReached, ReplyFault
 from lockprobe.record import Situation
 from lockprobe.studies.calls import Calls, read_calls
-from lockprobe.studies.sizes import HYPOTHESIS, made_up, reply
 from lockprobe.studies.owners import Owners
+from lockprobe.studies.sizes import HYPOTHESIS, made_up, reply
 from lockprobe.studies.spending import Budget, Ledger, most_dollars, price_of
 from lockprobe.studies.studyfile import Request, study
 

@@ -54,9 +54,9 @@ def replay(
         film = film_seen(trial, directory / "pictures", out)
     else:
         study = read_study(directory)
+        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
         if study.plant == "symbolic":
             print("The trial was played without physics; this is a fast-twin of the same box.", file=sys.stderr)
-        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
     _announce(film, trial, json=json)
 
 

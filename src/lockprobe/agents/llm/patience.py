@@ -16,10 +16,13 @@ import socket
 from collections.abc import Awaitable, Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
-
 from lockprobe.agents.access import Access
-from lockprobe.errors import LockprobeError, ModelFault, without_secrets
+from lockprobe.errors import LockprobeError, Missing, ModelFault, without_secrets
+
+try:
+    from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
+except ImportError as error:
+    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = [
     "LONGEST_BATCH",
