@@ -40,6 +40,10 @@ class Usage:
     stored_tokens: _Count = 0
     reasoning_tokens: _Count = 0
 
+    def beyond(self, most: Usage) -> bool:
+        """Whether far more is counted than there can have been, ten times as much; some count what they add."""
+        return self.input_tokens > 10 * most.input_tokens or self.output_tokens > 10 * most.output_tokens
+
     def __add__(self, other: Usage) -> Usage:
         """Both together."""
         return Usage(
@@ -72,6 +76,8 @@ class Call:
         error: What the provider said instead of replying, without secrets; empty where a reply came.
         batch: Whether it went through the provider's batch interface.
         most: What one attempt can have cost at most, where there are some whose cost nobody said.
+        claimed: What its provider counted, where that is far more than the call can have cost; ``usage`` is then the
+            most that it can have. None where the count can be believed.
     """
 
     key: str
@@ -88,6 +94,7 @@ class Call:
     error: str = ""
     batch: bool = False
     most: Usage | None = None
+    claimed: Usage | None = None
 
     @property
     def broken_off(self) -> bool:

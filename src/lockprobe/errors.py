@@ -22,16 +22,13 @@ A class makes its message from facts: what was asked, what came, what exists.
 
 from __future__ import annotations
 
-import base64
 import difflib
-import json
-import os
 import re
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import ClassVar, Literal
-from urllib.parse import parse_qsl, quote, unquote, urlsplit
+
+from lockprobe.redaction import without_keys, without_secrets
 
 from lockprobe.install import advice
 
@@ -52,6 +49,7 @@ __all__ = [
     "UnknownName",
     "UserMistake",
     "printable",
+    "readable",
     "without_keys",
     "without_secrets",
 ]
@@ -66,72 +64,21 @@ LONGEST_MESSAGE = 1000
 LONGEST_MISTAKE = 4000
 """Characters said of a user's mistake."""
 
-_SECRET_NAME = re.compile(
-    r"(KEY|KEY_ID|TOKEN|SECRET|PASSWORD|PASSWD|CREDENTIALS|HEADERS|SIG|SIGNATURE|(ORG|PROJECT|ACCOUNT)_ID)$"
-)
-_SHORTEST_SECRET = 6
-
-_SHAPES = (
-    (re.compile(r"\b(?:(?:sk|pk|hf|gsk|xai|ghp)[-_]|AIza|AKIA)[A-Za-z0-9_\-*.]{6,}"), "[secret]"),
-    (re.compile(r"(?i)(?<=bearer )(?!token)[^\s\"',;}]+"), "[secret]"),
-    (re.compile(r"(?<=://)[^/\s\"'@]+(?=@)"), "[secret]"),
-    (re.compile(r"(https?://[^\s\"'?]+)\?[^\s\"']+"), r"\1?[secret]"),
-    (
-        re.compile(
-            r"(?i)((?:authorization|cookie|api[-_]?key|(?:access|auth|session)[-_]token|openai-organization)"
-            r"[\"']?\s*[:=]\s*[\"']?)(?:(?:bearer|basic)\s+)?[^\s\"',;}&]+"
-        ),
-        r"\1[secret]",
-    ),
-)
-"""What looks like a secret, whoever's it is: keys by their prefix, user and query in a URL, header lines."""
-
-
-def without_keys(text: str) -> str:
-    """The text, writable as UTF-8, with every secret of the environment struck out, as it stands there or encoded."""
-    text = text.encode("utf-8", "replace").decode("utf-8")
-    for secret in _secrets_of(tuple(os.environ.items())):
-        text = text.replace(secret, "[secret]")
-    return text
-
-
-def without_secrets(text: str) -> str:
-    """The same with whatever looks like a secret struck out as well."""
-    text = without_keys(text)
-    for shape, instead in _SHAPES:
-        text = shape.sub(instead, text)
-    return text
-
-
-@lru_cache(maxsize=4)
-def _secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
-    """The secrets in an environment, in every form in which they are sent or quoted; longer ones first."""
-    found: set[str] = set()
-    for name, value in environment:
-        if _SECRET_NAME.search(name.upper()):
-            lines = [line.partition(":")[2] for line in value.splitlines()] if name.upper().endswith("HEADERS") else []
-            found |= {value, *lines, *(line.split()[-1] for line in lines if line.split())}
-        if "://" in value:
-            found |= _secrets_in_url(value)
-    plain = {secret.strip() for secret in found} | {unquote(secret.strip()) for secret in found}
-    written = {form for secret in plain for form in (secret, quote(secret, safe=""), json.dumps(secret)[1:-1])}
-    encoded = {base64.b64encode(secret.encode("utf-8", "replace")).decode("ascii") for secret in plain}
-    usable = (form for form in written | encoded if len(form) >= _SHORTEST_SECRET)
-    return tuple(sorted(usable, key=lambda form: (-len(form), form)))
-
-
-def _secrets_in_url(url: str) -> set[str]:
-    try:
-        parts = urlsplit(url)
-        values = {value for name, value in parse_qsl(parts.query) if _SECRET_NAME.search(name.upper())}
-    except ValueError:
-        return set()
-    return values | ({parts.password, f"{parts.username}:{parts.password}"} if parts.password else set())
-
 
 def printable(text: str) -> str:
     """The text with a question mark for every character that is not seen itself, or that reorders those beside it."""
     return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def readable(text: str) -> str:
+    """A text of several lines with a question mark for what steers a terminal or turns the order of writing around.
+
+    Letters of every script stay, with the joiners and marks that they need.
+    """
+    return _STEERING.sub("?", text)
+
+
+_STEERING = re.compile("[\\x00-\\x08\\x0b\\x0c\\x0e-\\x1f\\x7f-\\x9f\\u2028\\u2029\\u202a-\\u202e\\u2066-\\u2069]")
 
 
 class LockprobeError(Exception):
@@ -142,7 +89,7 @@ class UserMistake(LockprobeError):
     """Something the user can put right. Shown as one line, without a traceback and without secrets."""
 
     def __init__(self, message: str) -> None:
-        said = without_keys(message)
+        said = printable(" ".join(without_keys(message).split()))
         cut = f"… ({len(said)} characters in all)" if len(said) > LONGEST_MISTAKE else ""
         super().__init__(said[:LONGEST_MISTAKE] + cut)
 

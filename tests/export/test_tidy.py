@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -89,3 +90,12 @@ def test_parquet_of_nothing_has_all_columns(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     write_parquet([], tmp_path / "x.parquet")
     assert tuple(parquet.read_table(tmp_path / "x.parquet").column_names) == COLUMNS
+
+
+def test_what_steers_a_terminal_reaches_no_row():
+    trial = replace(make_trial(SOLUTION), agent="x\x1b[2J\u202ey", key="flips/x\x07/p=0/rep=1/trial=1")
+    for write in (write_csv, write_jsonl):
+        file = io.StringIO()
+        write([trial], file)
+        assert not {"\x1b", "\x07", "\u202e", "\\u202e", "\\u001b"} & set(re.findall(r"\\u....|.", file.getvalue()))
+        assert "x?[2J?y" in file.getvalue()

@@ -17,8 +17,9 @@ from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadValue, BudgetReached, ReplyFault
 from lockprobe.record import Situation
 from lockprobe.studies.calls import Calls, read_calls
+from lockprobe.studies.owners import Owners
 from lockprobe.studies.sizes import HYPOTHESIS, made_up, reply
-from lockprobe.studies.spending import Budget, Ledger, Owners, most_dollars, price_of
+from lockprobe.studies.spending import Budget, Ledger, most_dollars, price_of
 from lockprobe.studies.studyfile import Request, study
 
 PRICES = """

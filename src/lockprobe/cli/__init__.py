@@ -170,5 +170,7 @@ def _writable_streams() -> None:
 
 def _complain(message: str) -> int:
     if message:
-        print("lockprobe: " + " ".join(message.split()), file=sys.stderr)
+        from lockprobe.errors import printable
+
+        print("lockprobe: " + printable(" ".join(message.split())), file=sys.stderr)
     return 2

@@ -154,6 +154,8 @@ def spent_facts(spent: Spending) -> dict[str, object]:
         "repeated_prefix_share": share(spent.repeated_tokens, usage.input_tokens),
         "dollars": spent.dollars,
         "dollars_unknown": spent.dollars_unknown,
+        "claimed_calls": spent.claimed,
+        "claimed_dollars": spent.claimed_dollars,
         "price_date": None if spent.price is None else spent.price.date,
         "served": dict(spent.served),
         "seconds_of_calls": round(spent.seconds, 1),

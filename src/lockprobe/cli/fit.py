@@ -19,7 +19,7 @@ from rich.table import Table
 from lockprobe.atomic_file import atomic_file
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.table import new_table, print_table
-from lockprobe.errors import UserMistake
+from lockprobe.errors import UserMistake, printable
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.contest import Tell
 from lockprobe.lockbox.box import Lockbox
@@ -118,8 +118,8 @@ def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
         f"{one.passed_over} more not needed" if one.passed_over else "",
         f"{one.repeats:.1f} choices say as much as one" if one.repeats > 1.05 else "",
     ]
-    console.print(f"\n[bold]{escape(one.agent)}[/bold]  {'; '.join([counted, *filter(None, said)])}")
-    console.print(escape(one.finding))
+    console.print(f"\n[bold]{escape(printable(one.agent))}[/bold]  {'; '.join([counted, *filter(None, said)])}")
+    console.print(escape(printable(one.finding)))
     print_table(_table(one), file)
     if one.described is not None:
         _print_best(console, one.rivals[0])

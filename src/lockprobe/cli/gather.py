@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, printable
 from lockprobe.export.reading import is_dataset, source_of_dataset
 from lockprobe.people.taking import Arriving
 from lockprobe.studies.gathering import Source, gather, source_of_directory
@@ -48,10 +48,11 @@ def take(
     joined = f" {came} participants." if came else ""
     places = f" {lost} boxes of people who take part here were played by those who came." if lost else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
-    print(
+    said = (
         f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
         f"{otherwise}{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
     )
+    print(printable(said))
 
 
 def _sources(path: Path, directory: Path) -> list[Source]:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, UnknownName, printable
 from lockprobe.film.replay import FASTEST, Film, film_trial, plan_of
 from lockprobe.film.seen import film_seen
 from lockprobe.record import Trial
@@ -48,15 +48,15 @@ def replay(
         if seen:
             raise BadValue("--seen", "no --out", "--out FILE.gif beside it")
         for line in _story(trial, json=json):
-            print(line)
+            print(printable(line))
         return
     if seen:
         film = film_seen(trial, directory / "pictures", out)
     else:
         study = read_study(directory)
+        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
         if study.plant == "symbolic":
             print("The trial was played without physics; this is a fast-twin of the same box.", file=sys.stderr)
-        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
     _announce(film, trial, json=json)
 
 
@@ -82,7 +82,7 @@ def _announce(film: Film, trial: Trial, *, json: bool) -> None:
         "differs": film.differs,
     }
     if film.differs is not None:
-        print(f"lockprobe: {film.differs}", file=sys.stderr)
+        print(printable(f"lockprobe: {film.differs}"), file=sys.stderr)
     if json:
         print(json_.dumps(facts))
         return

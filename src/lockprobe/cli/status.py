@@ -193,6 +193,10 @@ def _about_calls(ledger: Ledger) -> Iterator[tuple[str, str]]:
         bare = f"{count(spent.uncounted, 'reply', 'replies')} without a count" if spent.uncounted else ""
         vain = f"{count(spent.unanswered, 'attempt')} without an answer" if spent.unanswered else ""
         yield "uncounted", f"{', '.join(filter(None, (lost, bare, vain)))}: what that cost is not known{most}"
+    if spent.claimed:
+        claim = "" if spent.claimed_dollars is None else f", {money(spent.claimed_dollars)}"
+        more = f"{count(spent.claimed, 'call')}: what the provider claims{claim}, is more than can have been"
+        yield "claimed", f"{more}; counted above as the most that can"
     if dates := {part.price.date for part in ledger.by_agent.values() if part.price is not None}:
         yield "prices", f"of {', '.join(sorted(dates))}, US dollars"
     if spent.served:

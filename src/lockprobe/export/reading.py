@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, readable
 from lockprobe.export.columns import PLATFORM, as_bits, column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.export.writing import DATA, DESCRIPTION, RECORDS, data_file
@@ -79,4 +79,4 @@ def _hold_together(path: Path, table: Table) -> None:
 def _same(name: str, found: str, recorded: str) -> bool:
     """Whether a cell says what the records say; older datasets have configurations without ``b``."""
     bits = not name.startswith(PLATFORM) and column(name).kind == "bits"
-    return found == recorded or (bits and as_bits(found) == recorded)
+    return readable(found) == recorded or (bits and as_bits(found) == recorded)

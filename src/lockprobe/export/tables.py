@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from lockprobe.errors import readable
 from lockprobe.export.columns import PLATFORM, as_bits, column
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
 from lockprobe.options import PEOPLE, group_of
@@ -261,7 +262,11 @@ def _text(name: str, cell: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """A text that no spreadsheet takes for a formula: an apostrophe in front, unless it is a number."""
+    """A text that steers no terminal, and that no spreadsheet takes for a formula: an apostrophe in front of one.
+
+    Numbers have none.
+    """
+    text = readable(text)
     if not text.startswith(_FORMULA):
         return text
     try:

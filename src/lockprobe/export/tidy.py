@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
+from lockprobe.errors import readable
 from lockprobe.record import Trial
 
 __all__ = ["COLUMNS", "NO_TIMES", "Cell", "Times", "tidy_columns", "tidy_rows"]
@@ -64,7 +65,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "verdict": str(step.sensed.get("verdict", "")),
                 "rt_ms": times.get((trial.key, step.step), ""),
             }
-            yield {
+            row: dict[str, Cell] = {
                 "key": trial.key,
                 "agent": trial.agent,
                 "box": trial.box,
@@ -82,6 +83,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "ending": trial.ending,
                 **{name: last[name] for name in more},
             }
+            yield {name: readable(cell) if isinstance(cell, str) else cell for name, cell in row.items()}
 
 
 def _dealt_anew(trials: Sequence[Trial]) -> bool:

@@ -21,7 +21,7 @@ from typing import IO
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, Missing
 from lockprobe.inputs import check_regular
 from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
 from lockprobe.studies.spending import Budget
@@ -81,6 +81,7 @@ class Calls:
         self._replied: dict[str, dict[tuple[int, int], Call]] = {}
         self._on_their_way: dict[str, tuple[Call, float]] = {}
         self._budget: Budget | None = None
+        self._claimed: Call | None = None
         self._waiting: list[asyncio.Future[None]] = []
         self._listeners: list[Callable[[Call], None]] = []
         for call in read_calls(directory):
@@ -144,9 +145,12 @@ class Calls:
         Where only calls on their way stand against it, their replies are waited for.
 
         Raises:
+            Missing: If a provider has counted in this run what cannot be.
             BudgetReached: If there is not so much money left.
             BadFile: If it cannot be written.
         """
+        if self._claimed is not None:
+            raise _incredible(self._claimed)
         while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage(), call.unanswered):
             room = asyncio.get_running_loop().create_future()
             self._waiting.append(room)
@@ -168,6 +172,7 @@ class Calls:
             call = replace(call, most=asked.most)
         self._append(CALLS, call)
         self._note(call)
+        self._claimed = self._claimed or (call if call.claimed is not None else None)
         if self._budget is not None:
             self._budget.settle(call)
         waiting, self._waiting = self._waiting, []
@@ -196,6 +201,16 @@ class Calls:
     def forget(self, key: str) -> None:
         """Let go of the calls of a trial that is finished; they stay on disk."""
         self._replied.pop(key, None)
+
+
+def _incredible(call: Call) -> Missing:
+    """That a provider has counted what cannot be."""
+    claimed = call.claimed or Usage()
+    return Missing(
+        f"{call.key}: its provider claims {claimed.input_tokens:,} tokens in and {claimed.output_tokens:,} out for a "
+        f"call of at most {call.usage.input_tokens:,} and {call.usage.output_tokens:,}",
+        "no more is asked; look at its count, then the same command goes on",
+    )
 
 
 class _Page:

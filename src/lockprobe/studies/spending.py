@@ -15,11 +15,10 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.knowledge import OWN_FACTS, Price, facts_of
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
-from lockprobe.options import spec_name
-from lockprobe.studies.modality import MODALITIES, SYMBOLIC
+from lockprobe.studies.owners import Owners
 from lockprobe.studies.study import Study
 
-__all__ = ["Budget", "Ledger", "Owners", "Spending", "hosted", "most_dollars", "price_of"]
+__all__ = ["Budget", "Ledger", "Spending", "hosted", "most_dollars", "price_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +38,8 @@ class Spending:
         dollars: What that cost; None where the price is not known.
         dollars_unknown: What calls that nobody counted can have cost beside that, at most; None as above.
         served: Models that answered, as providers name them, and how often.
+        claimed: Calls for which a provider counted far more than they can have cost; they count as the most they can.
+        claimed_dollars: What it would have cost by that count; None as above.
         price: The price that was used; None where it is not known, or several were.
     """
 
@@ -53,6 +54,8 @@ class Spending:
     dollars: float | None = None
     dollars_unknown: float | None = None
     served: tuple[tuple[str, int], ...] = ()
+    claimed: int = 0
+    claimed_dollars: float | None = None
     price: Price | None = None
 
 
@@ -65,28 +68,6 @@ def price_of(agent: str) -> Price | None:
     """What an agent's provider asks; None where that is not known, or there is no provider."""
     kind, _, name = agent.partition("?")[0].partition(":")
     return facts_of(name).price if kind == "llm" else None
-
-
-class Owners:
-    """Whose trial a key names.
-
-    Args:
-        study: The study.
-    """
-
-    def __init__(self, study: Study) -> None:
-        self._study = f"{study.name}/"
-        self._shows = study.modalities != SYMBOLIC  # only then a key says how the box is shown
-        shown = [f"/{modality}" for modality in study.modalities] if self._shows else [""]
-        self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
-
-    def of(self, key: str) -> str:
-        """The agent. Specs hold slashes; one of another study counts as what stands in its place."""
-        named = key.removeprefix(self._study).rpartition("/p=")[0]
-        if named in self._agents:
-            return self._agents[named]
-        agent, _, how = named.rpartition("/")
-        return (agent if self._shows and spec_name(how) in MODALITIES else named) or key
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
@@ -140,6 +121,7 @@ def _total(parts: Sequence[Spending]) -> Spending:
         served.update(dict(part.served))
     known = [part.dollars for part in parts if part.dollars is not None]
     unknown = [part.dollars_unknown for part in parts if part.dollars_unknown is not None]
+    claims = [part.claimed_dollars for part in parts if part.claimed_dollars is not None]
     repeated = [part.repeated_tokens for part in parts if part.repeated_tokens is not None]
     return Spending(
         usage=sum((part.usage for part in parts), Usage()),
@@ -153,6 +135,8 @@ def _total(parts: Sequence[Spending]) -> Spending:
         dollars=sum(known) if parts and len(known) == len(parts) else None,
         dollars_unknown=sum(unknown) if parts and len(unknown) == len(parts) else None,
         served=tuple(served.most_common()),
+        claimed=sum(part.claimed for part in parts),
+        claimed_dollars=sum(claims) if parts and len(claims) == len(parts) else None,
         price=parts[0].price if len({part.price for part in parts}) == 1 else None,
     )
 
@@ -166,7 +150,8 @@ class _Sum:
         self.usage = Usage()
         self.failed = self.broken_off = self.uncounted = self.unanswered = self.retries = self.repeated = 0
         self._before: dict[str, dict[int, int]] = {}
-        self.seconds = self.dollars = self.unknown = 0.0
+        self.seconds = self.dollars = self.unknown = self.claims = 0.0
+        self.claimed = 0
         self.served: Counter[str] = Counter()
 
     @property
@@ -182,12 +167,14 @@ class _Sum:
         self.unanswered += call.unanswered
         self.retries += call.retries
         self.seconds += call.seconds
+        self.claimed += call.claimed is not None
         if replied:
             self._repeated(call)
             self.served.update([call.served] if call.served else [])
         if self.price is not None:
             self.dollars += self.price.of(call.usage, batch=call.batch)
             self.unknown += _unknown_dollars(call, self.price)
+            self.claims += self.price.of(call.claimed, batch=call.batch) if call.claimed is not None else 0.0
 
     def _repeated(self, call: Call) -> None:
         """A request extends the one before in its step, or the first of the step before; repairs are not kept."""
@@ -213,6 +200,8 @@ class _Sum:
             dollars=None if self.price is None else self.dollars,
             dollars_unknown=None if self.price is None else self.unknown,
             served=tuple(self.served.most_common()),
+            claimed=self.claimed,
+            claimed_dollars=None if self.price is None else self.claims,
             price=self.price,
         )
 

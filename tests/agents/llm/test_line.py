@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import gc
+import gzip
 import json
 import os
 import socket
@@ -337,3 +338,109 @@ def test_a_batch_that_cannot_be_sent_breaks_its_requests_and_those_after_it_go_t
         assert asyncio.run(one_after_the_other()).text == "a reply to second"
         gc.collect()
     assert not [record for record in caplog.records if record.name == "asyncio"]
+
+
+class Raw(BaseHTTPRequestHandler):
+    """Answers every request as its class says, and counts."""
+
+    asked = 0
+
+    def do_POST(self):
+        type(self).asked += 1
+        self.rfile.read(int(self.headers["content-length"]))
+        self.respond()
+
+    def do_GET(self):
+        self.do_POST()
+
+    def log_message(self, *_):
+        pass
+
+
+@contextlib.contextmanager
+def raw(respond):
+    handler = type("Answering", (Raw,), {"respond": respond})
+    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/v1", handler
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+@pytest.mark.parametrize("status", [301, 302, 307, 308])
+def test_a_redirect_to_another_origin_is_refused_and_nothing_is_sent_there(monkeypatch, status):
+    with here(lambda request: completion("said"), keep=True) as elsewhere:
+
+        def respond(handler):
+            handler.send_response(status)
+            handler.send_header("location", f"{elsewhere.url}/chat/completions")
+            handler.send_header("content-length", "0")
+            handler.end_headers()
+
+        with raw(respond) as (url, handler):
+            reached(monkeypatch, url)
+            with pytest.raises(ModelFault) as fault:
+                raise asked(retries=3)
+    there = elsewhere.url.removesuffix("/v1")
+    expected = f"a redirect from {url.removesuffix('/v1')} to {there}, where the conversation was not to go"
+    assert str(fault.value) == f"the provider answered with {expected}"
+    assert (elsewhere.requests, handler.asked, fault.value.unanswered) == ([], 1, 0)
+
+
+def test_a_redirect_at_the_same_origin_is_followed(monkeypatch):
+    def respond(handler):
+        if handler.path == "/v1/chat/completions":
+            handler.send_response(307)
+            handler.send_header("location", "/v2/chat/completions")
+            body = b""
+        else:
+            handler.send_response(200)
+            handler.send_header("content-type", "application/json")
+            body = json.dumps(completion("said")[1]).encode()
+        handler.send_header("content-length", str(len(body)))
+        handler.end_headers()
+        handler.wfile.write(body)
+
+    with raw(respond) as (url, _):
+        reached(monkeypatch, url)
+        assert asked().text == "said"
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_an_answer_without_end_is_refused(monkeypatch, packed):
+    monkeypatch.setattr("lockprobe.agents.llm.answers.LARGEST_ANSWER", 100_000)
+    body = b" " * 200_000
+    content = gzip.compress(body) if packed else body
+
+    def respond(handler):
+        handler.send_response(200)
+        handler.send_header("content-type", "application/json")
+        if packed:
+            handler.send_header("content-encoding", "gzip")
+        handler.send_header("content-length", str(len(content)))
+        handler.end_headers()
+        with contextlib.suppress(ConnectionError):
+            handler.wfile.write(content)
+
+    with raw(respond) as (url, handler):
+        reached(monkeypatch, url)
+        with pytest.raises(ModelFault, match="answered with an answer of more than 100000 bytes$") as fault:
+            raise asked(retries=3)
+    assert (handler.asked, fault.value.unanswered) == (1, 1)
+
+
+def test_an_answer_packed_as_nobody_asked_is_refused(monkeypatch):
+    def respond(handler):
+        handler.send_response(200)
+        handler.send_header("content-encoding", "br")
+        handler.send_header("content-length", "1")
+        handler.end_headers()
+        handler.wfile.write(b"x")
+
+    with raw(respond) as (url, _):
+        reached(monkeypatch, url)
+        assert "an answer packed by br, which was not asked for" in str(asked(retries=0))

@@ -149,6 +149,9 @@ class _InOneTrial:
 
             try:
                 answer = await self._line.ask(messages, schema, again)
+                if answer.usage.beyond(worst):
+                    call = replace(call, claimed=answer.usage)
+                    answer = replace(answer, usage=replace(worst, calls=1))
                 call = replace(call, error="", reply=answer.text, **{name: getattr(answer, name) for name in _KEPT})
             except ModelFault as fault:
                 call = replace(

@@ -10,6 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from lockprobe.agents.access import Access
+from lockprobe.agents.llm.answers import guard_answers
 from lockprobe.agents.llm.plainly import send_plainly
 from lockprobe.errors import BadValue, Missing, UserMistake
 
@@ -67,6 +68,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
     if not access.batch and hasattr(client, "max_retries"):
         client.max_retries, client.timeout = 0, None  # so that all waiting is ours, and counted
     send_plainly(client)
+    guard_answers(client)
     return model
 
 

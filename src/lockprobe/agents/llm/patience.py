@@ -16,10 +16,13 @@ import socket
 from collections.abc import Awaitable, Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
-
 from lockprobe.agents.access import Access
-from lockprobe.errors import LockprobeError, ModelFault, without_secrets
+from lockprobe.errors import LockprobeError, Missing, ModelFault, without_secrets
+
+try:
+    from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
+except ImportError as error:
+    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = [
     "LONGEST_BATCH",
@@ -28,6 +31,7 @@ __all__ = [
     "Again",
     "Declined",
     "Judgement",
+    "Refused",
     "Tries",
     "patiently",
     "pausing",
@@ -85,6 +89,18 @@ class Declined(Exception):
     def passes(self) -> bool:
         """Whether it is worth asking again."""
         return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
+
+
+class Refused(Exception):
+    """An answer that is not taken, and not asked for again.
+
+    Attributes:
+        charged: Whether the provider may charge for it.
+    """
+
+    def __init__(self, what: str, *, charged: bool = False) -> None:
+        super().__init__(what)
+        self.charged = charged
 
 
 async def pausing(seconds: float) -> None:
@@ -165,6 +181,9 @@ class _Patience:
         error = state.outcome.exception() if state.outcome is not None else None
         if not isinstance(error, Exception) or isinstance(error, LockprobeError):
             return False  # an answer, or the run is being ended
+        if refused := next((link for link in _chain(error) if isinstance(link, Refused)), None):
+            self.unanswered += refused.charged
+            raise self._fault(refused, "") from error
         self._judgement = judged = self._judge(error)
         self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
         if (asked := judged.retry_after or 0.0) > LONGEST_OBEYED:
@@ -201,8 +220,8 @@ def _said(error: Exception, access: Access) -> str:
         return f"no reply within {LONGEST_BATCH if access.batch else access.timeout:g} s"
     if (status := _status(error)) is not None:
         return f"the provider answered {status}: {_words(error)}"
-    if isinstance(error, Declined):
-        return f"the provider answered with an error: {_words(error)}"
+    if isinstance(error, Declined | Refused):
+        return f"the provider answered with {'an error: ' if isinstance(error, Declined) else ''}{_words(error)}"
     chain = list(_chain(error))
     if any(isinstance(link, OSError) or not _CONNECTION.isdisjoint(_kinds(link)) for link in chain):
         return f"no connection to the provider: {_words(chain[-1])}"

@@ -7,7 +7,8 @@ and the search costs more processor time than all the rest of a request, more wi
 it does not know. All providers that Inspect AI reaches through this client gain; others are left alone.
 
 Some servers send an error where the reply should be, with status 200; the client takes that for a reply without
-anything in it. It is raised here, while the server's words are still there.
+anything in it. It is raised here, while the server's words are still there. Others leave out which model replied, or
+what it counted; that costs a study no reply.
 """
 
 from __future__ import annotations
@@ -63,13 +64,33 @@ def _accepted(came: Any) -> Any:
         Declined: If it is.
     """
     if getattr(came, "choices", None) or getattr(came, "output", None):
-        return came
+        return _usable(came)
     error = next((said for name in ("error", "detail", "message") if (said := getattr(came, name, None))), None)
     if error is None:
         return came
     parts = error if isinstance(error, dict) else getattr(error, "__dict__", {"code": getattr(came, "code", None)})
     code = str(parts.get("code"))
     raise Declined(str(parts.get("message") or error), int(code) if code in _FAILURES else None)
+
+
+def _usable(came: Any) -> Any:
+    """A reply whose server says not or wrongly which model it is, or what it counted: it says neither then."""
+    if not isinstance(getattr(came, "model", None), str):
+        came.model = ""
+    if (usage := getattr(came, "usage", None)) is None:
+        return came
+    read, written = ("prompt", "completion") if hasattr(came, "choices") else ("input", "output")
+    counts = [getattr(usage, f"{name}_tokens", None) for name in (read, written)]
+    if not all(type(count) is int and count >= 0 for count in counts):
+        came.usage = None
+        return came
+    if type(getattr(usage, "total_tokens", None)) is not int:
+        usage.total_tokens = sum(counts)
+    for name, inner in ((read, "cached_tokens"), (written, "reasoning_tokens")):
+        details = getattr(usage, f"{name}_tokens_details", None)
+        if details is not None and type(getattr(details, inner, None)) not in (int, type(None)):
+            setattr(usage, f"{name}_tokens_details", None)
+    return came
 
 
 _FAILURES = frozenset(map(str, range(400, 600)))

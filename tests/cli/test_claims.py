@@ -1,0 +1,74 @@
+"""A provider that counts what cannot be is told so, counted as the most that can be, and not asked again."""
+
+import json
+
+import pytest
+from provider_server import here, truthful
+
+from lockprobe import load
+from lockprobe.agents.llm.knowledge import OWN_FACTS
+from lockprobe.cli.run import run
+from lockprobe.cli.status import status
+from lockprobe.errors import Missing
+from lockprobe.studies.calls import read_calls
+
+SPEC = "llm:openai-api/fake/model"
+FACTS = """
+[[model]]
+match = ["openai-api/fake/model"]
+most_output = 100
+price = { input = 3, cached = 3, output = 10, date = "2026-01-02", source = "made up" }
+"""
+
+
+@pytest.fixture
+def play(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    (tmp_path / "models.toml").write_text(FACTS)
+    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
+    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
+    usages = [{}]
+
+    def answer(request):
+        status, content = truthful(request)
+        return status, content | {"usage": usages[-1]}
+
+    with here(answer) as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+
+        def played(usage, **more):
+            usages.append(usage)
+            run("flips", agent=[SPEC], p="0", trials=1, repetitions=1, out=tmp_path / "s", connections=1, **more)
+            return server
+
+        yield played
+
+
+HONEST = {"prompt_tokens": 300, "completion_tokens": 20, "total_tokens": 320}
+CLAIMED = {"prompt_tokens": 10**9, "completion_tokens": 20, "total_tokens": 10**9 + 20}
+
+
+def test_a_reply_without_a_count_is_played_and_counted_at_its_worst(tmp_path, play):
+    play({})
+    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]
+    assert all(call.uncounted and call.most is not None for call in read_calls(tmp_path / "s"))
+
+
+@pytest.mark.parametrize("budget", [None, 1.0])
+def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, play, capsys, budget):
+    with pytest.raises(Missing, match=r"its provider claims 1,000,000,000 tokens in and 20 out for a call of at most"):
+        play(CLAIMED, budget=budget)
+    (call,) = read_calls(tmp_path / "s")
+    assert call.claimed.input_tokens == 10**9
+    assert call.usage.input_tokens < 10_000
+    capsys.readouterr()
+    status(tmp_path / "s")
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("claimed")]
+    assert line.startswith("claimed     1 call: what the provider claims, $3,000")
+    status(tmp_path / "s", json=True)
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["claimed_calls"], facts["claimed_dollars"]) == (1, pytest.approx(3000, rel=1e-3))
+    assert 0 < facts["dollars"] < 0.1
+    play(HONEST, budget=budget)  # once its count is mended
+    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]

@@ -1,0 +1,143 @@
+"""Every extra alone, without installing anything: what is in neither the core nor the extra cannot be imported.
+
+``python tests/extras.py DIRECTORY`` imports the core once, then forks for every extra, plays the commands there and
+prints, as JSON, what each came to. DIRECTORY holds a study (``S``) and a file ``x.eval``.
+"""
+
+import contextlib
+import io
+import json
+import os
+import sys
+import tomllib
+from importlib.machinery import PathFinder
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+KEY = "flips/random/p=0/rep=1/trial=1"
+PLAIN = ("chance", "agents", "export S", "status S")
+"""Commands that need no extra."""
+
+NEEDS = {
+    "providers": (
+        "run flips --agent llm:openai/gpt-4o --p 0 --trials 1 --out R",
+        "export S --format eval --out e.eval",
+        "import D x.eval",
+    ),
+    "local": ("run flips --agent llm:local --p 0 --trials 1 --out R",),
+    "twin": (
+        "box show chain-4 --out b.xml",
+        "run modalities --agent viewer --plant fast-twin --trials 1 --out M",
+        f"replay S {KEY} --out f.gif",
+    ),
+    "film": (f"replay S {KEY} --out f.mp4",),
+    "parquet": ("export S --format parquet --out e.parquet",),
+    "web": ("serve flips --out P",),
+}
+"""Extra -> commands that cannot be had without it."""
+
+WITHIN = {"film": {"twin", "film"}}
+"""Extra -> the extras that it brings, where that is more than itself."""
+
+
+def project():
+    text = (Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8")
+    return tomllib.loads(text)["project"]
+
+
+def distributions(requirements):
+    """The names of what is installed with these requirements, with all that they require in turn."""
+    own, found, waiting = project()["optional-dependencies"], set(), [Requirement(one) for one in requirements]
+    done = set()
+    while waiting:
+        one = waiting.pop()
+        name, extras = canonicalize_name(one.name), frozenset(one.extras)
+        if one.marker and not any(one.marker.evaluate({"extra": extra}) for extra in ("", *extras)):
+            continue
+        if (name, extras) in done:
+            continue
+        done.add((name, extras))
+        if name == "lockprobe":
+            waiting += [Requirement(inner) for extra in extras for inner in own[extra]]
+            continue
+        found.add(name)
+        with contextlib.suppress(PackageNotFoundError):
+            inner = map(Requirement, requires(name) or ())
+            waiting += [
+                each
+                for each in inner
+                if not each.marker or any(each.marker.evaluate({"extra": extra}) for extra in ("", *extras))
+            ]
+            for each in waiting:
+                each.marker = None
+    return found
+
+
+class Only:
+    """Finds modules as usual, but for those of distributions that are not there."""
+
+    def __init__(self, allowed):
+        self._known = {
+            top: {canonicalize_name(name) for name in names} for top, names in packages_distributions().items()
+        }
+        self.allow(allowed)
+
+    def allow(self, allowed):
+        self.hidden = {top for top, names in self._known.items() if not names & allowed}
+        self.hidden -= {"lockprobe", *sys.stdlib_module_names}
+
+    find_distributions = staticmethod(PathFinder.find_distributions)
+
+    def find_spec(self, name, path=None, target=None):
+        return None if name.partition(".")[0] in self.hidden else PathFinder.find_spec(name, path, target)
+
+
+def came_to(command):
+    """Exit status and lines on standard error of one command."""
+    from lockprobe.cli import main
+
+    said = io.StringIO()
+    sys.argv = ["lockprobe", *command.split()]
+    status = 0
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+        try:
+            main()
+        except SystemExit as end:
+            status = end.code or 0
+        except BaseException as error:  # noqa: BLE001 - a traceback is what this is about
+            status, said = "traceback", io.StringIO(f"{type(error).__name__}: {error}")
+    return status, said.getvalue().splitlines()
+
+
+def commands(extra):
+    brought = WITHIN.get(extra, {extra})
+    return [*PLAIN, *(command for need, those in NEEDS.items() if need not in brought for command in those)]
+
+
+def main():
+    os.chdir(sys.argv[1])
+    core = project()["dependencies"]
+    finder = Only(distributions(core))
+    sys.meta_path[sys.meta_path.index(PathFinder)] = finder
+    import lockprobe.cli
+
+    lockprobe.cli.build(lockprobe.cli.COMMANDS)
+    for extra in ("", *project()["optional-dependencies"]):
+        if extra == "providers":
+            continue  # its commands are tried by the tests of the models, and it takes seconds to import
+        sys.stdout.flush()
+        if child := os.fork():
+            os.waitpid(child, 0)
+            continue
+        finder.allow(distributions([*core, *project()["optional-dependencies"].get(extra, ())]))
+        for name in [name for name in sys.modules if name.partition(".")[0] in finder.hidden]:
+            raise SystemExit(f"{name} was imported without its extra")
+        print(json.dumps([extra, {command: came_to(command) for command in commands(extra)}]), flush=True)
+        os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

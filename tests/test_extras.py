@@ -1,0 +1,46 @@
+"""With any extra alone, and with none, every command works or says in one line which extra it lacks."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import extras
+import pytest
+from builders import small_study, write_study
+
+
+@pytest.fixture(scope="module")
+def matrix(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("extras")
+    write_study(directory / "S", small_study(["random"], p=[0.0], repetitions=1, trials=1))
+    (directory / "x.eval").write_bytes(b"x")
+    without = {name: value for name, value in os.environ.items() if not name.endswith("_API_KEY")}
+    done = subprocess.run(
+        [sys.executable, str(Path(extras.__file__)), str(directory)], capture_output=True, text=True, env=without
+    )
+    assert done.returncode == 0, done.stderr
+    return dict(json.loads(line) for line in done.stdout.splitlines())
+
+
+@pytest.mark.parametrize(
+    "extra", ["", *(name for name in extras.project()["optional-dependencies"] if name != "providers")]
+)
+def test_every_command_works_or_says_in_one_line_what_is_missing(matrix, extra):
+    found = matrix[extra]
+    for command in extras.PLAIN:
+        assert found[command][0] == 0, (command, found[command])
+    for need, those in extras.NEEDS.items():
+        for command in (command for command in those if command in found):
+            status, lines = found[command]
+            assert (status, len(lines)) == (2, 1), (command, status, lines)
+            assert any(f"lockprobe[{name}]" in lines[0] for name in (need, "twin")), (command, lines)
+
+
+def test_what_an_extra_brings_is_read_from_the_project():
+    core = extras.distributions(extras.project()["dependencies"])
+    assert {"numpy", "pydantic-core", "matplotlib"} <= core
+    assert not {"tenacity", "inspect-ai", "starlette", "mujoco", "lockprobe"} & core
+    assert {"mujoco", "imageio-ffmpeg"} <= extras.distributions(["lockprobe[film]"])
+    assert "tenacity" in extras.distributions(["lockprobe[providers]"])
