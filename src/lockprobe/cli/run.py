@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -13,13 +14,16 @@ from lockprobe.agents.access import Access
 from lockprobe.cli import asking
 from lockprobe.cli.amounts import money, print_estimates
 from lockprobe.cli.display import watch
-from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.cli.tally import foreign_in_words
+from lockprobe.errors import BadValue, BudgetReached, printable
 from lockprobe.options import PEOPLE
 from lockprobe.report import write_report
+from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
@@ -61,6 +65,9 @@ def run(
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 
+    With --out and the settings of a study that is there, --agent adds agents to it: they meet the same boxes and the
+    same false reports as those that have played.
+
     flips: what false reports do. Without options a short study of the embedded model beside random, round-robin and
     the human-inspired strategy; it ends in a few minutes on two cores.
 
@@ -85,8 +92,7 @@ def run(
         "assessment": assessment,
         "full": full or None,
     }
-    planned = _planned(name, asked)
-    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    planned, directory = _planned(name, asked, out)
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     if estimate:
         print_estimates(planned, directory, batch=batch, json=json)
@@ -101,6 +107,8 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
         Journal.open(directory, planned) as journal,
         watch(json=json, batch=limits.access.batch, budget=budget) as observer,
     ):
+        if foreign := foreign_in_words(journal.left_out):
+            print(printable(foreign), file=sys.stderr)
         if budget is not None:
             journal.calls.limit(budget)
         try:
@@ -111,6 +119,9 @@ def _play(planned: Study, directory: Path, limits: Limits, budget: Budget | None
         except BudgetReached as reached:
             observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
             status = BUDGET_REACHED
+            if not journal.trials:
+                observer.reported(None)
+                raise typer.Exit(status) from None  # so that a directory in which nothing was kept is not left behind
     if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
         observer.broke()
         status = ALL_BROKE
@@ -143,12 +154,21 @@ def _owed(planned: Study, journal: Journal) -> int:
     return sum(journal.owes(plan.key) for agent in agents for plan in planned.plans(agent))
 
 
-def _planned(name: str, asked: Mapping[str, object]) -> Study:
-    """The study of a name or file, with what was asked for on the command line before it."""
+def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
+    """The study of a name or file, with what was asked for on the command line before it, and its directory.
+
+    Where no agent is asked for, those of the study that is there play.
+    """
     if name not in STUDIES and Path(name).is_dir():
         expected = f"one of {', '.join(STUDIES)}, or FILE.toml; to go on, the same command with --out {name}"
         raise BadValue("study", name, expected)
     if (flip := asked["flip"]) not in (None, "transient", "sticky", "outcome-only"):
         raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
     request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)
-    return study(request.model_copy(update={key: value for key, value in asked.items() if value is not None}))
+    request = request.model_copy(update={key: value for key, value in asked.items() if value is not None})
+    planned = study(request)
+    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    if request.agent is None and (directory / SETTINGS).exists():
+        there = tuple(agent for agent in read_study(directory).agents if agent != PEOPLE)
+        planned = replace(planned, agents=there or planned.agents)
+    return planned, directory

@@ -9,7 +9,7 @@ from typing import Literal
 
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.assignment import assigned, boxes_each, conditions_of
-from lockprobe.people.diary import Diary, Joined, Slot
+from lockprobe.people.diary import Joined, Slot
 from lockprobe.people.journey import Journey, fingerprint, stations
 from lockprobe.people.seat import Seat, Table
 from lockprobe.plants.catalogue import resolve_plant
@@ -73,11 +73,7 @@ class Register:
             identity=identity, token=mark, at=table.clock(), platform=dict(platform), slots=slots, words=words
         )
         seat = Seat(table, Journey(joined, stations(table.experiment, table.words, len(slots))))
-        diary = Diary(seat.path)
-        try:
-            diary.write(joined)
-        finally:
-            diary.close()
+        seat.write_first()
         self._seats[identity] = self._by_mark[mark] = seat
         return seat
 
