@@ -135,4 +135,4 @@ def foreign_in_words(left_out: LeftOut) -> str:
     if not left_out.foreign:
         return ""
     records = count(left_out.foreign, "record")
-    return f"{records} of another study in trials.jsonl left out; the first is {left_out.first_foreign}"
+    return f"{records} of another study in trials.jsonl are not counted; the first is {left_out.first_foreign}"

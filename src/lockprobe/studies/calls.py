@@ -177,6 +177,11 @@ class Calls:
             self._files[name].cut_torn_tail()
         self._files[name].append(_adapter.dump_json(call, exclude_defaults=True))
 
+    @property
+    def used(self) -> bool:
+        """Whether a call was to be written down since it was opened."""
+        return bool(self._files)
+
     def sync(self) -> None:
         """Wait until what was written is on the disk itself."""
         for file in self._files.values():

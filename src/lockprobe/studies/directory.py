@@ -18,7 +18,6 @@ from typing import Self
 
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.studies.calls import ASKED, CALLS
-from lockprobe.studies.lines import whole_size
 from lockprobe.studies.placing import place
 from lockprobe.studies.study import LATER, Study, joined_agents
 
@@ -55,12 +54,16 @@ class StudyDirectory:
     Args:
         path: Where it is.
 
+    Attributes:
+        used: Set it where something was played or asked; then all stays as it is.
+
     Raises:
         BadFile: On entering, if it cannot be made.
         DirectoryBusy: On entering, if another process writes there.
     """
 
     def __init__(self, path: Path) -> None:
+        self.used = False
         self._path = path
         self._new = [one for one in (path, *path.parents) if not one.exists()]
 
@@ -78,10 +81,9 @@ class StudyDirectory:
             raise DirectoryBusy(self._path) from None
         except OSError:  # a file system that locks no directories; the records are locked all the same
             pass
-        self._there = {name for name in _MADE if (self._path / name).exists()}
+        self._there = {name for name in (*_MADE, _PEOPLE) if (self._path / name).exists()}
         settings = self._path / SETTINGS
         self._settings = settings.read_bytes() if settings.is_file() else None
-        self._sizes = self._kept()
         return self
 
     def __exit__(
@@ -89,18 +91,17 @@ class StudyDirectory:
     ) -> None:
         try:
             failed = kind is not None and not issubclass(kind, KeyboardInterrupt | DirectoryBusy)
-            if failed and self._path.is_dir() and not (self._path / _PEOPLE).exists() and self._kept() == self._sizes:
+            if failed and not self.used:
                 self._undo()
         finally:
             os.close(self._handle)
 
-    def _kept(self) -> list[int]:
-        """How much of what was played or paid for is on disk, bytes by file."""
-        return [whole_size(self._path / name) for name in _KEPT]
-
     def _undo(self) -> None:
-        """Leave the directory as it was found."""
+        """Leave the directory as it was found, unless it is another one now or the first people were invited."""
         with suppress(OSError, BadFile):
+            invited = _PEOPLE not in self._there and (self._path / _PEOPLE).exists()
+            if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
+                return
             for name in _MADE:
                 if name not in self._there:
                     (self._path / name).unlink(missing_ok=True)

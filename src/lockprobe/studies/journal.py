@@ -98,7 +98,7 @@ class Journal:
         """
         directory = Path(directory)
         with (
-            StudyDirectory(directory),
+            StudyDirectory(directory) as here,
             closing(LineFile(directory / RECORDS)) as records,
             closing(LineFile(directory / TIMINGS)) as timings,
         ):
@@ -111,6 +111,7 @@ class Journal:
                 try:
                     yield journal
                 finally:
+                    here.used = journal._records.used or calls.used
                     journal._close()
 
     def owes(self, key: str) -> bool:

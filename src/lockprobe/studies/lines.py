@@ -16,7 +16,7 @@ from typing import IO
 
 from lockprobe.errors import BadFile
 
-__all__ = ["LineFile", "State", "rescued_files", "state_of", "sync_directory", "whole_lines", "whole_size"]
+__all__ = ["LineFile", "State", "rescued_files", "state_of", "sync_directory", "whole_lines"]
 
 _BLOCK = 1 << 16
 """Bytes read at once on the way back to the end of the last whole line."""
@@ -55,13 +55,6 @@ def state_of(path: Path) -> State | None:
     return None
 
 
-def whole_size(path: Path) -> int:
-    """Bytes of a file up to the end of its last whole line; 0 where there is no such file."""
-    with suppress(OSError), path.open("rb", buffering=0) as file:
-        return _end_of_whole_lines(file.fileno(), os.fstat(file.fileno()).st_size)
-    return 0
-
-
 class LineFile:
     """A file to which this process alone appends lines. It looks before every line whether anybody else changed it.
 
@@ -72,12 +65,16 @@ class LineFile:
         left: How this process left it when it closed it; None takes it as it is.
         rescue: Whether lines that cannot be appended are written to a file beside it.
 
+    Attributes:
+        path: Where it lies.
+        used: Whether a line was to be appended since it was opened.
+
     Raises:
         BadFile: If it cannot be opened.
     """
 
     def __init__(self, path: Path, *, left: State | None = None, rescue: bool = True) -> None:
-        self.path = path
+        self.path, self.used = path, False
         try:
             self._file: IO[bytes] = path.open("a+b", buffering=0)  # what did not reach the disk is not tried again
         except OSError as error:
@@ -104,6 +101,7 @@ class LineFile:
         Raises:
             BadFile: If it cannot be written, as on a full disk, or if anybody else has changed the file.
         """
+        self.used = True
         if changed := self._changed():
             raise BadFile(self.path, self._stopped(changed, line))
         end, rest = self._left.size, line + b"\n"
@@ -198,7 +196,7 @@ class _Rescue:
                 self._kept.add(line)
         except OSError as error:
             return f"; {self._path} cannot be written either ({error.strerror})"
-        what = "all lines that were written" if whole else "what was still to be written"
+        what = "all that was written" if whole else "what was still to be written"
         how = "put it in its place, or append it to it" if whole else "append it"
         return f"; {what} is in {self._path.name}: {how}, and start again"
 
