@@ -64,9 +64,7 @@ def run(
     json: asking.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
-
-    With --out and the settings of a study that is there, --agent adds agents to it: they meet the same boxes and the
-    same false reports as those that have played.
+    Another --agent with the --out and the settings of a study is added to it, on the same boxes with the same luck.
 
     flips: what false reports do. Without options a short study of the embedded model beside random, round-robin and
     the human-inspired strategy; it ends in a few minutes on two cores.
