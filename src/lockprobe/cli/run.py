@@ -64,7 +64,6 @@ def run(
     json: asking.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
-    Another --agent with the --out and the settings of a study is added to it, on the same boxes with the same luck.
 
     flips: what false reports do. Without options a short study of the embedded model beside random, round-robin and
     the human-inspired strategy; it ends in a few minutes on two cores.
@@ -72,6 +71,7 @@ def run(
     modalities: what pictures do. RGB, RGB-D and reports in words, 10 trials of 20 steps each, on a simulated box with
     a camera and dealt panels; without options a scripted agent that looks, beside human-inspired and random.
 
+    Another --agent with the --out and the settings of a study is added to it, on the same boxes with the same luck.
     Exit status 3: a budget ended it. 1: every trial broke.
     """
     asked = {

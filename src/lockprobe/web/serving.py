@@ -27,6 +27,9 @@ from lockprobe.web.log import Log
 
 __all__ = ["Door", "Where", "opened", "serve"]
 
+SECONDS_BETWEEN_CHECKS = 1.0
+"""How often the server looks whether the records are as it left them."""
+
 SECONDS_TO_FINISH = 10
 """For requests that are under way when the server is to end."""
 
@@ -67,11 +70,13 @@ class Where:
         url: Where participants go.
         admin_url: Where the experimenter goes; with a token that was made up.
         directory: Of the study.
+        check: Raises BadFile where somebody else has changed the records while they were being written.
     """
 
     url: str
     admin_url: str
     directory: Path
+    check: Callable[[], None] = lambda: None
 
 
 @asynccontextmanager
@@ -101,7 +106,8 @@ async def opened(
                 server = _Server(_config(app))
                 async with _running(server, server.serve(sockets=[listening])):
                     fragment = "" if door.token else f"#token={token}"
-                    yield Where(url=address.url, admin_url=f"{address.url}admin{fragment}", directory=directory)
+                    admin = f"{address.url}admin{fragment}"
+                    yield Where(url=address.url, admin_url=admin, directory=directory, check=reception.check)
 
 
 async def serve(
@@ -113,7 +119,7 @@ async def serve(
     *,
     announce: Callable[[Where], None],
 ) -> None:
-    """The same until Ctrl-C or SIGTERM.
+    """The same until Ctrl-C or SIGTERM, or until somebody else changes the records.
 
     Args:
         directory: Of the study.
@@ -133,7 +139,10 @@ async def serve(
             loop.add_signal_handler(name, ended.set)
         try:
             announce(where)
-            await ended.wait()
+            while not ended.is_set():
+                where.check()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(ended.wait(), SECONDS_BETWEEN_CHECKS)
         finally:
             for name in (signal.SIGINT, signal.SIGTERM):
                 loop.remove_signal_handler(name)
