@@ -94,5 +94,4 @@ def take_part(
             did("check", Answer(answer="blue" if check else "red", rt=2000.0), item="1", right=check)
         for name, answer in (answers or {}).items():
             did("ask", Answer(answer=answer, rt=5000.0), item=name)
-    diary.close()
     return finished

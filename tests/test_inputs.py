@@ -12,8 +12,9 @@ from lockprobe.errors import BadFile
 from lockprobe.inputs import check_regular, parse_json, read_input, read_lines
 from lockprobe.lockbox.boxfile import read_box
 from lockprobe.people.kept import kept_diaries
+from lockprobe.studies.directory import read_settings
 from lockprobe.studies.gathering import source_of_directory
-from lockprobe.studies.journal import Journal, read_settings, read_timings
+from lockprobe.studies.journal import Journal, read_timings
 
 
 @pytest.fixture

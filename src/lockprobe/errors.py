@@ -28,9 +28,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from lockprobe.redaction import without_keys, without_secrets
-
 from lockprobe.install import advice
+from lockprobe.redaction import without_keys, without_secrets
 
 __all__ = [
     "BadFile",

@@ -1,7 +1,13 @@
-"""A trial as one line of JSON and back. What is read is checked: an impossible record is refused, not analysed."""
+"""A trial as one line of JSON and back. What is read is checked: an impossible record is refused, not analysed.
+
+A line of a journal ends with two fields more: ``identity``, of which study it is, and ``crc``, eight hexadecimal digits
+that are the CRC-32 (:func:`zlib.crc32`) of all bytes of the line before ``,"crc"``. Older lines have neither.
+"""
 
 from __future__ import annotations
 
+import re
+import zlib
 from collections.abc import Mapping
 
 from pydantic import TypeAdapter, ValidationError
@@ -10,9 +16,12 @@ from lockprobe.errors import BadValue
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.record import SCHEMA_VERSION, Step, Trial
 
-__all__ = ["trial_from_json", "trial_to_json"]
+__all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
+
+_CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\Z')
+_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\Z')
 
 LONGEST = 10_000
 """Steps that a trial may have."""
@@ -24,12 +33,45 @@ def trial_to_json(trial: Trial) -> bytes:
     return line[:-1] + b',"schema":%d}' % trial.schema if b'"schema":' not in line else line
 
 
+def trial_to_line(trial: Trial, identity: str) -> bytes:
+    """One line of a journal without a newline.
+
+    Args:
+        trial: The trial.
+        identity: Of its study, :attr:`lockprobe.studies.study.Study.record_identity`.
+    """
+    said = trial_to_json(trial)[:-1] + b',"identity":"%s"' % identity.encode()
+    return said + b',"crc":"%08x"}' % zlib.crc32(said)
+
+
+def trial_from_line(line: bytes) -> tuple[Trial, str]:
+    """The trial on one line of a journal, and of which study it is; that is empty where the line is an older one.
+
+    Raises:
+        BadValue: As :func:`trial_from_json`, and if the checksum is not that of the line.
+    """
+    line = line.rstrip()
+    found = _CHECKSUM.search(line)
+    if found is None:
+        return _trial(line), ""
+    said = line[: found.start()]
+    if zlib.crc32(said) != int(found[1], 16):
+        raise BadValue("trial record, checksum", found[1].decode(), f"{zlib.crc32(said):08x}: the line was changed")
+    if (named := _IDENTITY.search(said)) is None:
+        return _trial(said + b"}"), ""
+    return _trial(said[: named.start()] + b"}"), named[1].decode()
+
+
 def trial_from_json(line: bytes | str) -> Trial:
-    """The trial on one line of a journal.
+    """The trial on one line, of a journal or as :func:`trial_to_json` makes it.
 
     Raises:
         BadValue: If the line is no trial, of a schema version that this release does not know, or impossible.
     """
+    return trial_from_line(line.encode() if isinstance(line, str) else line)[0]
+
+
+def _trial(line: bytes) -> Trial:
     try:
         trial = _adapter.validate_json(line, strict=True, extra="forbid")
     except ValidationError as error:

@@ -23,7 +23,6 @@ def test_a_diary_reads_back_as_written(tmp_path):
     lines += [Broken(at=13.0, turn=4, box=2), Released(at=14.0)]
     for line in lines:
         diary.write(line)
-    diary.close()
     assert read_diary(diary.path) == lines
 
 
@@ -31,13 +30,11 @@ def test_an_unfinished_line_is_none_and_is_cut_off(tmp_path):
     path = tmp_path / "people" / "3f9a01bc.jsonl"
     diary = Diary(path)
     diary.write(JOINED)
-    diary.close()
     with path.open("ab") as file:
         file.write(b'{"kind":"did","at":1')
     assert read_diary(path) == [JOINED]
     again = Diary(path)
     again.write(STEP)
-    again.close()
     assert read_diary(path) == [JOINED, STEP]
 
 
@@ -56,5 +53,4 @@ def test_only_who_joins_makes_a_diary(tmp_path):
     assert not diary.path.exists()
     diary.write(JOINED)
     diary.write(STEP)
-    diary.close()
     assert read_diary(diary.path) == [JOINED, STEP]

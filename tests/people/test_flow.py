@@ -22,7 +22,6 @@ def directory(tmp_path):
 def ends_with(directory, line):
     diary = Diary(directory / "people" / "bbbb02.jsonl")
     diary.write(line)
-    diary.close()
 
 
 def counts(directory):

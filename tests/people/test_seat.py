@@ -114,7 +114,7 @@ def test_what_could_not_be_written_has_not_been_done(tmp_path, monkeypatch):
         path = tmp_path / "people" / f"{shown.identity}.jsonl"
         before, act = path.read_bytes(), Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
         with monkeypatch.context() as patched:
-            patched.setattr("lockprobe.people.diary.os.fsync", _full)
+            patched.setattr("os.fsync", _full)
             with pytest.raises(BadFile, match="No space"):
                 await reception.act(shown.token, shown.lease, shown.turn, act, {})
         assert path.read_bytes() == before

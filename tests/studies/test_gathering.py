@@ -4,15 +4,16 @@ import json
 from dataclasses import replace
 
 import pytest
-from builders import make_trial, play_study, small_study, write_study
+from builders import make_trial, play_study, small_study, strip_checksums, write_study
 from taking_part import take_part
 
 from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy
 from lockprobe.pictures.picture import Picture
 from lockprobe.studies.calls import read_calls
+from lockprobe.studies.directory import read_settings
 from lockprobe.studies.gathering import gather, source_of_directory
-from lockprobe.studies.journal import Journal, load, read_settings, read_timings
+from lockprobe.studies.journal import Journal, load, read_timings
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.settings import read_study
 
@@ -263,7 +264,7 @@ def test_models_come_to_people(tmp_path):
 def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
     there = tmp_path / "there"
     take_part(there, PEOPLE, "aaaa01", [(0.4, 1, 1)])
-    path = there / "trials.jsonl"
+    path = strip_checksums(there)
     path.write_bytes(path.read_bytes().replace(b"participant:aaaa01", b"participant:../../x"))
     with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
         gather(tmp_path / "here", [source_of_directory(there)])

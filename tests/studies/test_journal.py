@@ -17,16 +17,9 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.studies.calls import ASKED, CALLS, read_calls
-from lockprobe.studies.journal import (
-    Journal,
-    LeftOut,
-    Timing,
-    left_out,
-    load,
-    read_journal,
-    read_settings,
-    read_timings,
-)
+from lockprobe.studies.directory import read_settings
+from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
+from lockprobe.studies.records import read_records
 from lockprobe.studies.runner import run
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.studyfile import Request, study
@@ -54,8 +47,10 @@ class Dying:
             os.kill(os.getpid(), signal.SIGKILL)
         return self.file.write(content)
 plain = Journal.__init__
-def init(self, directory, records, timings, *others):
-    plain(self, directory, Dying(records), Dying(timings), *others)
+def init(self, directory, study, records, timings, *others):
+    for file in records, timings:
+        file._file = Dying(file._file)
+    plain(self, directory, study, records, timings, *others)
 Journal.__init__ = init
 planned = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
 with Journal.open(directory, planned) as journal:
@@ -335,7 +330,7 @@ def test_what_a_journal_leaves_out_is_counted(tmp_path):
         file.write(b'{"key":"flips/ran')
     assert left_out(directory) == LeftOut(unfinished_lines=1, replaced=1, repeated=0)
     assert len(load(directory)) == 2
-    assert read_journal(directory) == (load(directory), left_out(directory))
+    assert read_records(directory) == (load(directory), left_out(directory))
 
 
 def test_a_second_record_of_a_finished_trial_is_counted_apart(tmp_path):

@@ -1,8 +1,10 @@
 """Files of lines: what a crash tore is cut off, and nothing else."""
 
+from contextlib import closing
+
 import pytest
 
-from lockprobe.studies.lines import cut_torn_tail, sync_directory, whole_lines
+from lockprobe.studies.lines import LineFile, sync_directory, whole_lines
 
 LONG = b"x" * 200_000
 
@@ -25,9 +27,9 @@ LONG = b"x" * 200_000
 def test_an_unfinished_last_line_is_cut_off(tmp_path, content, kept):
     path = tmp_path / "lines"
     path.write_bytes(content)
-    with path.open("ab") as handle:
-        cut_torn_tail(handle, path)
-        handle.write(b"next\n")
+    with closing(LineFile(path)) as file:
+        file.cut_torn_tail()
+        file.append(b"next")
     assert path.read_bytes() == kept + b"next\n"
 
 
@@ -35,8 +37,8 @@ def test_an_unfinished_last_line_is_cut_off(tmp_path, content, kept):
 def test_a_torn_line_of_any_length_is_cut_off_whole(tmp_path, size):
     path = tmp_path / "lines"
     path.write_bytes(b"a\n" + b"x" * size)
-    with path.open("ab") as handle:
-        cut_torn_tail(handle, path)
+    with closing(LineFile(path)) as file:
+        file.cut_torn_tail()
     assert path.read_bytes() == b"a\n"
 
 

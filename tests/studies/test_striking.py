@@ -1,5 +1,6 @@
 """The records of one agent are struck, and what stays is what stood there."""
 
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -8,6 +9,7 @@ from builders import make_trial, small_study
 from lockprobe.errors import BadFile, DirectoryBusy
 from lockprobe.options import group_of
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.lines import LineFile
 from lockprobe.studies.striking import rewritten, without
 
 STUDY = small_study(["participant"], trials=3)
@@ -72,20 +74,20 @@ def test_the_directory_stays_locked(tmp_path):
 def test_what_cannot_be_written_leaves_all_as_it_was(tmp_path):
     path = tmp_path / "lines.jsonl"
     path.write_bytes(b"a\nb\n")
-    with path.open("ab", buffering=0) as old:
+    with closing(LineFile(path)) as old:
         (tmp_path / "lines.draft").mkdir()
         with pytest.raises(BadFile):
-            rewritten(old, path, [b"a\n"])
-        assert not old.closed
-    assert path.read_bytes() == b"a\nb\n"
+            rewritten(old, [b"a\n"])
+        old.append(b"c")
+    assert path.read_bytes() == b"a\nb\nc\n"
 
 
 def test_what_a_killed_draft_left_is_not_taken_along(tmp_path):
     path = tmp_path / "lines.jsonl"
     path.write_bytes(b"a\nb\n")
     (tmp_path / "lines.draft").write_bytes(b"torn")
-    with rewritten(path.open("ab", buffering=0), path, [b"b\n"]) as new:
-        new.write(b"c\n")
+    with closing(rewritten(LineFile(path), [b"b\n"])) as new:
+        new.append(b"c")
     assert path.read_bytes() == b"b\nc\n"
     assert not (tmp_path / "lines.draft").exists()
 

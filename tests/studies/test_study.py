@@ -10,7 +10,7 @@ from builders import make_trial, modality_study, play_study, small_study
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
-from lockprobe.studies.study import beside_people
+from lockprobe.studies.study import joined_agents
 from lockprobe.studies.studyfile import Request, parse_p, read_request, study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
@@ -330,10 +330,11 @@ def test_trials_of_people_are_invited_and_planned_like_any():
         (["participant", "random"], ["random", "participant"], ("participant", "random")),
         (["random"], ["random", "participant"], ("random", "participant")),
         (["random"], ["random"], ("random",)),
-        (["random", "participant"], ["round-robin"], None),
-        (["random", "participant"], ["participant"], None),
-        (["random", "round-robin"], ["round-robin", "random"], None),
+        (["random", "participant"], ["round-robin"], ("random", "round-robin", "participant")),
+        (["random", "participant"], ["participant"], ("random", "participant")),
+        (["random", "round-robin"], ["round-robin", "random"], ("random", "round-robin")),
+        (["random", "round-robin"], ["ideal-observer", "random"], ("random", "round-robin", "ideal-observer")),
     ],
 )
-def test_people_are_neither_in_the_way_of_others_nor_asked_for_by_them(there, asked, together):
-    assert beside_people(there, asked) == together
+def test_agents_that_are_asked_for_are_added_to_those_that_are_there(there, asked, together):
+    assert joined_agents(there, asked) == together

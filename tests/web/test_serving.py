@@ -15,11 +15,12 @@ from visitor import Visitor, in_short, server, start, without_the_page
 from wire import Wire
 
 from lockprobe import load
-from lockprobe.errors import BadValue, DirectoryBusy, Missing
+from lockprobe.errors import BadFile, BadValue, DirectoryBusy, Missing
 from lockprobe.people.diary import Did
 from lockprobe.people.reception import Reception
 from lockprobe.people.words import read_words
 from lockprobe.studies.settings import read_study
+from lockprobe.web import serving
 from lockprobe.web.serving import Door, opened
 
 SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "100"))
@@ -271,3 +272,16 @@ def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path
     assert where.admin_url.startswith("https://study.example.org/admin#token=")
     assert (named.status_code, unnamed.status_code, plain.status_code) == (200, 200, 403)
     assert "secure" in named.headers["set-cookie"].lower().split("; ")
+
+
+def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, monkeypatch):
+    monkeypatch.setattr(serving, "SECONDS_BETWEEN_CHECKS", 0.02)
+
+    def replace_records(where):
+        (tmp_path / "new").touch()
+        (tmp_path / "new").replace(where.directory / "trials.jsonl")
+
+    words = read_words(EXPERIMENT.language)
+    door = Door(port=free_port())
+    with pytest.raises(BadFile, match="trials.jsonl: replaced by somebody else"):
+        asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -14,13 +15,17 @@ from lockprobe.cli import asking
 from lockprobe.cli.amounts import money, print_estimates
 from lockprobe.cli.display import watch
 from lockprobe.cli.live_report import LiveReport
-from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.cli.progress import Plain
+from lockprobe.cli.tally import foreign_in_words
+from lockprobe.errors import BadValue, BudgetReached, printable
 from lockprobe.options import PEOPLE
+from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.replays import owe_anew
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
@@ -74,6 +79,7 @@ def run(
     modalities: what pictures do. RGB, RGB-D and reports in words, 10 trials of 20 steps each, on a simulated box with
     a camera and dealt panels; without options a scripted agent that looks, beside human-inspired and random.
 
+    Another --agent with the --out and the settings of a study is added to it, on the same boxes with the same luck.
     Exit status 3: a budget ended it. 1: every trial broke, or a condition has no valid trial.
     """
     asked = {
@@ -92,8 +98,7 @@ def run(
         "assessment": assessment,
         "full": full or None,
     }
-    planned = _planned(name, asked)
-    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    planned, directory = _planned(name, asked, out)
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     if estimate:
         if again is not None:
@@ -119,6 +124,8 @@ def _play(
         Journal.open(directory, planned) as journal,
         watch(json=json, batch=limits.access.batch, budget=budget, report=report) as observer,
     ):
+        if foreign := foreign_in_words(journal.left_out):
+            print(printable(foreign), file=sys.stderr)
         if budget is not None:
             journal.calls.limit(budget)
         if again is not None:
@@ -132,18 +139,27 @@ def _play(
         except BudgetReached as reached:
             observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
             status = BUDGET_REACHED
-    if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
-        observer.broke()
-        status = ALL_BROKE
-    elif not status and (found := invalid_conditions(planned, journal.trials)):
-        observer.invalid(found)
-        status = NO_VALID_TRIAL
+            if not journal.trials:
+                observer.reported(None)
+                raise typer.Exit(status) from None  # so that a directory in which nothing was kept is not left behind
+    status = status or _failure(planned, journal, observer)
     if planned.size == planned.invited and not journal.trials:
         return  # people have yet to be invited
     live.end()
     observer.reported(_report(directory) if report and (journal.trials or not status) else None)
     if status:
         raise typer.Exit(status)
+
+
+def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
+    """The exit status of a run that was not cut short: 0 unless trials that were played are of no use."""
+    if observer.tally.broken_in_all and not observer.tally.ended_in_all:
+        observer.broke()
+        return ALL_BROKE
+    if found := invalid_conditions(planned, journal.trials):
+        observer.invalid(found)
+        return NO_VALID_TRIAL
+    return 0
 
 
 def _report(directory: Path) -> Path:
@@ -169,12 +185,21 @@ def _owed(planned: Study, journal: Journal) -> int:
     return sum(journal.owes(plan.key) for agent in agents for plan in planned.plans(agent))
 
 
-def _planned(name: str, asked: Mapping[str, object]) -> Study:
-    """The study of a name or file, with what was asked for on the command line before it."""
+def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
+    """The study of a name or file, with what was asked for on the command line before it, and its directory.
+
+    Where no agent is asked for, those of the study that is there play.
+    """
     if name not in STUDIES and Path(name).is_dir():
         expected = f"one of {', '.join(STUDIES)}, or FILE.toml; to go on, the same command with --out {name}"
         raise BadValue("study", name, expected)
     if (flip := asked["flip"]) not in (None, "transient", "sticky", "outcome-only"):
         raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
     request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)
-    return study(request.model_copy(update={key: value for key, value in asked.items() if value is not None}))
+    request = request.model_copy(update={key: value for key, value in asked.items() if value is not None})
+    planned = study(request)
+    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    if request.agent is None and (directory / SETTINGS).exists():
+        there = tuple(agent for agent in read_study(directory).agents if agent != PEOPLE)
+        planned = replace(planned, agents=there or planned.agents)
+    return planned, directory

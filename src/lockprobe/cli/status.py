@@ -13,12 +13,14 @@ import typer
 
 from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.amounts import money, share, spent_facts
-from lockprobe.cli.tally import count, in_boundaries, invalid_in_words
+from lockprobe.cli.tally import count, foreign_in_words, in_boundaries, invalid_in_words
 from lockprobe.errors import printable
 from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
 from lockprobe.studies.calls import read_calls, unanswered
-from lockprobe.studies.journal import load, read_timings
+from lockprobe.studies.directory import added_agents
+from lockprobe.studies.journal import read_timings
+from lockprobe.studies.records import read_records
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
@@ -33,7 +35,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 def status(directory: Directory, json: AsJson = False) -> None:
     """What is done, owed and failed (by boundary), what it took, and what it has cost."""
     study = read_study(directory)
-    everything = load(directory)
+    everything, left_out = read_records(directory)
     trials = [trial for trial in everything if study.asks_for(trial)]
     over = {trial.key for trial in trials if not trial.owed_again}
     ledger, begun = Ledger(study), Counter[str]()
@@ -46,12 +48,15 @@ def status(directory: Directory, json: AsJson = False) -> None:
         if call.owed_anew:
             del begun[call.key]
     facts = _played(study, trials, everything) | _took(directory, trials)
+    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added_agents(directory)}
     invalid = invalid_conditions(study, {trial.key: trial for trial in trials})
     facts |= {"without_valid_trial": [one.condition for one in invalid]}
     facts["in_progress"] = len({*begun, *(call.key for call in waiting)} - over)
     facts |= {"in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
     if not json:
         _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid))], ledger)
+        if foreign := foreign_in_words(left_out):
+            _print_named([("left out", foreign)])
         return
     agents = {agent: spent_facts(spent) for agent, spent in ledger.by_agent.items()}
     dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
@@ -148,6 +153,10 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         number = int(str(facts["unanswered_calls"]))
         which = "its way, or was when its run was" if number == 1 else "their way, or were when their run was"
         yield "", f"{count(number, 'call')} on {which} killed"
+    added = facts["added"]
+    assert isinstance(added, dict)
+    for agent, when in added.items():
+        yield "added", f"{agent} at {when}"
     yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, trials side by side added up"
     if facts["pictures"]:
         yield "pictures", f"{facts['pictures']}"

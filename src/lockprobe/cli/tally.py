@@ -11,11 +11,12 @@ from lockprobe.cli.amounts import spent_in_words
 from lockprobe.record import Trial
 from lockprobe.studies.calls import Calls
 from lockprobe.studies.modality import SYMBOLIC
+from lockprobe.studies.records import LeftOut
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid import Invalid
 
-__all__ = ["Tally", "count", "in_boundaries", "invalid_in_words"]
+__all__ = ["Tally", "count", "foreign_in_words", "in_boundaries", "invalid_in_words"]
 
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
@@ -128,6 +129,14 @@ def in_boundaries(errors: Mapping[str, int]) -> str:
 def count(number: int, one: str, several: str | None = None) -> str:
     """A number of things: ``1 trial``, ``2 trials``, ``3 replies``."""
     return f"{number} {one if number == 1 else several or f'{one}s'}"
+
+
+def foreign_in_words(left_out: LeftOut) -> str:
+    """That records of other studies stand in a journal, how many, and which is the first; empty where none does."""
+    if not left_out.foreign:
+        return ""
+    records = count(left_out.foreign, "record")
+    return f"{records} of another study in trials.jsonl are not counted; the first is {left_out.first_foreign}"
 
 
 def invalid_in_words(found: Sequence[Invalid]) -> str:

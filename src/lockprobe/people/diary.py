@@ -7,17 +7,16 @@ kept of one person can be deleted.
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
+from contextlib import closing
 from pathlib import Path
-from typing import IO, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile
 from lockprobe.people.responses import Act
 from lockprobe.record import Ending
-from lockprobe.studies.lines import append_line, cut_torn_tail, sync_directory, whole_lines
+from lockprobe.studies.lines import LineFile, state_of, sync_directory, whole_lines
 
 __all__ = [
     "PEOPLE_DIRECTORY",
@@ -138,7 +137,9 @@ _adapter: TypeAdapter[Entry] = TypeAdapter(Line)
 
 
 class Diary:
-    """The file of one participant. The line of who joins makes it; every other line needs one that is there.
+    """The file of one participant, open only while a line is written.
+
+    The line of who joins makes it; every other line needs one that is there, as this process left it.
 
     Args:
         path: Where it lies.
@@ -146,45 +147,30 @@ class Diary:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._file: IO[bytes] | None = None
+        self._left = state_of(path)
 
     def write(self, line: Entry) -> None:
         """Put a line on the disk itself.
 
         Raises:
-            BadFile: If it cannot be written, or there is no diary of whoever it is about; then nothing of it is there.
+            BadFile: If it cannot be written, there is no diary of whoever it is about, or somebody else has changed it;
+                then nothing of it is there.
         """
-        if self._file is None:
-            self._file = _opened(self.path, new=isinstance(line, Joined))
-        end = os.fstat(self._file.fileno()).st_size
-        append_line(self._file, self.path, _adapter.dump_json(line, exclude_defaults=False))
+        new = isinstance(line, Joined)
+        if not new and not self.path.exists():  # one that was deleted in the meantime does not come back
+            raise BadFile(self.path, "is not there")
         try:
-            os.fsync(self._file.fileno())
+            if new:
+                self.path.parent.mkdir(mode=0o700, exist_ok=True)
+            with closing(LineFile(self.path, left=self._left, rescue=False)) as file:
+                file.check()
+                file.cut_torn_tail()
+                if new:
+                    sync_directory(self.path.parent)
+                file.append(_adapter.dump_json(line, exclude_defaults=False), sync=True)
+                self._left = file.left
         except OSError as error:
-            with suppress(OSError):
-                self._file.truncate(end)
             raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._file is not None:
-            self._file.close()
-
-
-def _opened(path: Path, *, new: bool) -> IO[bytes]:
-    """A diary for appending. One that was deleted in the meantime does not come back."""
-    try:
-        if new:
-            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        elif not path.exists():
-            raise BadFile(path, "is not there")
-        file = path.open("ab", buffering=0)
-        cut_torn_tail(file, path)
-        if new:
-            sync_directory(path.parent)
-    except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from error
-    return file
 
 
 def read_diary(path: Path) -> list[Entry]:

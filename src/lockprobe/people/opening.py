@@ -29,7 +29,8 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import integer_seed
-from lockprobe.studies.journal import Journal, write_settings
+from lockprobe.studies.directory import write_settings
+from lockprobe.studies.journal import Journal
 from lockprobe.studies.placing import place
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.stage import own_thread

@@ -119,6 +119,14 @@ class Reception:
         """How people take part."""
         return self._table.experiment
 
+    def check(self) -> None:
+        """Refuse to go on where somebody else has changed the records or the clock readings.
+
+        Raises:
+            BadFile: If they have.
+        """
+        self._table.journal.check()
+
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> Shown:
         """Somebody loads the page: they go on where they were, and pages of theirs that are open can act no longer.
 

@@ -12,7 +12,7 @@ from typing import Literal
 
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.assignment import Given, assigned, boxes_each, conditions_of
-from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, Slot
+from lockprobe.people.diary import Broken, Did, Entry, Joined, Released, Slot
 from lockprobe.people.journey import Journey, fingerprint, stations
 from lockprobe.people.refusals import Refused
 from lockprobe.people.seat import Seat, Table
@@ -91,11 +91,7 @@ class Register:
             identity=identity, token=mark, at=table.clock(), platform=dict(platform), slots=slots, words=words
         )
         seat = Seat(table, Journey(joined, stations(table.experiment, table.words, len(slots))))
-        diary = Diary(seat.path)
-        try:
-            diary.write(joined)
-        finally:
-            diary.close()
+        seat.write_first()
         self._seats[identity] = self._by_mark[mark] = seat
         if person := self._person(platform):
             self._persons[person] += 1

@@ -84,6 +84,7 @@ class Seat:
         self._table = table
         self._held: Held | None = None
         self._unrecorded: tuple[Trial, Timing] | None = None
+        self._diary = Diary(self.path)
 
     @property
     def path(self) -> Path:
@@ -141,6 +142,14 @@ class Seat:
         box = station.box if station.kind == "over" else None
         now = self._table.clock()
         self._write(Did(at=now, turn=journey.turn, scene=scene.kind, act=act, box=box, item=station.item, right=right))
+
+    def write_first(self) -> None:
+        """Put on disk that they take part.
+
+        Raises:
+            BadFile: If it cannot be written.
+        """
+        self._diary.write(self.journey.joined)
 
     async def release(self) -> None:
         """Give the trials that are not finished to others.
@@ -283,10 +292,6 @@ class Seat:
             self._unrecorded = None
 
     def _write(self, line: Entry) -> None:
-        diary = Diary(self.path)
-        try:
-            diary.write(line)
-        finally:
-            diary.close()
+        self._diary.write(line)
         self.journey.follow(line)
         self.on_line(self, line)

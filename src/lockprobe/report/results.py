@@ -49,7 +49,8 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.seen import seen
-from lockprobe.studies.journal import LeftOut, read_journal, read_settings
+from lockprobe.studies.directory import read_settings
+from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import read_study
 
 __all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
@@ -118,7 +119,7 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         BadFile: If it is not that of a study, holds trials of another box, or what people did is damaged.
     """
     study = read_study(directory)
-    everything, left_out = read_journal(directory)
+    everything, left_out = read_records(directory)
     asked = [trial for trial in everything if study.asks_for(trial)]
     agents, modalities = study.agents, study.modalities
     place = {both: i for i, both in enumerate(product(agents, modalities))}
@@ -170,6 +171,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
             "repeated": study.journal.repeated,
             "unfinished_lines": study.journal.unfinished_lines,
             "not_asked_for": study.foreign,
+            "foreign": study.journal.foreign,
         },
         "panel_said": study.panel,
         "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],

@@ -38,7 +38,7 @@ class Album:
         try:
             if path.is_file() and path.stat().st_size == len(picture.png):
                 return
-            self._directory.mkdir(parents=True, exist_ok=True)
+            self._directory.mkdir(exist_ok=True)  # a study that was deleted does not come back
             draft = path.with_name(f".{picture.name}.{os.getpid()}-{threading.get_ident()}")
             draft.write_bytes(picture.png)
             draft.replace(path)

@@ -9,21 +9,18 @@ before it is asked (``asked.jsonl``); the next run notes what never came back as
 from __future__ import annotations
 
 import asyncio
-import os
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import IO
 
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile, Missing
-from lockprobe.inputs import check_regular
-from lockprobe.studies.lines import append_line, cut_torn_tail, whole_lines
+from lockprobe.studies.lines import LineFile, whole_lines
 from lockprobe.studies.spending import Budget
 
 __all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
@@ -77,7 +74,7 @@ class Calls:
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
-        self._files: dict[str, IO[bytes]] = {}
+        self._files: dict[str, LineFile] = {}
         self._replied: dict[str, dict[tuple[int, int], Call]] = {}
         self._on_their_way: dict[str, tuple[Call, float]] = {}
         self._budget: Budget | None = None
@@ -183,20 +180,20 @@ class Calls:
             listener(call)
 
     def _append(self, name: str, call: Call) -> None:
-        path = self._directory / name
-        check_regular(path)
-        try:
-            if name not in self._files:
-                self._files[name] = path.open("ab", buffering=0)
-                cut_torn_tail(self._files[name], path)
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror})") from error
-        append_line(self._files[name], path, _adapter.dump_json(call, exclude_defaults=True))
+        if name not in self._files:
+            self._files[name] = LineFile(self._directory / name)
+            self._files[name].cut_torn_tail()
+        self._files[name].append(_adapter.dump_json(call, exclude_defaults=True))
+
+    @property
+    def used(self) -> bool:
+        """Whether a call was to be written down since it was opened."""
+        return bool(self._files)
 
     def sync(self) -> None:
         """Wait until what was written is on the disk itself."""
         for file in self._files.values():
-            os.fsync(file.fileno())
+            file.sync()
 
     def forget(self, key: str) -> None:
         """Let go of the calls of a trial that is finished; they stay on disk."""

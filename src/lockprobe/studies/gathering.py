@@ -22,7 +22,8 @@ from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
 from lockprobe.studies.album import ALBUM, Album
 from lockprobe.studies.calls import read_calls
-from lockprobe.studies.journal import Journal, Timing, load, read_timings, write_settings
+from lockprobe.studies.directory import write_settings
+from lockprobe.studies.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 

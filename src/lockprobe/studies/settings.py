@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.boxfile import box_from_data
-from lockprobe.studies.journal import read_settings
+from lockprobe.studies.directory import read_settings
 from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
 from lockprobe.validation import plain
 
@@ -40,6 +40,7 @@ class _Settings(BaseModel):
     layout: Text = "fixed"
     modalities: list[Text] = ["symbolic"]
     assessment: bool = True
+    added: dict[Text, Text] = {}
 
 
 def read_study(directory: Path | str) -> Study:

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import fcntl
 import json
-import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
-from typing import IO
 
 from lockprobe.errors import BadFile
-from lockprobe.studies.lines import append_line, whole_lines
+from lockprobe.studies.lines import LineFile, whole_lines
+from lockprobe.studies.placing import place
 
-__all__ = ["rewritten", "without"]
+__all__ = ["rewritten", "without", "without_agent"]
 
 
 def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Iterator[bytes]]:
@@ -46,6 +45,19 @@ def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Ite
     )
 
 
+def without_agent(path: Path, agent: str) -> None:
+    """Strike the records of an agent from a file that nobody has open; where none stays the file is deleted.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    stay = [line for line in _lines(path) if _owner(line)[1] != agent]
+    if stay:
+        place(path, b"".join(stay))
+    else:
+        path.unlink()
+
+
 def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) -> Iterator[bytes]:
     """The lines of clock readings that are not an agent's."""
     readings = Counter(_key(line) for line in _lines(timings))
@@ -58,30 +70,31 @@ def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) ->
         met[key] += 1
 
 
-def rewritten(old: IO[bytes], path: Path, lines: Iterable[bytes]) -> IO[bytes]:
+def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
     """A file with other lines, in its place and open for appending; it is locked before it is there.
 
     Args:
         old: The file as it is open; it is closed.
-        path: Where it lies.
         lines: Whole lines.
 
     Raises:
-        BadFile: If it cannot be written; then the old one stays.
+        BadFile: If it cannot be written, or somebody else has changed it; then the old one stays.
     """
-    draft = path.with_suffix(".draft")
+    old.check()
+    draft = old.path.with_suffix(".draft")
     try:
         draft.unlink(missing_ok=True)
         with ExitStack() as undo:
-            new = undo.enter_context(draft.open("ab", buffering=0))
+            new = undo.enter_context(closing(LineFile(draft)))
             fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
             for line in lines:
-                append_line(new, draft, line.rstrip(b"\n"))
-            os.fsync(new.fileno())
-            draft.replace(path)
+                new.append(line.rstrip(b"\n"))
+            new.sync()
+            draft.replace(old.path)
             undo.pop_all()
     except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        raise BadFile(old.path, f"cannot be written ({error.strerror})") from error
+    new.path = old.path
     old.close()
     return new
 

@@ -20,13 +20,16 @@ from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.studies.modality import SYMBOLIC, check_distinct, is_pictured, taken_in
 
-__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "beside_people"]
+__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
 
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
 
 LATER: Mapping[str, object] = {"layout": "fixed", "modalities": list(SYMBOLIC), "assessment": True}
 """Settings that came later, as JSON holds them, with what they were before they could be set."""
+
+_IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "modalities"}
+"""Settings that a record's key says itself."""
 
 IDENTITY_VERSION = 1
 """Raised whenever the same settings would play other trials than before."""
@@ -141,6 +144,11 @@ class Study:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     @property
+    def record_identity(self) -> str:
+        """Twelve hexadecimal digits that a record of this study bears; see :func:`record_identity`."""
+        return record_identity(self.settings())
+
+    @property
     def has_pictures(self) -> bool:
         """Whether any of its modalities shows pictures."""
         return any(map(is_pictured, self.modalities))
@@ -234,24 +242,37 @@ class Study:
         return len(self.modalities_of(agent)) * len(self.p) * self.repetitions * self.trials
 
 
-def beside_people(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...] | None:
-    """The agents of a study in whose directory others are asked for; people are no part of the question.
+def record_identity(settings: Mapping[str, object]) -> str:
+    """Of which study a record is: twelve hexadecimal digits that change with any setting that its key does not say.
 
-    They are invited and not run, so that strategies and models come before them or after them.
+    Agents, p, repetitions, trials and modalities are in the key, so that a study can be added to.
 
-    >>> beside_people(["participant"], ["random"]), beside_people(["random", "participant"], ["random"])
-    (('random', 'participant'), ('random', 'participant'))
+    Args:
+        settings: Of the study, as :meth:`Study.settings` has them.
+    """
+    said = {name: value for name, value in {**LATER, **settings}.items() if name not in _IN_KEYS}
+    text = json.dumps(json.loads(json.dumps(said), parse_float=_number), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def _number(text: str) -> float:
+    """A number as JSON has it; 1.0 and 1 are the same."""
+    return int(number) if (number := float(text)).is_integer() else number
+
+
+def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:
+    """The agents of a study in whose directory these are asked for: new ones come after those that are there.
+
+    People are invited and not run; they stand last where agents are added.
+
+    >>> joined_agents(["random"], ["round-robin"]), joined_agents(["participant"], ["random"])
+    (('random', 'round-robin'), ('random', 'participant'))
 
     Args:
         there: The agents that it has.
         asked: Those asked for.
-
-    Returns:
-        None where the agents that are not people are others.
     """
-    known, others = ([agent for agent in agents if agent != PEOPLE] for agents in (there, asked))
-    if list(there) != [PEOPLE] and known != others:
-        return None
-    if PEOPLE in there and known:
+    if {*asked} <= {*there}:
         return tuple(there)
-    return (*others, PEOPLE) if PEOPLE in {*there, *asked} else tuple(others)
+    together = dict.fromkeys((*there, *asked))
+    return (*(agent for agent in together if agent != PEOPLE), *((PEOPLE,) if PEOPLE in together else ()))

@@ -29,6 +29,9 @@ from lockprobe.web.log import Log
 
 __all__ = ["Door", "Where", "opened", "serve"]
 
+SECONDS_BETWEEN_CHECKS = 1.0
+"""How often the server looks whether the records are as it left them."""
+
 SECONDS_TO_FINISH = 10
 """For requests that are under way when the server is to end."""
 
@@ -74,11 +77,13 @@ class Where:
         url: Where participants go.
         admin_url: Where the experimenter goes; with a token that was made up.
         directory: Of the study.
+        check: Raises BadFile where somebody else has changed the records while they were being written.
     """
 
     url: str
     admin_url: str
     directory: Path
+    check: Callable[[], None] = lambda: None
 
 
 @asynccontextmanager
@@ -111,7 +116,8 @@ async def opened(
                 async with _running(server, server.serve(sockets=[listening])):
                     listening.listen(QUEUE)
                     fragment = "" if door.token else f"#token={token}"
-                    yield Where(url=address.url, admin_url=f"{address.url}admin{fragment}", directory=directory)
+                    admin = f"{address.url}admin{fragment}"
+                    yield Where(url=address.url, admin_url=admin, directory=directory, check=reception.check)
 
 
 async def serve(
@@ -124,7 +130,7 @@ async def serve(
     announce: Callable[[Where], None],
     desk: AdminDesk | None = None,
 ) -> None:
-    """The same until Ctrl-C or SIGTERM.
+    """The same until Ctrl-C or SIGTERM, or until somebody else changes the records.
 
     Args:
         directory: Of the study.
@@ -145,7 +151,10 @@ async def serve(
             loop.add_signal_handler(name, ended.set)
         try:
             announce(where)
-            await ended.wait()
+            while not ended.is_set():
+                where.check()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(ended.wait(), SECONDS_BETWEEN_CHECKS)
         finally:
             for name in (signal.SIGINT, signal.SIGTERM):
                 loop.remove_signal_handler(name)

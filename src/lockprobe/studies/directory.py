@@ -1,0 +1,220 @@
+"""The directory of a study: its lock, its settings, and that a start which fails leaves it as it was.
+
+Agents can be added to a study that has been played; any other setting is as it was when the first trial was.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.inputs import parse_json, read_input
+from lockprobe.studies.calls import ASKED, CALLS
+from lockprobe.studies.placing import place
+from lockprobe.studies.study import LATER, Study, joined_agents
+
+__all__ = [
+    "RECORDS",
+    "SETTINGS",
+    "TIMINGS",
+    "StudyDirectory",
+    "added_agents",
+    "claim",
+    "read_settings",
+    "write_settings",
+]
+
+SETTINGS = "study.json"
+RECORDS = "trials.jsonl"
+TIMINGS = "timings.jsonl"
+
+_KEPT = (RECORDS, CALLS, ASKED)
+"""Files that hold what was played or paid for."""
+
+_MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
+"""Files that a start makes."""
+
+_PEOPLE = "people"
+
+
+class StudyDirectory:
+    """The directory of a study while this process writes there; made if it is not there.
+
+    The lock is on the directory itself, so that it holds whatever becomes of the files. Where nothing was played, asked
+    or joined before an error, files and directories that were made are gone afterwards, and settings are as they were.
+
+    Args:
+        path: Where it is.
+
+    Attributes:
+        used: Set it where something was played or asked; then all stays as it is.
+
+    Raises:
+        BadFile: On entering, if it cannot be made.
+        DirectoryBusy: On entering, if another process writes there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.used = False
+        self._path = path
+        self._new = [one for one in (path, *path.parents) if not one.exists()]
+
+    def __enter__(self) -> Self:
+        try:
+            self._path.mkdir(parents=True, exist_ok=True)
+            self._handle = os.open(self._path, os.O_RDONLY)
+        except OSError as error:
+            self._remove_new()
+            raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._handle)
+            raise DirectoryBusy(self._path) from None
+        except OSError:  # a file system that locks no directories; the records are locked all the same
+            pass
+        self._there = {name for name in (*_MADE, _PEOPLE) if (self._path / name).exists()}
+        settings = self._path / SETTINGS
+        self._settings = settings.read_bytes() if settings.is_file() else None
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            failed = kind is not None and not issubclass(kind, KeyboardInterrupt | DirectoryBusy)
+            if failed and not self.used:
+                self._undo()
+        finally:
+            os.close(self._handle)
+
+    def _undo(self) -> None:
+        """Leave the directory as it was found, unless it is another one now or the first people were invited."""
+        with suppress(OSError, BadFile):
+            invited = _PEOPLE not in self._there and (self._path / _PEOPLE).exists()
+            if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
+                return
+            for name in _MADE:
+                if name not in self._there:
+                    (self._path / name).unlink(missing_ok=True)
+            settings = self._path / SETTINGS
+            if self._settings is not None and settings.read_bytes() != self._settings:
+                place(settings, self._settings)
+            self._remove_new()
+
+    def _remove_new(self) -> None:
+        for path in self._new:
+            with suppress(OSError):
+                path.rmdir()
+
+
+def read_settings(directory: Path | str) -> dict[str, object]:
+    """The settings of the study in a directory.
+
+    Raises:
+        BadFile: If there are none, or they are no settings of a study.
+    """
+    path = Path(directory) / SETTINGS
+    if not path.exists():
+        raise BadFile(directory, "no study.json here; is it the directory of a study?")
+    settings = parse_json(read_input(path), path)
+    if not isinstance(settings, dict) or not _are_of_a_study(settings):
+        raise BadFile(path, "not the settings of a study")
+    return settings
+
+
+def _are_of_a_study(settings: Mapping[str, object]) -> bool:
+    match settings:
+        case {"agents": list(), "p": list(), "repetitions": int(), "trials": int()}:
+            return True
+        case _:
+            return False
+
+
+def write_settings(directory: Path, study: Study) -> None:
+    """Put the settings of a study in place, whole or not at all.
+
+    Where trials of it were played already, they say when each agent was added that was not among the first.
+
+    Raises:
+        BadFile: If they cannot be written.
+    """
+    added: dict[str, str] = {}
+    if _played(directory) and (directory / SETTINGS).exists():
+        now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(read_settings(directory)["agents"])
+        added = added_agents(directory) | {agent: now for agent in study.agents if agent not in known}
+    settings = {**study.settings(), **({"added": added} if added else {})}
+    place(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n".encode())
+
+
+def added_agents(directory: Path) -> dict[str, str]:
+    """The agents that were added to a study after trials of it had been played, each with the time (UTC, ISO 8601).
+
+    Raises:
+        BadFile: If it is not the directory of a study.
+    """
+    added = read_settings(directory).get("added")
+    return {str(agent): str(when) for agent, when in added.items()} if isinstance(added, dict) else {}
+
+
+def claim(directory: Path, study: Study) -> None:
+    """Write the settings of a study of which nothing was played, or hold them against those that are there.
+
+    Agents that are new to it are added.
+
+    Raises:
+        SettingsChanged: If any other setting differs.
+        BadFile: If there are records without settings, or settings that cannot be read or written.
+    """
+    path, played = directory / SETTINGS, _played(directory)
+    if not path.exists() and played:
+        raise BadFile(directory, f"holds {played} but no {SETTINGS}: put it back, or give another --out")
+    somebody = path.exists() and any((directory / _PEOPLE).glob("*.jsonl"))  # who has joined plays this study
+    if not (played or somebody):
+        write_settings(directory, study)
+        return
+    there = {**LATER, **read_settings(directory)}
+    asked = {**LATER, **json.loads(json.dumps(study.settings()))}
+    different = {
+        name: _told_apart(there.get(name), asked.get(name))
+        for name in sorted({*there, *asked} - {"agents", "added"})
+        if there.get(name) != asked.get(name)
+    }
+    if different:
+        raise SettingsChanged(directory, different)
+    agents = joined_agents(_texts(there["agents"]), study.agents)
+    if list(agents) != there["agents"]:
+        write_settings(directory, replace(study, agents=agents))
+
+
+def _told_apart(there: object, asked: object) -> tuple[object, object]:
+    """Two values of a setting, short: of boxes their names, or where these are the same the parts that differ."""
+    if not (isinstance(there, dict) and isinstance(asked, dict)):
+        return there, asked
+    parts = [name for name in ("name", *there, *asked) if there.get(name) != asked.get(name)]
+    first = parts[0] if parts else "name"
+    if first == "name":
+        return there.get("name"), asked.get("name")
+    return {first: there.get(first)}, {first: asked.get(first)}
+
+
+def _texts(values: object) -> list[str]:
+    return [str(value) for value in values] if isinstance(values, Iterable) else []
+
+
+def _played(directory: Path) -> str:
+    """The first file that holds something that was played or paid for; empty where there is none."""
+    return next((name for name in _KEPT if _size(directory / name)), "")
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0

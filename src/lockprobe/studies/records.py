@@ -1,0 +1,130 @@
+"""The records of a study as they stand in ``trials.jsonl``: read, and held against the study whose directory it is.
+
+A record of another study hides none of this one, whatever its key: it is left out, counted and named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.inputs import check_regular
+from lockprobe.jsonline import trial_from_line
+from lockprobe.record import Trial
+from lockprobe.studies.directory import RECORDS, SETTINGS, read_settings
+from lockprobe.studies.lines import whole_lines
+from lockprobe.studies.study import LATER, record_identity
+
+__all__ = ["LeftOut", "left_out", "load", "read_records"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """What a journal holds beside its trials.
+
+    Attributes:
+        unfinished_lines: Lines that a crash tore, 0 or 1; their trial is owed again.
+        replaced: Records of trials that were played again after an error.
+        repeated: Records of trials that had been finished already; the last one counts.
+        foreign: Records of another study.
+        first_foreign: The first of these: its line, its key, and what is not as in this study; empty without.
+    """
+
+    unfinished_lines: int
+    replaced: int
+    repeated: int
+    foreign: int = 0
+    first_foreign: str = ""
+
+
+def load(directory: Path | str) -> list[Trial]:
+    """The trials of a study directory, in the order in which they were finished.
+
+    Where a trial was played again after an error, the last record counts. Records of another study are left out.
+
+    Raises:
+        BadFile: If there is no journal or a line within it is damaged.
+    """
+    return read_records(directory)[0]
+
+
+def left_out(directory: Path | str) -> LeftOut:
+    """How much of a journal :func:`load` leaves out."""
+    return read_records(directory)[1]
+
+
+def read_records(directory: Path | str) -> tuple[list[Trial], LeftOut]:
+    """Both :func:`load` and :func:`left_out`, read once."""
+    path = Path(directory) / RECORDS
+    check_regular(path)
+    if not path.is_file():
+        raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
+    settings = read_settings(directory) if (path.parent / SETTINGS).exists() else None
+    study = None if settings is None else _Own(settings)
+    trials: dict[str, Trial] = {}
+    replaced = repeated = 0
+    foreign: list[str] = []
+    for number, line in whole_lines(path):
+        try:
+            trial, identity = trial_from_line(line)
+        except BadValue as error:
+            raise BadFile(path, f"line {number}: {error}; without this line its trial is played again") from error
+        if study is not None and (why := study.why_foreign(trial, identity)):
+            foreign.append(f"line {number}, {trial.key}: {why}")
+            continue
+        before = trials.pop(trial.key, None)
+        replaced += before is not None and before.owed_again
+        asked = trial.error is not None and trial.error.again  # the same record, owed anew
+        repeated += before is not None and not before.owed_again and not asked
+        trials[trial.key] = trial
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - 1))
+        torn = int(file.read(1) not in (b"", b"\n"))
+    return list(trials.values()), LeftOut(
+        unfinished_lines=torn,
+        replaced=replaced,
+        repeated=repeated,
+        foreign=len(foreign),
+        first_foreign=foreign[0] if foreign else "",
+    )
+
+
+class _Own:
+    """Tells records of one study from those of others.
+
+    Args:
+        settings: Of the study.
+    """
+
+    def __init__(self, settings: Mapping[str, object]) -> None:
+        known = {**LATER, **settings}
+        box = known.get("box")
+        self._identity = record_identity(settings)
+        self._values = {
+            "study": known.get("study"),
+            "box": box.get("name") if isinstance(box, dict) else None,
+            "seed": known.get("seed"),
+            "flip": known.get("flip"),
+            "budget": known.get("max_steps"),
+            "assessment": known.get("assessment"),
+        }
+
+    def why_foreign(self, trial: Trial, identity: str) -> str:
+        """What of a record is not as in this study; empty where it is one of it.
+
+        Args:
+            trial: The trial.
+            identity: Of which study it says that it is; empty where it is older than that, and its values tell.
+        """
+        if identity == self._identity:
+            return ""
+        different = [
+            f"{name} is {getattr(trial, name)!r}, not {value!r}"
+            for name, value in self._values.items()
+            if getattr(trial, name) != value
+        ]
+        if identity and not different:
+            return f"its study is {identity}, not {self._identity}"
+        return "; ".join(different)
