@@ -95,10 +95,9 @@ def run(
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     if estimate:
-        _estimate(planned, directory, again, batch=batch, json=json)
-        return
+        return _estimate(planned, directory, again, batch=batch, json=json)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    _play(planned, directory, limits, _allowed(planned, budget, directory), again=again, json=json)
+    return _play(planned, directory, limits, _allowed(planned, budget, directory), again=again, json=json)
 
 
 def _estimate(planned: Study, directory: Path, again: str | None, *, batch: bool, json: bool) -> None:
