@@ -119,8 +119,8 @@ def test_what_is_left_out_is_counted(tmp_path):
         file.write(trial_to_json(trials[0])[:50])
     found = results(directory)
     assert found["left_out"] == {
-        "errors": 1, "replaced_after_an_error": 1, "repeated": 0, "unfinished_lines": 1, "not_asked_for": 1,
-        "foreign": 0,
+        "errors": 1, "replayed_on_request": 0, "replaced_after_an_error": 1, "repeated": 0, "unfinished_lines": 1,
+        "not_asked_for": 1, "foreign": 0,
     }  # fmt: skip
     assert sum(row["trials"] for row in found["conditions"]) == 5
     text = " ".join(" ".join(Text(write_report(directory).read_text("utf-8")).parts).split())

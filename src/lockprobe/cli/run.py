@@ -101,12 +101,17 @@ def run(
     planned, directory = _planned(name, asked, out)
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     if estimate:
-        if again is not None:
-            raise BadValue("again", again, "no --estimate beside it: that plays nothing and writes nothing")
-        print_estimates(planned, directory, batch=batch, json=json)
-        return
+        return _estimate(planned, directory, again, batch=batch, json=json)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    _play(planned, directory, limits, _allowed(planned, budget, directory), again=again, report=report, json=json)
+    return _play(
+        planned, directory, limits, _allowed(planned, budget, directory), again=again, report=report, json=json
+    )
+
+
+def _estimate(planned: Study, directory: Path, again: str | None, *, batch: bool, json: bool) -> None:
+    if again is not None:
+        raise BadValue("again", again, "no --estimate beside it: that plays nothing and writes nothing")
+    print_estimates(planned, directory, batch=batch, json=json)
 
 
 def _play(
