@@ -47,7 +47,7 @@ def test_public_names_exist_and_are_complete(name):
 @pytest.mark.parametrize("name", FILES)
 def test_no_file_is_a_drawer(name):
     text = (SOURCE / name).read_text("utf-8")
-    assert text.count("\n") <= 300
+    assert text.count("\n") <= 450
     assert Path(name).stem not in {"utils", "util", "helpers", "common", "misc"}
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):

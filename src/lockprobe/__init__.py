@@ -56,6 +56,10 @@ _HOMES = {
 announce()  # a Gymnasium that is loaded, or will be, knows lockprobe/Lockbox-v0; none is loaded here
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name: str) -> object:
     """Public names are imported when they are first used, so that ``lockprobe --help`` stays quick."""
     if name == "__version__":

@@ -184,7 +184,7 @@ def test_no_effect_is_not_said_above_a_rise_and_fall():
     agent = only([t for i, k in enumerate((12, 15, 18, 21, 18, 13, 8)) for t in condition(i / 10, k, 30)])
     assert (agent.contrast.detectable, agent.inference.course.kind) == (False, "rises and falls")
     assert "Success rises with false reports and falls again" in " ".join(conclusions(agent))
-    assert finding(agent).startswith("No single p is shown to change the success of llm:local; for the course")
+    assert finding(agent).startswith("No single flip rate is shown to change the success of llm:local; for the course")
     assert "No effect" not in finding(agent)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from lockprobe.analysis import speaking
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.audit.measured import as_data, false_positives, measured, shipped
@@ -58,7 +59,7 @@ def documented():
         for test in dict.fromkeys(rate.test for rate in asked):
             mine = [rate for rate in asked if rate.test == test]
             worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate)
-            name = f"**{test}**" if mine[0].recommended else test
+            name = f"**{speaking.test_said(test)}**" if mine[0].recommended else speaking.test_said(test)
             wrong = "" if worst.valid else " **!**"
             said = ", ".join(figure(rate) for rate in mine if rate.truth)
             yield f"| {name} | {worst.rate:.3f} {worst.world}{wrong} | {said} |"

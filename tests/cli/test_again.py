@@ -22,7 +22,7 @@ def nonsense(request):
 def play(tmp_path, monkeypatch):
     """Plays four trials with the answers that are given. Reports are left out, which take seconds."""
     pytest.importorskip("inspect_ai")
-    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
+    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
     answers = [nonsense]
 
     def newest(request):

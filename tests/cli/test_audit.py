@@ -55,7 +55,7 @@ def test_power_for_a_stated_effect():
         (("audit", "--world", "no-efect"), "did you mean 'no-effect'?"),
         (("audit", "--studies", "0"), "--studies"),
         (("power", "--success", "0.2,x"), "numbers with commas between"),
-        (("power", "--harm", "0.5"), "shares at each p"),
+        (("power", "--harm", "0.5"), "shares at each flip rate"),
         (("power", "--success", "0.2,0.7"), "one share for each of 7 flip rates"),
         (("power", "--success", "0.2,1.7", "--p", "0,0.4"), "got 1.7"),
         (("power", "--trials", "1"), "numbers of at least 2"),

@@ -26,7 +26,7 @@ def play(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
     (tmp_path / "models.toml").write_text(FACTS)
     monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
-    monkeypatch.setattr("lockprobe.cli.run.write_report", lambda directory, **_: directory / "report.html")
+    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
     usages = [{}]
 
     def answer(request):

@@ -23,7 +23,7 @@ def test_what_is_counted_names_modalities_or_p():
     assert "3/4 trials · solved rgb: 1/2, rgbd: 1/1" in tally.line()
     tally = Tally(study(Request(agent=["random"])))
     tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
-    assert "0/1 trials · solved p=0.4: 1/1" in tally.line()
+    assert "0/1 trials · solved at flip rate 0.4: 1/1" in tally.line()
 
 
 def test_errors_are_counted_by_boundary():

@@ -14,11 +14,11 @@ from lockprobe.figures.frame import agent_label, counts, label_right, p_axis, p_
         ("llm:$\\frac{", "llm:\\$\\frac{"),
         ("_hidden\n<script>", " _hidden?<script>"),
         ("llm:\u4e2d", "llm:?"),
-        ("python:" + "x" * 200, f"…{'x' * 28}…"),
+        ("python:" + "x" * 200, "python:" + "x" * 22 + "…"),
         ("llm:openai/gpt-4o-2024-08-06", "llm:openai/gpt-4o-2024-08-06"),
         ("llm:together/meta-llama/Llama-3.3-70B-Instruct", "…Llama-3.3-70B-Instruct"),
-        ("cognitive:random-map?window=1&avoid=last&x=2", "…random-map?window=1&avoid=last&x=2"),
-        ("human-inspired:target-first?lapse=0.1&decay=0.5", "…target-first?lapse=0.1&decay=0.5"),
+        ("cognitive:random-map?window=1&avoid=last&x=2", "…random-map?window=1…"),
+        ("human-inspired:target-first?lapse=0.1&decay=0.5", "…target-first?lapse=0.1&decay…"),
     ],
 )
 def test_names_are_safe_to_set(model, name, label):
@@ -40,7 +40,7 @@ def test_counts_name_the_trials(model):
 
 def test_p_values_cannot_be_taken_for_flip_rates():
     assert [p_value(value) for value in (0.0004, 0.0123, 1.0, None)] == [
-        "$P$ < 0.001", "$P$ = 0.012", "$P$ = 1", "no p-value",
+        "$P$ < 0.001", "$P$ = 0.012", "$P$ = 1", "no $P$",
     ]  # fmt: skip
 
 

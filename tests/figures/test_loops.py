@@ -40,7 +40,7 @@ def test_a_ratio_of_nothing_is_an_arrow_and_what_is_undefined_is_said(axes, stud
 def test_undefined_ratios_are_said(axes, studies):
     figures.draw_loop_harm(axes, studies["nothing solved"].agents[0])
     assert [text.get_text() for text in axes.texts[1::2]] == ["not defined", "not defined", "not defined, $P$ = 1"]
-    assert [x.tolist() for x, _ in lines(axes)] == [[1, 1]]
+    assert [x.tolist() for x, _ in lines(axes)] == [[1, 1]] * 3
 
 
 def test_loop_rates_stand_beside_four_levels_of_chance(axes, model):

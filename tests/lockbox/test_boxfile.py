@@ -113,12 +113,12 @@ def test_data_that_is_no_box_is_refused(tmp_path, data):
 
 def test_more_joints_than_labels_are_refused(tmp_path):
     more = "".join(f'[[joints]]\nname = "j{i}"\nkind = "revolute"\n' for i in range(8))
-    with pytest.raises(BadFile, match="joints: List should have at most 8"):
+    with pytest.raises(BadFile, match="joints: expected at most 8 items"):
         read_box(written(tmp_path, GOOD.replace("[interlock]", more + "[interlock]")))
 
 
 def test_a_folder_is_no_box(tmp_path):
-    with pytest.raises(BadFile, match="not a file"):
+    with pytest.raises(BadFile, match="a directory, not a regular file"):
         read_box(tmp_path)
 
 

@@ -11,7 +11,7 @@ from builders import make_trial
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy
 from lockprobe.people.diary import Diary, Did, Joined, read_diary
-from lockprobe.people.scenes import Next
+from lockprobe.people.responses import Next
 from lockprobe.studies.calls import ASKED, CALLS, read_calls
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.lines import LineFile

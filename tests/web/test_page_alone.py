@@ -48,7 +48,8 @@ def a_page(text="text"):
     return {"kind": "page", "title": "title", "paragraphs": [text], "number": 1, "of": 2}
 
 
-CLOSED = {"kind": "closed", "why": "withdrawn", "title": "gone", "paragraphs": []}
+WAY_BACK = {"completion_url": "", "completion_code": ""}
+CLOSED = {"kind": "closed", "why": "withdrawn", "title": "gone", "paragraphs": [], **WAY_BACK}
 
 
 class Server:

@@ -50,7 +50,7 @@ _BUDGET = "US dollars that the study may cost, earlier runs included; it stops b
 _BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
 _ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
 _REPORT = "Write the report; without, `lockprobe report DIR` does it later."
-_AGAIN = "reply: play anew what ended because no reply was usable; the earlier records stay in the file."
+_AGAIN = "reply: play anew what ended because no reply was usable; the earlier records stay in the file (nothing)."
 _RETRIES = "How often a request that the provider did not answer is made again."
 _WORKERS = "Processes for local models and simulated plants (one a core)."
 

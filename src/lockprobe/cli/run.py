@@ -74,13 +74,11 @@ def run(
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 
     flips: what false reports do. Without options a short study of the embedded model beside random, round-robin and
-    the human-inspired strategy; it ends in a few minutes on two cores.
+    the human-inspired strategy, in a few minutes on two cores. modalities: what pictures do. RGB, RGB-D and reports,
+    10 trials each, on a simulated box with a camera; without options a scripted agent, human-inspired and random.
 
-    modalities: what pictures do. RGB, RGB-D and reports in words, 10 trials of 20 steps each, on a simulated box with
-    a camera and dealt panels; without options a scripted agent that looks, beside human-inspired and random.
-
-    Another --agent with the --out and the settings of a study is added to it, on the same boxes with the same luck.
-    Exit status 3: a budget ended it. 1: every trial broke, or a condition has no valid trial.
+    Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
+    it; 1: every trial broke, or a condition has no valid trial.
     """
     asked = {
         "agent": agent or None,
@@ -103,9 +101,8 @@ def run(
     if estimate:
         return _estimate(planned, directory, again, batch=batch, json=json)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    return _play(
-        planned, directory, limits, _allowed(planned, budget, directory), again=again, report=report, json=json
-    )
+    allowed = _allowed(planned, budget, directory)
+    return _play(planned, directory, limits, allowed, again=again, report=report, json=json)
 
 
 def _estimate(planned: Study, directory: Path, again: str | None, *, batch: bool, json: bool) -> None:

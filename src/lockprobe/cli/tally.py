@@ -18,6 +18,9 @@ from lockprobe.studies.valid import Invalid
 
 __all__ = ["Tally", "count", "foreign_in_words", "in_boundaries", "invalid_in_words"]
 
+_RATE = "flip rate "
+"""How the name of a condition begins that is a flip rate."""
+
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
 
@@ -69,7 +72,7 @@ class Tally:
             self._count(trial)
 
     def _count(self, trial: Trial) -> None:
-        condition = trial.modality if self._shows and not trial.p else f"flip rate {trial.p:g}"
+        condition = trial.modality if self._shows and not trial.p else f"{_RATE}{trial.p:g}"
         self.ended[condition] += trial.ending != "error"
         self.solved[condition] += trial.solved
 
@@ -107,6 +110,8 @@ class Tally:
         """The state in one line, with or without what is solved under which condition."""
         ended = sorted(shown for shown, number in self.ended.items() if number)
         shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in ended)
+        if ended and all(shown.startswith(_RATE) for shown in ended):
+            shares = f"at {_RATE}{shares.replace(_RATE, '')}"
         parts = [
             f"{self.agent}  {self.played}/{self.agent_owed} trials",
             f"solved {shares}" if solved and shares else "",

@@ -95,24 +95,7 @@ def forest(
                 zorder=4,
                 clip_on=inside,
             )
-        numbers = FAINT if row.face == "white" else INK
-        name = _LINE * (_lines(row) - row.name.count("\n") - 1)
-        for x, text, side, colour, above in (
-            (left, row.name, "left", INK, name),
-            (1.0, row.said, "right", numbers, 0.0),
-        ):
-            axes.text(
-                x,
-                i - (0.75 * _BAR + above) / inches,
-                text,
-                transform=axes.get_yaxis_transform(),
-                ha=side,
-                va="bottom",
-                fontsize=SMALL,
-                color=colour,
-                linespacing=1.1,
-                zorder=2,
-            )
+        _write(axes, i, row, left, inches)
     for i, (value, colour, dash) in product(range(len(rows)), levels):
         ends = [i - 0.7 * _BAR / inches, i + 0.5 * _BAR / inches]
         axes.plot([value, value], ends, color=colour, linestyle=dash, linewidth=0.9, zorder=1)
@@ -122,3 +105,26 @@ def forest(
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.spines["bottom"].set(color="#888888", linewidth=0.7)
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
+
+
+def _write(axes: Axes, i: int, row: Row, left: float, inches: float) -> None:
+    """The name of a row on its left, and its numbers on its right."""
+    numbers = FAINT if row.face == "white" else INK
+    name = _LINE * (_lines(row) - row.name.count("\n") - 1)
+    for x, text, side, colour, above in (
+        (left, row.name, "left", INK, name),
+        (1.0, row.said, "right", numbers, 0.0),
+    ):
+        y = i - (0.75 * _BAR + above) / inches
+        axes.text(
+            x,
+            y,
+            text,
+            transform=axes.get_yaxis_transform(),
+            ha=side,
+            va="bottom",
+            fontsize=SMALL,
+            color=colour,
+            linespacing=1.1,
+            zorder=2,
+        )

@@ -99,18 +99,23 @@ def agent_label(agent: AgentSummary, longest: int = 30) -> str:
 def shortened(name: str, longest: int) -> str:
     """A spec in so many characters: without provider and folders first, then without its end.
 
-    >>> shortened("llm:together/meta-llama/Llama-3.3-70B-Instruct-Turbo", 30)
+    >>> shortened("llm:together/meta-llama/Llama-3.3-70B-Instruct-Turbo", 32)
     '…Llama-3.3-70B-Instruct-Turbo'
     """
-    longest -= sum(name[:longest].count(wide) for wide in "mwMW@") // 2  # half as wide again as others
-    if len(name) <= longest:
+    if _width(name) <= longest:
         return name
     head, mark, options = name.partition("?")
     *_, last = re.split(r"(?<=[:/])", head)
-    if last != head and len(last) < longest:
+    if last != head and _width(last) < longest:
         return f"…{shortened(last + mark + options, longest - 1)}"
-    ends = [found.start() for found in re.finditer(r"[^\w.]", name[:longest]) if found.start() > longest // 3]
-    return f"{name[: ends[-1] if ends else longest - 1]}…"
+    fits = max(n for n in range(len(name)) if _width(name[:n]) < longest)
+    ends = [found.start() for found in re.finditer(r"[^\w.]", name[: fits + 1]) if found.start() > fits // 3]
+    return f"{name[: ends[-1] if ends else fits]}…"
+
+
+def _width(text: str) -> float:
+    """How wide a text is, in letters of usual width."""
+    return len(text) + 1.1 * sum(text.count(wide) for wide in "mwMW@")
 
 
 def heading(agent: AgentSummary) -> str:

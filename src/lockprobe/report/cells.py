@@ -49,8 +49,9 @@ def percent(value: float | None, digits: int = 1) -> str:
 
 
 def minus(text: str) -> str:
-    """The text with minus signs for hyphens, and none before a nought."""
-    return re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text).replace("-", "\N{MINUS SIGN}")
+    """The text with minus signs for hyphens, but for those between letters, and none before a nought."""
+    text = re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text)
+    return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:

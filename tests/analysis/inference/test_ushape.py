@@ -106,7 +106,7 @@ def test_a_separated_line_has_a_test_but_no_slope():
 
 def test_nothing_to_test():
     assert two_lines(*trials((7, 20))).p_value is None
-    assert "three values" in lind_mehlum(*trials((7, 20))).note
+    assert "three flip rates" in lind_mehlum(*trials((7, 20))).note
     assert "separates" in lind_mehlum(*trials((0, 0, 0, 30, 30))).note
     assert two_lines(*trials((0,) * 7)).p_value == 1.0
     assert two_lines(np.empty(0), np.empty(0, dtype=bool)).break_p is None

@@ -23,10 +23,12 @@ def said(*agents):
 
 def test_agents_that_differ_are_said_to_with_the_largest_question_first():
     ranking, (success, noise, steps) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)))
-    assert ranking.startswith("Solved over all p: llm:a 92 % (rank 1), llm:b 8 % (rank 2); they can be told apart")
+    assert ranking.startswith(
+        "Solved over all flip rates: llm:a 92 % (rank 1), llm:b 8 % (rank 2); they can be told apart"
+    )
     assert success.startswith("llm:a solves the box more often than llm:b: 92 % against 8 % of the 40 trials that both")
     assert re.search(
-        r"\(\+85 points, 95 % interval \+\d+ to \+\d+; agents exchanged within luck, p < 0\.001\)", success
+        r"\(\+85 points, 95 % interval \+\d+ to \+\d+; agents exchanged within luck, P < 0\.001\)", success
     )
     assert noise.startswith("That false reports help one of them more than the other is not detectable")
     assert steps.startswith("llm:a needs fewer steps than llm:b")
@@ -77,7 +79,7 @@ def test_agents_are_ranked_among_those_that_saw_the_box_alike():
         for i in range(20)
     ]
     ranking = ranking_said(summarise(made))
-    first, second = ranking.split("Solved over all p, ")[1:]
+    first, second = ranking.split("Solved over all flip rates, ")[1:]
     assert first.startswith("box shown as rgb: ")
     assert "95 % (rank 1)" in first
     assert first.strip().endswith("; they can be told apart on the same boxes with the same false reports.")
