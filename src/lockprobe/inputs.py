@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import stat
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 from lockprobe.errors import BadFile
 
-__all__ = ["LARGEST_INPUT", "check_regular", "parse_json", "read_input", "read_lines"]
+__all__ = ["LARGEST_INPUT", "LARGEST_TOML", "check_regular", "parse_json", "read_input", "read_lines", "read_toml"]
 
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
+
+LARGEST_TOML = 64 * 1024
+"""Bytes of a TOML file; a larger one is refused unread."""
 
 _KINDS = {
     stat.S_IFIFO: "a pipe",
@@ -102,3 +106,19 @@ def parse_json(content: bytes | str, path: Path) -> object:
         raise BadFile(path, "not JSON that can be read (nested too deeply)") from None
     except ValueError as error:
         raise BadFile(path, f"not JSON ({error})") from None
+
+
+def read_toml(path: Path) -> dict[str, object]:
+    """The tables of a TOML file of at most :data:`LARGEST_TOML`.
+
+    Args:
+        path: Of the file.
+
+    Raises:
+        BadFile: If it cannot be read, is too large or is not TOML.
+    """
+    content = read_input(path, LARGEST_TOML)
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise BadFile(path, f"not TOML ({error})") from None

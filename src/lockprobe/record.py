@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from lockprobe.call import Usage
 from lockprobe.errors import Boundary
 from lockprobe.options import group_of
-from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
+
+if TYPE_CHECKING:
+    from lockprobe.pictures.frame import Frame
 
 __all__ = [
     "SCHEMA_VERSION",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
-
-import numpy as np
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from lockprobe.call import Call, Usage
 from lockprobe.record import Decision, Fact, Percept, Situation, Snapshot, Task
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["Agent", "CallBook", "Calling", "Channel", "Closable", "Plant"]
 

@@ -2,6 +2,7 @@
 
 import os
 import re
+import subprocess
 import sys
 
 import pytest
@@ -101,3 +102,23 @@ def test_help_says_the_default_of_every_option_that_takes_a_value(name):
         flag = "<bool>" in row and "--no-" not in row
         if option not in WITHOUT_DEFAULT and not flag:
             assert "[default: " in row or re.search(r"\(.+\)|left out", row), row
+
+
+@pytest.mark.parametrize(
+    ("arguments", "not_imported"),
+    [
+        (["--help"], {"numpy", "pydantic", "lockprobe.record"}),
+        (["agents"], {"numpy", "asyncio", "scipy"}),
+        (["loops", "--help"], {"numpy", "scipy"}),
+        (["box", "show"], {"scipy", "lockprobe.record", "lockprobe.lockbox.boxfile"}),
+        (["box", "list"], {"scipy", "lockprobe.record", "lockprobe.lockbox.boxfile"}),
+    ],
+)
+def test_what_is_quick_imports_nothing_heavy(arguments, not_imported):
+    code = (
+        "import sys; from lockprobe.cli import main\n"
+        f"sys.argv = ['lockprobe', *{arguments!r}]\n"
+        f"try: main()\nfinally: print(sorted(set({sorted(not_imported)!r}) & sys.modules.keys()), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stderr.split("\n")[-2] == "[]"

@@ -8,8 +8,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lockprobe.errors import BadFile
+from lockprobe.inputs import LARGEST_TOML
 from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.lockbox.boxfile import MAX_BYTES, box_from_data, read_box, toml_of
+from lockprobe.lockbox.boxfile import box_from_data, read_box, toml_of
 from lockprobe.lockbox.check import fault_of
 from lockprobe.lockbox.families import box, named_boxes
 from lockprobe.lockbox.generate import Recipe, generate
@@ -87,7 +88,7 @@ def test_what_is_wrong_is_named(tmp_path, old, new, reason):
 
 def test_a_large_file_is_refused_unread(tmp_path):
     with pytest.raises(BadFile, match="larger than"):
-        read_box(written(tmp_path, GOOD + "#" * MAX_BYTES))
+        read_box(written(tmp_path, GOOD + "#" * LARGEST_TOML))
 
 
 def test_a_file_that_is_not_there(tmp_path):

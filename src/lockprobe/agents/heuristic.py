@@ -20,13 +20,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Literal
-
-import numpy as np
+from typing import TYPE_CHECKING, Literal
 
 from lockprobe.agents.policy import Policy, Told, View, opened_after, pick
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["PRESETS", "HumanInspired", "Tried"]
 

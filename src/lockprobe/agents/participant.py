@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 from collections.abc import Mapping
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from lockprobe.errors import BadValue
 from lockprobe.options import PEOPLE
 from lockprobe.record import Decision, Fact, Outcome, Situation
+
+if TYPE_CHECKING:
+    import asyncio
+
+    import numpy as np
 
 __all__ = ["Participant", "check_participant", "participant_spec"]
 
@@ -44,6 +47,8 @@ class Participant:
     """
 
     def __init__(self, facts: Mapping[str, Fact] | None = None) -> None:
+        import asyncio  # listing the agents needs none, and it takes long
+
         self._facts = dict(facts or {})
         self._asked: asyncio.Queue[Situation] = asyncio.Queue()
         self._said: asyncio.Queue[Decision] = asyncio.Queue()

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Generic, NamedTuple, TypeVar
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.senses import refuse_pictures
 from lockprobe.record import Decision, Fact, Percept, Situation, Task, Turn
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["Policy", "Told", "View", "draw", "opened_after", "pick", "tell", "view_of"]
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.policy import Policy, Told, View, pick
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["RandomAgent", "RandomNoRepeat", "RoundRobin"]
 

@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from lockprobe.agents.eyes import Handles, evidence
 from lockprobe.errors import BadValue
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
 from lockprobe.seams import Agent
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.agents.eyes import Handles
 
 __all__ = ["REMEMBERED", "Sight", "Viewer"]
 
@@ -108,6 +111,8 @@ class Viewer:
             raise BadValue("what viewer is shown", percept.text, "pictures, and where in them handles are")
         key = (tuple(picture.name for picture in shown), percept.handles)
         if key not in self._read:
+            from lockprobe.agents.eyes import evidence
+
             self._read[key] = evidence(shown, percept.handles, acuity=self.sight.acuity)
             while len(self._read) > REMEMBERED:
                 del self._read[next(iter(self._read))]  # the oldest

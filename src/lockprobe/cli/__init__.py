@@ -100,6 +100,7 @@ def _print_version(asked: bool) -> None:
 
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small here: more threads only cost time
     try:
         status = _called()
     except KeyboardInterrupt:  # while modules are imported, or where a command has nothing to say about it

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from lockprobe.agents.catalogue import known_specs
-from lockprobe.plants.catalogue import known_plants
 
 __all__ = ["agents", "plants"]
 
@@ -23,5 +22,7 @@ def agents(json: AsJson = False) -> None:
 
 def plants(json: AsJson = False) -> None:
     """What can be acted on, by spec."""
+    from lockprobe.plants.catalogue import known_plants
+
     for spec, what in known_plants().items():
         print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:9}  {what}")

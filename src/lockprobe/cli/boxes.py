@@ -17,18 +17,14 @@ from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.boxfile import toml_of
 from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty
-from lockprobe.lockbox.families import DEFAULT_BOX, named_boxes, sized
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box, named_boxes, sized
 from lockprobe.lockbox.generate import InitialName, Recipe, Refused
 from lockprobe.lockbox.generate import generate as make
 from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimal_plans, random_no_repeat_success, random_success
 from lockprobe.lockbox.structures import FAMILIES
-from lockprobe.plan import LABELS
-from lockprobe.plants.catalogue import require_mujoco
-from lockprobe.studies.studyfile import find_box
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
@@ -170,6 +166,8 @@ def _tell(box: Lockbox, seed: int, file: Path | None, *, json: bool) -> None:
 
 def _write(box: Lockbox, directory: Path) -> Path:
     """A file of its name; one that is there and holds another box is left alone."""
+    from lockprobe.lockbox.boxfile import toml_of
+
     directory.mkdir(parents=True, exist_ok=True)
     path, text = directory / f"{box.name}.toml", toml_of(box)
     if path.exists() and read_input(path) != text.encode():
@@ -181,6 +179,9 @@ def _write(box: Lockbox, directory: Path) -> Path:
 def _draw(box: Lockbox, out: Path) -> None:
     form: Literal["svg", "png"]
     if out.suffix == ".xml":
+        from lockprobe.plan import LABELS
+        from lockprobe.plants.catalogue import require_mujoco
+
         require_mujoco()
         from lockprobe.plants.scene.mjcf import write_mjcf
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json as json_
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lockprobe.analysis.loops import LoopCover, Rule, Solver, cover, longest_loop, onset
-from lockprobe.cli.sequences import numbered_sequences
+from lockprobe.analysis.loops.choices import Rule, Solver
 from lockprobe.errors import BadFile, BadValue, printable
+
+if TYPE_CHECKING:
+    from lockprobe.analysis.loops import LoopCover
 
 __all__ = ["loops"]
 
@@ -23,6 +25,9 @@ def loops(
     min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
 ) -> None:
     """Action loops in sequences, one sequence a line (paper, Sec. 3.3)."""
+    from lockprobe.analysis.loops import cover, longest_loop, onset
+    from lockprobe.cli.sequences import numbered_sequences
+
     for number, sequence in numbered_sequences(file):
         try:
             found = cover(sequence, rule=rule, solver=solver, overlap=overlap, min_length=min_length)

@@ -17,14 +17,13 @@ from lockprobe.cli.person import Ended, Left, Person, ViewKind
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.jsonline import trial_to_json
-from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.options import PEOPLE
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Trial
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import LayoutKind, Study
-from lockprobe.studies.studyfile import find_box
 
 __all__ = ["OTHERS", "play"]
 

@@ -28,22 +28,18 @@ Every key is described in docs/boxes.md.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, printable
-from lockprobe.inputs import read_input
+from lockprobe.inputs import read_toml
 from lockprobe.lockbox.box import Clause, Joint, Lockbox, bits
 from lockprobe.lockbox.check import fault_of
 from lockprobe.validation import plain
 
-__all__ = ["MAX_BYTES", "box_from_data", "read_box", "read_toml", "toml_of"]
-
-MAX_BYTES = 64 * 1024
-"""A larger file is refused unread."""
+__all__ = ["box_from_data", "read_box", "toml_of"]
 
 _NAME, _BITS = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$", r"^[01]{2,8}$"
 _PATTERNS = {
@@ -69,19 +65,6 @@ class _BoxTable(BaseModel):
     initial: Annotated[str, Field(pattern=_BITS)]
     joints: Annotated[list[_JointTable], Field(min_length=2, max_length=8)]
     interlock: dict[Name, Annotated[list[dict[Name, Literal[0, 1]]], Field(min_length=1, max_length=32)]] = {}
-
-
-def read_toml(path: Path) -> dict[str, object]:
-    """The tables of a TOML file of at most :data:`MAX_BYTES`.
-
-    Raises:
-        BadFile: If it cannot be read, is too large or is not TOML.
-    """
-    content = read_input(path, MAX_BYTES)
-    try:
-        return tomllib.loads(content.decode("utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise BadFile(path, f"not TOML ({error})") from None
 
 
 def read_box(path: Path) -> Lockbox:

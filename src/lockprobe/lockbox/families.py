@@ -10,13 +10,14 @@ reproduces the paper's reference curve on it (80 % by step 9, all by step 20).
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.generate import random_box
 from lockprobe.lockbox.structures import STRUCTURES
 
-__all__ = ["DEFAULT_BOX", "box", "named_boxes", "sized"]
+__all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
 
 DEFAULT_BOX = "chain-4"
 _LARGEST_SEED = 10**9 - 1
@@ -45,6 +46,20 @@ def sized(family: str, joints: int | None) -> str:
     if sizes and (joints or 4) not in sizes:
         raise BadValue(f"joints of {family}", joints or 4, f"one of {', '.join(map(str, sorted(sizes)))}")
     return sizes.get(joints or 4, family)
+
+
+def find_box(name: str) -> Lockbox:
+    """A box by name, or from a TOML file by path.
+
+    Raises:
+        UnknownName: If there is no box of the name.
+        BadFile: If the file holds none that can be played.
+    """
+    if not name.endswith(".toml") and "/" not in name:
+        return box(name)
+    from lockprobe.lockbox.boxfile import read_box  # pydantic: not for a box by name
+
+    return read_box(Path(name))
 
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 
-from lockprobe.lockbox.box import Configuration, Lockbox
+from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.space import Space, space_of
 
 __all__ = [
@@ -113,25 +113,22 @@ def random_no_repeat_curve(box: Lockbox, budget: int = 20) -> tuple[float, ...]:
 
 
 def _blind_curve(box: Lockbox, budget: int, *, repeats: bool) -> tuple[float, ...]:
-    """Propagates the distribution over (configuration, last joint) step by step; all that is solved is one place."""
-    solved: tuple[Configuration, int] = ((), -1)
-    start = (box.initial, -1)
-    places, queue = {solved: 0, start: 1}, deque([start])
-    ways = [(0, 0, 1.0)]
-    while queue:
-        configuration, last = before = queue.popleft()
-        choices = [j for j in range(len(box.joints)) if repeats or j != last]
-        for joint in choices:
-            new, moved = box.attempt(configuration, joint)
-            after = solved if moved and joint == box.target_index else (new, -1 if repeats else joint)
-            if after not in places:
-                places[after] = len(places)
-                queue.append(after)
-            ways.append((places[before], places[after], 1 / len(choices)))
-    sources, goals, chances = map(np.array, zip(*ways, strict=True))
-    mass = np.eye(len(places))[1]
+    """Propagates the distribution over (configuration, last joint) step by step; what is solved leaves it."""
+    space = space_of(box)
+    n, numbers = space.joints, np.arange(2**space.joints)
+    mass = np.zeros((numbers.size, n + 1))  # the last column: no joint was attempted before
+    mass[space.start, n] = 1.0
+    others = np.array([n if repeats else max(n - 1, 1)] * n + [n])  # among how many joints it chooses
     curve = [0.0]
     for _ in range(budget):
-        mass = np.bincount(goals, weights=mass[sources] * chances, minlength=len(places))
-        curve.append(float(mass[0]))
+        each, after, solved = mass / others, np.zeros_like(mass), curve[-1]
+        for joint in range(n):
+            chosen = each.sum(axis=1) if repeats else each.sum(axis=1) - each[:, joint]
+            moves = space.may_move[:, joint]
+            if joint == space.target:
+                solved += float(chosen[moves].sum())
+                chosen = np.where(moves, 0.0, chosen)
+            after[np.where(moves, numbers ^ (1 << joint), numbers), joint] += chosen
+        mass = after
+        curve.append(solved)
     return tuple(curve)

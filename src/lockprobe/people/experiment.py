@@ -27,8 +27,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from lockprobe.errors import BadFile, UserMistake
-from lockprobe.inputs import parse_json, read_input
-from lockprobe.lockbox.boxfile import read_toml
+from lockprobe.inputs import parse_json, read_input, read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.mistakes import said_of, seen
 

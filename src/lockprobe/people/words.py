@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, UnknownName
-from lockprobe.lockbox.boxfile import read_toml
+from lockprobe.inputs import read_toml
 from lockprobe.people.mistakes import said_of, seen
 
 __all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "filled", "page_texts", "read_words", "words_file"]

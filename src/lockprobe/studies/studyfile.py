@@ -22,16 +22,15 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from lockprobe.agents.catalogue import resolve
 from lockprobe.channels.noise import FlipKind
 from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.boxfile import read_box, read_toml
-from lockprobe.lockbox.families import box
+from lockprobe.inputs import read_toml
+from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import paper
 from lockprobe.studies.modality import SYMBOLIC, taken_in
 from lockprobe.studies.study import LayoutKind, Study
 from lockprobe.validation import plain
 
-__all__ = ["SHIPPED", "STUDIES", "Request", "find_box", "parse_p", "read_request", "study"]
+__all__ = ["SHIPPED", "STUDIES", "Request", "parse_p", "read_request", "study"]
 
 STUDIES = ("flips", "modalities")
 
@@ -93,13 +92,6 @@ def read_request(path: Path) -> Request:
         if spec.startswith("python:"):
             raise BadFile(path, f"agent: {spec} would run code; name it on the command line with --agent")
     return request
-
-
-def find_box(name: str) -> Lockbox:
-    """A box by name, or from a TOML file by path."""
-    if name.endswith(".toml") or "/" in name:
-        return read_box(Path(name))
-    return box(name)
 
 
 def study(request: Request | str = "flips") -> Study:

@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, Valida
 
 from lockprobe.call import Usage
 from lockprobe.errors import BadFile, printable
-from lockprobe.lockbox.boxfile import read_toml
+from lockprobe.inputs import read_toml
 from lockprobe.validation import plain
 
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]
@@ -126,12 +126,17 @@ class Entry(NamedTuple):
 
 
 _Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*?\[\]]*(\*[^*?\[\]]+){0,4}\*?$")]
-_patterns: TypeAdapter[tuple[str, ...]] = TypeAdapter(Annotated[tuple[_Pattern, ...], Field(min_length=1)])
-_facts: TypeAdapter[ModelFacts] = TypeAdapter(ModelFacts)
+_Patterns = Annotated[tuple[_Pattern, ...], Field(min_length=1)]
 _NOT_ASKED = {"price", "picture_tokens"}
 """What changes nothing of what a model is asked: who writes down a price goes on with the same study."""
 
 _SETTABLE = [field.name for field in fields(ModelFacts) if field.name != "known"]
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    """Built when a file is read: the agents are listed quickly."""
+    return TypeAdapter(kind)
 
 
 def facts_of(name: str) -> ModelFacts:
@@ -170,9 +175,9 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
 def _entry(path: Path, number: int, table: Any) -> Entry:
     where = f"model {number}"
     try:
-        match = _patterns.validate_python(table.pop("match", ()))
+        match = _adapter(_Patterns).validate_python(table.pop("match", ()))
         where = f"model {number} ({match[0]})"
-        facts = _facts.validate_python(table, extra="forbid")
+        facts = _adapter(ModelFacts).validate_python(table, extra="forbid")
     except AttributeError:
         raise BadFile(path, f"{where}: expected a table") from None
     except ValidationError as error:

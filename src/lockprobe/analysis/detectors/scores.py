@@ -11,7 +11,7 @@ from collections.abc import Hashable, Sequence
 from operator import eq
 
 from lockprobe.analysis.loops import cover
-from lockprobe.analysis.loops.symbols import letters
+from lockprobe.analysis.loops.alphabet import letters
 
 __all__ = ["autocorrelation", "compression", "coverage", "determinism", "phrase_length"]
 

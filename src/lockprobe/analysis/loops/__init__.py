@@ -1,10 +1,18 @@
 """Action loops: what they are, where they begin, and how much of a trial they cover (paper, Sec. 3.3)."""
 
-from lockprobe.analysis.loops.covering import LONGEST_ILP, LoopCover, Rule, Solver, cover
-from lockprobe.analysis.loops.measures import LoopMeasures, measure
-from lockprobe.analysis.loops.search import LONGEST_SEARCH
-from lockprobe.analysis.loops.symbols import Symbol, parse_sequence, symbols
-from lockprobe.analysis.loops.words import any_loop, any_loop_batch, longest_loop, onset, onset_batch
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from lockprobe.analysis.loops.choices import Rule, Solver
+
+if TYPE_CHECKING:
+    from lockprobe.analysis.loops.alphabet import Symbol, parse_sequence, symbols
+    from lockprobe.analysis.loops.covering import LONGEST_ILP, LoopCover, cover
+    from lockprobe.analysis.loops.measures import LoopMeasures, measure
+    from lockprobe.analysis.loops.search import LONGEST_SEARCH
+    from lockprobe.analysis.loops.words import any_loop, any_loop_batch, longest_loop, onset, onset_batch
 
 __all__ = [
     "LONGEST_ILP",
@@ -24,3 +32,19 @@ __all__ = [
     "parse_sequence",
     "symbols",
 ]
+
+_HOMES = {
+    "covering": ("LONGEST_ILP", "LoopCover", "cover"),
+    "measures": ("LoopMeasures", "measure"),
+    "search": ("LONGEST_SEARCH",),
+    "alphabet": ("Symbol", "parse_sequence", "symbols"),
+    "words": ("any_loop", "any_loop_batch", "longest_loop", "onset", "onset_batch"),
+}
+
+
+def __getattr__(name: str) -> object:
+    """Names are imported when they are first used, so that ``lockprobe loops --help`` does without NumPy."""
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

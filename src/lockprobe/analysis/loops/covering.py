@@ -10,30 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 from numpy.typing import NDArray
 
+from lockprobe.analysis.loops.alphabet import letters
+from lockprobe.analysis.loops.choices import Rule, Solver
 from lockprobe.analysis.loops.free import Words, copies, free_pieces, in_order
 from lockprobe.analysis.loops.programme import programme_pieces
 from lockprobe.analysis.loops.search import LONGEST_SEARCH, repeat_pieces, whole_pieces
-from lockprobe.analysis.loops.symbols import letters
 from lockprobe.analysis.loops.words import Interval, any_loop, least_distance
 from lockprobe.errors import BadValue
 
-__all__ = ["LONGEST_ILP", "LoopCover", "Rule", "Solver", "cover"]
-
-Rule = Literal["free", "repeat", "whole"]
-"""What a cover may be made of; each rule covers at most what the one before it does.
-
-* ``free``: every chosen piece is a copy of some loop. What the paper's text says.
-* ``repeat``: as ``free``, and every chosen loop is chosen at least twice.
-* ``whole``: a loop is chosen with all its copies (two or more disjoint ones, from the left), or not at all.
-"""
-
-Solver = Literal["dp", "ilp"]
-"""Both are exact, for every rule. ``dp``: our own; a dynamic programme for ``free``, a search for ``repeat`` and
-``whole``. ``ilp``: the paper's linear programme."""
+__all__ = ["LONGEST_ILP", "LoopCover", "cover"]
 
 LONGEST_ILP = 120
 

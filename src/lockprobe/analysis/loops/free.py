@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.loops import kernels
-from lockprobe.analysis.loops.symbols import Codes, actions_of, letters, numbered
+from lockprobe.analysis.loops.alphabet import Codes, actions_of, letters, numbered
 from lockprobe.analysis.loops.words import TRIAL_LENGTH, Interval, named
 
 __all__ = ["Words", "copies", "free_pieces", "in_order", "trial_pieces"]

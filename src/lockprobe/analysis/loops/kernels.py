@@ -13,7 +13,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.loops.symbols import Codes
+from lockprobe.analysis.loops.alphabet import Codes
 
 __all__ = [
     "WORTH_COMPILING",

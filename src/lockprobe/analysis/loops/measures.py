@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.loops import kernels
+from lockprobe.analysis.loops.alphabet import Codes, actions_of, numbered
 from lockprobe.analysis.loops.covering import cover
-from lockprobe.analysis.loops.symbols import Codes, actions_of, numbered
 from lockprobe.analysis.loops.words import TRIAL_LENGTH, least_distance, longest_loop, onset
 from lockprobe.errors import BadValue
 

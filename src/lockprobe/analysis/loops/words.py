@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.loops.symbols import Codes, actions_of, letters, numbered, refuse_nan
+from lockprobe.analysis.loops.alphabet import Codes, actions_of, letters, numbered, refuse_nan
 from lockprobe.errors import BadValue
 
 __all__ = [
