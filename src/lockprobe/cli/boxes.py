@@ -17,13 +17,13 @@ from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty
-from lockprobe.lockbox.families import DEFAULT_BOX, find_box, named_boxes, sized
+from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty, undone
+from lockprobe.lockbox.families import DEFAULT_BOX, box, find_box, named_boxes, sized
 from lockprobe.lockbox.generate import InitialName, Recipe, Refused
 from lockprobe.lockbox.generate import generate as make
 from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
-from lockprobe.lockbox.solve import optimal_plans, random_no_repeat_success, random_success
+from lockprobe.lockbox.solve import optimal_plans, optimum, random_no_repeat_success, random_success
 from lockprobe.lockbox.structures import FAMILIES
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
@@ -39,22 +39,21 @@ _TRIES = 100
 @app.command("list")
 def list_boxes(json: AsJson = False) -> None:
     """The named boxes: optimum, and the exact success of blind agents in 20 steps."""
-    facts = [_facts(find_box(name)) for name in named_boxes()]
     if json:
-        for found in facts:
-            print(json_.dumps(found))
+        for name in named_boxes():
+            print(json_.dumps(_facts(box(name))))
         return
     print(f"{'name':16} joints  optimum  undone  random  no-repeat")
     told = ""
-    for found in facts:
-        name = str(found["name"])
+    for name in named_boxes():
+        found = box(name)
         family = max((family for family in FAMILIES if name.startswith(family)), key=len)
         default = "  (default)" if name == DEFAULT_BOX else ""
         what = f"  {FAMILIES[family]}" if family != told else default
         told = family
         print(
-            f"{name:16} {len(found['joints']):6}  {found['optimum']:7}  {found['undone']:6}"  # type: ignore[arg-type]
-            f"  {found['random_success']:6.3f}  {found['random_no_repeat_success']:9.3f}{what}"
+            f"{name:16} {len(found.joints):6}  {optimum(found):7}  {undone(found):6}"
+            f"  {random_success(found):6.3f}  {random_no_repeat_success(found):9.3f}{what}"
         )
     print("Also: random-N-SEED, an interlock of N joints drawn from the seed, for example random-5-17; and TOML files.")
 

@@ -11,7 +11,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.solve import optimal_plans, plan_moves
 from lockprobe.lockbox.space import Space, orders, space_of
 
-__all__ = ["Difficulty", "cycle_success", "depths", "difficulty"]
+__all__ = ["Difficulty", "cycle_success", "depths", "difficulty", "undone"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,6 +131,11 @@ def _random_walk(space: Space) -> tuple[float, float | None]:
     visits = np.linalg.solve(flow, np.eye(places.size)[0])
     blocked = 1 - space.may_move[places].mean(axis=1)
     return float(visits.sum()), float(visits @ blocked / visits.sum())
+
+
+def undone(box: Lockbox) -> int | None:
+    """The fewest moves of an optimal plan that put a joint back where it started; None if nothing opens the box."""
+    return _undone(space_of(box))
 
 
 def _undone(space: Space) -> int | None:
