@@ -1,17 +1,17 @@
 """A trial as one line of JSON and back. What is read is checked: an impossible record is refused, not analysed.
 
-A line of a journal ends with two fields more: ``identity``, of which study it is, and ``crc``, eight hexadecimal digits
-that are the CRC-32 (:func:`zlib.crc32`) of all bytes of the line before ``,"crc"``. Older lines have neither.
+A line of a journal ends with two fields more: ``identity``, of which study it is, and ``crc``, its checksum
+(:mod:`lockprobe.checksum`). Older lines have neither.
 """
 
 from __future__ import annotations
 
 import re
-import zlib
 from collections.abc import Mapping
 
 from pydantic import TypeAdapter, ValidationError
 
+from lockprobe.checksum import has_checksum, with_checksum, without_checksum
 from lockprobe.errors import BadValue
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.record import SCHEMA_VERSION, Step, Trial
@@ -20,8 +20,7 @@ __all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 
-_CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\Z')
-_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\Z')
+_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
 
 LONGEST = 10_000
 """Steps that a trial may have."""
@@ -40,8 +39,7 @@ def trial_to_line(trial: Trial, identity: str) -> bytes:
         trial: The trial.
         identity: Of its study, :attr:`lockprobe.studies.study.Study.record_identity`.
     """
-    said = trial_to_json(trial)[:-1] + b',"identity":"%s"' % identity.encode()
-    return said + b',"crc":"%08x"}' % zlib.crc32(said)
+    return with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % identity.encode())
 
 
 def trial_from_line(line: bytes) -> tuple[Trial, str]:
@@ -50,16 +48,9 @@ def trial_from_line(line: bytes) -> tuple[Trial, str]:
     Raises:
         BadValue: As :func:`trial_from_json`, and if the checksum is not that of the line.
     """
-    line = line.rstrip()
-    found = _CHECKSUM.search(line)
-    if found is None:
-        return _trial(line), ""
-    said = line[: found.start()]
-    if zlib.crc32(said) != int(found[1], 16):
-        raise BadValue("trial record, checksum", found[1].decode(), f"{zlib.crc32(said):08x}: the line was changed")
-    if (named := _IDENTITY.search(said)) is None:
-        return _trial(said + b"}"), ""
-    return _trial(said[: named.start()] + b"}"), named[1].decode()
+    said = without_checksum(line)
+    named = _IDENTITY.search(said) if has_checksum(line) else None
+    return (_trial(said), "") if named is None else (_trial(said[: named.start()] + b"}"), named[1].decode())
 
 
 def trial_from_json(line: bytes | str) -> Trial:

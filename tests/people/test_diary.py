@@ -2,6 +2,7 @@
 
 import pytest
 
+from lockprobe.checksum import without_checksum
 from lockprobe.errors import BadFile
 from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot, read_diary
 from lockprobe.people.responses import Attempt, Next
@@ -43,6 +44,17 @@ def test_a_damaged_line_is_refused(tmp_path):
     path.write_bytes(b'{"kind":"nothing"}\n')
     with pytest.raises(BadFile, match="line 1"):
         read_diary(path)
+
+
+def test_a_changed_line_is_refused_and_one_of_an_earlier_release_is_read(tmp_path):
+    diary = Diary(tmp_path / "people" / "3f9a01bc.jsonl")
+    diary.write(JOINED)
+    line = diary.path.read_bytes()
+    diary.path.write_bytes(without_checksum(line) + b"\n")
+    assert read_diary(diary.path) == [JOINED]
+    diary.path.write_bytes(line.replace(b'"trial":3', b'"trial":2'))
+    with pytest.raises(BadFile, match="line 1: checksum: .* the line was changed"):
+        read_diary(diary.path)
 
 
 def test_only_who_joins_makes_a_diary(tmp_path):

@@ -7,6 +7,7 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
+from lockprobe.checksum import without_checksum
 from lockprobe.errors import BadFile
 from lockprobe.studies.calls import ASKED, CALLS, Calls, read_calls, unanswered
 from lockprobe.studies.journal import Journal, Timing
@@ -149,6 +150,19 @@ def test_a_damaged_line_is_named(tmp_path, line, name):
     with (tmp_path / name).open("ab") as file:
         file.write(line + b"\n")
     with pytest.raises(BadFile, match=f"{name}: line 2: "), Calls.open(tmp_path):
+        pass
+
+
+@pytest.mark.parametrize("name", [CALLS, ASKED])
+def test_a_changed_line_is_refused_and_one_of_an_earlier_release_is_read(tmp_path, name):
+    with Calls.open(tmp_path) as calls:
+        ask(calls, replied())
+    line = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(without_checksum(line) + b"\n")
+    with Calls.open(tmp_path) as calls:
+        assert calls.of(KEY).recall(1, 1, "r") == replied()
+    (tmp_path / name).write_bytes(line.replace(b'"step":1', b'"step":3'))
+    with pytest.raises(BadFile, match=f"{name}: line 1: checksum: .* the line was changed"), Calls.open(tmp_path):
         pass
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
@@ -21,6 +22,7 @@ from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.options import PEOPLE
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Trial
+from lockprobe.studies.lines import LineFile
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import LayoutKind, Study
@@ -118,8 +120,7 @@ def _check_record(path: Path) -> None:
 
 
 def _append(path: Path, trial: Trial) -> None:
-    try:
-        with path.open("ab") as file:
-            file.write(trial_to_json(trial) + b"\n")
-    except OSError as error:
-        raise BadFile(path, f"cannot be written ({error.strerror})") from error
+    with closing(LineFile(path)) as file:
+        if not file.left.tail.endswith(b"\n") and file.left.size:
+            file.append(b"")  # a last line without its end is ended, so that this one starts clean
+        file.append(trial_to_json(trial))

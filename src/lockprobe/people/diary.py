@@ -13,7 +13,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from lockprobe.errors import BadFile
+from lockprobe.checksum import with_checksum, without_checksum
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.responses import Act
 from lockprobe.record import Ending
 from lockprobe.studies.lines import LineFile, state_of, sync_directory, whole_lines
@@ -167,7 +168,7 @@ class Diary:
                 file.cut_torn_tail()
                 if new:
                     sync_directory(self.path.parent)
-                file.append(_adapter.dump_json(line, exclude_defaults=False), sync=True)
+                file.append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
                 self._left = file.left
         except OSError as error:
             raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
@@ -182,9 +183,11 @@ def read_diary(path: Path) -> list[Entry]:
     found: list[Entry] = []
     for number, line in whole_lines(path):
         try:
-            found.append(_adapter.validate_json(line))
+            found.append(_adapter.validate_json(without_checksum(line)))
         except ValidationError as error:
             raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from None
+        except BadValue as error:
+            raise BadFile(path, f"line {number}: {error}") from None
     if found and not isinstance(found[0], Joined):
         raise BadFile(path, "line 1: does not say who takes part")
     return found

@@ -19,7 +19,8 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
-from lockprobe.errors import BadFile, Missing
+from lockprobe.checksum import with_checksum, without_checksum
+from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.studies.lines import LineFile, whole_lines
 from lockprobe.studies.spending import Budget
 
@@ -64,9 +65,11 @@ def _read(path: Path) -> Iterator[Call]:
         return
     for number, line in whole_lines(path):
         try:
-            yield _adapter.validate_json(line, strict=True, extra="forbid")
+            yield _adapter.validate_json(without_checksum(line), strict=True, extra="forbid")
         except ValidationError as error:
             raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from error
+        except BadValue as error:
+            raise BadFile(path, f"line {number}: {error}") from error
 
 
 class Calls:
@@ -183,7 +186,7 @@ class Calls:
         if name not in self._files:
             self._files[name] = LineFile(self._directory / name)
             self._files[name].cut_torn_tail()
-        self._files[name].append(_adapter.dump_json(call, exclude_defaults=True))
+        self._files[name].append(with_checksum(_adapter.dump_json(call, exclude_defaults=True)))
 
     @property
     def used(self) -> bool:
