@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
+from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.inputs import read_input
 from lockprobe.lockbox.families import box as named_box
@@ -31,7 +32,6 @@ from lockprobe.record import Trial
 from lockprobe.seeds import integer_seed
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.placing import place
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.stage import own_thread
 from lockprobe.studies.study import Study
@@ -211,4 +211,4 @@ def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
         raise SettingsChanged(path.parent, different)
     put(path, asked)
     if not diaries and (texts := words_file(experiment.language)).is_file():
-        place(directory / PEOPLE_DIRECTORY / TEXTS, read_input(texts))
+        write_private(directory / PEOPLE_DIRECTORY / TEXTS, read_input(texts))
