@@ -71,7 +71,9 @@ def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) ->
 
 
 def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
-    """A file with other lines, in its place and open for appending; it is locked before it is there.
+    """A file with other lines, in its place and open for appending.
+
+    Not :func:`write_file`, because it has to be open and locked before it is in its place.
 
     Args:
         old: The file as it is open; it is closed.
