@@ -3,11 +3,22 @@
 import os
 import socket
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from lockprobe.atomic_file import atomic_directory, atomic_file, write_file, write_files
+from lockprobe.atomic_file import (
+    Replacement,
+    atomic_directory,
+    atomic_file,
+    remove_file,
+    sync_directory,
+    write_file,
+    write_files,
+    write_private,
+)
 from lockprobe.errors import BadFile
 
 
@@ -108,7 +119,17 @@ def test_a_file_that_is_read_only_is_left_alone(tmp_path):
         write_file(tmp_path / "x", "content")
 
 
-@pytest.mark.parametrize("name", ["no/x.csv", "x" * 300])
+def permissions(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def test_a_draft_has_the_permissions_of_its_file_from_the_first_byte(tmp_path):
+    (tmp_path / "x").touch(mode=0o600)
+    with atomic_file(tmp_path / "x") as draft:
+        assert (permissions(draft), draft.read_bytes()) == (0o600, b"")
+
+
+@pytest.mark.parametrize("name", ["no/x.csv", "x" * 300, "x\0"])
 def test_a_path_that_cannot_be_is_one_line(tmp_path, name):
     with pytest.raises(BadFile, match="cannot be written"):
         write_file(tmp_path / name, "content")
@@ -126,3 +147,78 @@ def test_a_directory_is_there_whole_or_not_at_all(tmp_path):
     with pytest.raises(BadFile, match="cannot be written"), atomic_directory(tmp_path / "new") as draft:
         (draft / "b").write_text("b")
     assert names(tmp_path / "new") == ["a"]
+
+
+def killed(path):
+    """What is there of a file that one process writes alone, when that is killed while it writes."""
+    code = (
+        "import os, sys; from pathlib import Path; from lockprobe.atomic_file import atomic_file\n"
+        "with atomic_file(Path(sys.argv[1]), alone=True) as draft: draft.write_text('torn'); os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == 9
+    return names(path.parent)
+
+
+def test_a_killed_draft_is_hidden_from_whoever_lists_the_files_and_the_next_writer_deletes_it(tmp_path):
+    path = tmp_path / "x.jsonl"
+    assert killed(path) == [".x.jsonl.draft"]
+    assert not list(tmp_path.glob("*.jsonl"))
+    write_file(path, "whole", alone=True)
+    assert (names(tmp_path), path.read_text()) == (["x.jsonl"], "whole")
+
+
+def test_a_killed_draft_goes_with_its_file(tmp_path):
+    path = tmp_path / "x.jsonl"
+    write_file(path, "whole", alone=True)
+    assert killed(path) == [".x.jsonl.draft", "x.jsonl"]
+    for _ in range(2):
+        remove_file(path)
+        assert names(tmp_path) == []
+
+
+def test_a_draft_that_cannot_be_made_is_one_line(tmp_path):
+    (tmp_path / ".x.draft").mkdir()
+    with pytest.raises(BadFile, match="x: cannot be written"):
+        write_file(tmp_path / "x", "content", alone=True)
+
+
+def test_several_processes_may_write_one_file(tmp_path):
+    first, second = (Replacement(tmp_path / "x.csv") for _ in range(2))
+    for one in (first, second):
+        one.draft.write_text(one.draft.name)
+    for one in (first, second):
+        one.sync()
+        one.rename()
+    assert (tmp_path / "x.csv").read_text() == second.draft.name
+    assert second.draft.name.endswith(".draft.csv")
+
+
+def test_a_private_file_makes_a_directory_that_nobody_else_reads(tmp_path):
+    path = tmp_path / "new" / "people" / "secret"
+    for content in ("one", "two"):
+        write_private(path, content, mode=0o600)
+        assert path.read_text() == content
+    assert (permissions(path), permissions(path.parent)) == (0o600, 0o700)
+    assert names(path.parent) == ["secret"]
+    (tmp_path / "file").touch()
+    with pytest.raises(BadFile, match="cannot be written"):
+        write_private(tmp_path / "file" / "x", "content")
+
+
+def test_what_is_in_its_place_is_written_even_where_the_directory_cannot_be_forced_to_the_disk(tmp_path, monkeypatch):
+    fsync = os.fsync
+
+    def files_only(descriptor):
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(22, "Invalid argument")
+        fsync(descriptor)
+
+    monkeypatch.setattr("os.fsync", files_only)
+    write_file(tmp_path / "x", "content")
+    assert (tmp_path / "x").read_text() == "content"
+
+
+def test_of_a_directory_that_is_not_there_the_disk_knows_nothing(tmp_path):
+    sync_directory(tmp_path)
+    with pytest.raises(OSError, match="No such file"):
+        sync_directory(tmp_path / "missing")

@@ -1,8 +1,12 @@
 """Atomic file replacement: readers see either the complete new file or the old one.
 
 A file is written as a draft beside its place, forced to the disk (fsync), and renamed to its name (``os.replace``). An
-error leaves what was there before and no draft; a process that is killed may leave a hidden file that ends like
-``.draft.csv``.
+error leaves what was there before and no draft. The draft of a file that exists has its permissions from its first byte
+on.
+
+A process that is killed may leave a draft, a hidden file. Where several processes may write one file its name is random
+and ends like ``.draft.csv``. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and
+the next writer of the file deletes it.
 
 A directory is written the same way where there was none, or an empty one.
 
@@ -17,10 +21,11 @@ import secrets
 import shutil
 import stat
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from lockprobe.errors import BadFile
+from lockprobe.inputs import irregular
 
 __all__ = [
     "NewDirectory",
@@ -28,18 +33,12 @@ __all__ = [
     "atomic_directory",
     "atomic_file",
     "atomic_files",
+    "remove_file",
     "sync_directory",
     "write_file",
     "write_files",
+    "write_private",
 ]
-
-_KINDS = (
-    (stat.S_ISDIR, "a directory"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-)
 
 
 class Replacement:
@@ -47,18 +46,38 @@ class Replacement:
 
     Args:
         path: Where the file belongs; its directory exists.
+        alone: Whether no other process writes the file meanwhile.
 
     Attributes:
-        draft: Where it is written until it is complete. It has the ending of the file's name, and does not exist yet.
+        draft: Where it is written until it is complete. It does not exist yet; unless this process writes alone, it has
+            the ending of the file's name.
 
     Raises:
         BadFile: If the path is no regular file, or cannot be written.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, alone: bool = False) -> None:
         self._path = path
         self._target = _target(path)
-        self.draft = self._target.with_name(f".{secrets.token_hex(6)}.draft{self._target.suffix}")
+        name = f".{secrets.token_hex(6)}.draft{self._target.suffix}"
+        self.draft = _own_draft(self._target) if alone else self._target.with_name(name)
+
+    def create(self, mode: int = 0o666) -> None:
+        """Make the draft, empty, instead of one that a killed process left.
+
+        Args:
+            mode: Its permissions where the file does not exist, less the umask.
+
+        Raises:
+            BadFile: If that is not possible.
+        """
+        try:
+            if self._target.exists():
+                mode = stat.S_IMODE(self._target.stat().st_mode) | stat.S_IWUSR
+            self.draft.unlink(missing_ok=True)
+            os.close(os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
+        except OSError as error:
+            raise _unwritable(self._path, error) from error
 
     def sync(self) -> None:
         """Force the draft to the disk, with the permissions of the file that is there.
@@ -81,29 +100,35 @@ class Replacement:
         """
         try:
             self.draft.replace(self._target)
-            sync_directory(self._target.parent)
         except OSError as error:
             raise _unwritable(self._path, error) from error
+        with suppress(OSError):  # it is in its place already
+            sync_directory(self._target.parent)
 
     def drop(self) -> None:
         """Delete the draft. After :meth:`rename` it does nothing."""
-        self.draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            self.draft.unlink()
 
 
 @contextmanager
-def atomic_files(*paths: Path) -> Iterator[list[Path]]:
+def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterator[list[Path]]:
     """The drafts of some files; they become the files when the block ends without an error, and are deleted otherwise.
 
     None is put in its place before all are on the disk.
 
     Args:
         paths: Where the files belong; their directories exist. The last is put in its place last.
+        alone: Whether no other process writes the files meanwhile.
+        mode: Permissions of a file that does not exist, less the umask; any other keeps its own.
 
     Raises:
         BadFile: If a path is no regular file, or a file cannot be written.
     """
-    replacements = [Replacement(path) for path in paths]
+    replacements = [Replacement(path, alone=alone) for path in paths]
     try:
+        for replacement in replacements:
+            replacement.create(mode)
         yield [replacement.draft for replacement in replacements]
         for replacement in replacements:
             replacement.sync()
@@ -117,27 +142,57 @@ def atomic_files(*paths: Path) -> Iterator[list[Path]]:
 
 
 @contextmanager
-def atomic_file(path: Path) -> Iterator[Path]:
+def atomic_file(path: Path, *, alone: bool = False) -> Iterator[Path]:
     """The draft of one file, as :func:`atomic_files` has it."""
-    with atomic_files(path) as (draft,):
+    with atomic_files(path, alone=alone) as (draft,):
         yield draft
 
 
-def write_file(path: Path, content: str | bytes) -> None:
+def write_file(path: Path, content: str | bytes, *, alone: bool = False, mode: int = 0o666) -> None:
     """Write a file, as :func:`write_files` does."""
-    write_files({path: content})
+    write_files({path: content}, alone=alone, mode=mode)
 
 
-def write_files(files: Mapping[Path, str | bytes]) -> None:
+def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
+    """Write a file into a directory that nobody else may read, and in which no other process writes meanwhile.
+
+    Args:
+        path: Where it belongs; its directory is made, for nobody else to read, if it is not there.
+        content: What stands in it.
+        mode: Its permissions where it does not exist, less the umask.
+
+    Raises:
+        BadFile: If it is no regular file, or cannot be written.
+    """
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    write_file(path, content, alone=True, mode=mode)
+
+
+def remove_file(path: Path) -> None:
+    """Delete a file that one process writes alone, if it is there, and the draft of it that a killed process left.
+
+    Raises:
+        OSError: If that is not possible.
+    """
+    _own_draft(path).unlink(missing_ok=True)
+    path.unlink(missing_ok=True)
+
+
+def write_files(files: Mapping[Path, str | bytes], *, alone: bool = False, mode: int = 0o666) -> None:
     """Write some files: nothing is replaced before all of them are on the disk.
 
     Args:
         files: What stands in each; text is written as UTF-8, with the ends of lines that it has.
+        alone: Whether no other process writes the files meanwhile.
+        mode: Permissions of a file that does not exist, less the umask; any other keeps its own.
 
     Raises:
         BadFile: If a path is no regular file, or a file cannot be written.
     """
-    with atomic_files(*files) as drafts:
+    with atomic_files(*files, alone=alone, mode=mode) as drafts:
         for draft, (path, content) in zip(drafts, files.items(), strict=True):
             try:
                 draft.write_bytes(content.encode() if isinstance(content, str) else content)
@@ -231,22 +286,23 @@ def _sync(path: Path) -> None:
 def _target(path: Path) -> Path:
     """The regular file that a path names, or where a new one belongs."""
     try:
-        mode = path.stat().st_mode
-    except FileNotFoundError:
+        kind = irregular(path)
         found = Path(os.path.realpath(path))
-        if not found.parent.is_dir():
-            raise BadFile(path, "cannot be written (No such file or directory)") from None
-        return found
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise _unwritable(path, error) from error
-    if not stat.S_ISREG(mode):
-        kind = next((name for is_kind, name in _KINDS if is_kind(mode)), "something else")
+    if kind:
         raise BadFile(path, f"is {kind}, not a regular file: choose another name")
-    found = Path(os.path.realpath(path))
-    if not os.access(found, os.W_OK):
+    if not found.parent.is_dir():
+        raise BadFile(path, "cannot be written (No such file or directory)")
+    if found.exists() and not os.access(found, os.W_OK):
         raise BadFile(path, "cannot be written (Permission denied)")
     return found
 
 
-def _unwritable(path: Path, error: OSError) -> BadFile:
-    return BadFile(path, f"cannot be written ({error.strerror or error})")
+def _own_draft(target: Path) -> Path:
+    """The draft of a file that one process writes alone."""
+    return target.with_name(f".{target.name}.draft")
+
+
+def _unwritable(path: Path, error: OSError | ValueError) -> BadFile:
+    return BadFile(path, f"cannot be written ({getattr(error, 'strerror', None) or error})")

@@ -10,7 +10,16 @@ from pathlib import Path
 
 from lockprobe.errors import BadFile
 
-__all__ = ["LARGEST_INPUT", "LARGEST_TOML", "check_regular", "parse_json", "read_input", "read_lines", "read_toml"]
+__all__ = [
+    "LARGEST_INPUT",
+    "LARGEST_TOML",
+    "check_regular",
+    "irregular",
+    "parse_json",
+    "read_input",
+    "read_lines",
+    "read_toml",
+]
 
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
@@ -27,6 +36,20 @@ _KINDS = {
 }
 
 
+def irregular(path: Path) -> str:
+    """What a path leads to that is no regular file, for example ``a pipe``; empty for a regular one, and for nothing.
+
+    Raises:
+        OSError: If it cannot be looked at.
+        ValueError: If it is no path: a name with a null character.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return ""
+    return "" if stat.S_ISREG(mode) else _KINDS.get(stat.S_IFMT(mode), "something else")
+
+
 def check_regular(path: Path) -> None:
     """Refuse what is there and is no regular file: to read a pipe or a device may never end.
 
@@ -37,13 +60,11 @@ def check_regular(path: Path) -> None:
         BadFile: If it is a pipe, a device, a socket or a directory, or cannot be looked at.
     """
     try:
-        mode = path.stat().st_mode
-    except FileNotFoundError:
-        return
-    except (OSError, ValueError) as error:  # a name with a null character is no name
+        kind = irregular(path)
+    except (OSError, ValueError) as error:
         raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    if not stat.S_ISREG(mode):
-        raise BadFile(path, f"{_KINDS.get(stat.S_IFMT(mode), 'something else')}, not a regular file")
+    if kind:
+        raise BadFile(path, f"{kind}, not a regular file")
 
 
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:

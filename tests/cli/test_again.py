@@ -4,7 +4,7 @@ import json
 
 import pytest
 import typer
-from provider_server import completion, here, truthful
+from provider_server import completion, truthful
 
 from lockprobe import load
 from lockprobe.cli.run import NO_VALID_TRIAL, run
@@ -19,24 +19,15 @@ def nonsense(request):
 
 
 @pytest.fixture
-def play(tmp_path, monkeypatch):
-    """Plays four trials with the answers that are given. Reports are left out, which take seconds."""
-    pytest.importorskip("inspect_ai")
-    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
-    answers = [nonsense]
+def play(tmp_path, provider):
+    """Plays four trials with the answers that are given."""
+    _, answer = provider
 
-    def newest(request):
-        return answers[-1](request)
+    def played(answers, **more):
+        answer(answers)
+        run("flips", agent=[SPEC], p="0,0.2", trials=2, repetitions=1, out=tmp_path / "s", **more)
 
-    with here(newest) as server:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-
-        def played(answer, **more):
-            answers.append(answer)
-            run("flips", agent=[SPEC], p="0,0.2", trials=2, repetitions=1, out=tmp_path / "s", **more)
-
-        yield played
+    return played
 
 
 def failed(play, *given, **more):

@@ -1,22 +1,15 @@
 """``lockprobe audit`` and ``lockprobe power``, as typed."""
 
 import json
-import subprocess
-import sys
 
 import pytest
+from typed import typed
 
 from lockprobe.analysis.inference.verdict import QUESTIONS
 
 
-def lockprobe(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "lockprobe", *map(str, arguments)], capture_output=True, text=True, check=False
-    )
-
-
 def test_an_audit_in_words():
-    done = lockprobe("audit", "--studies", 4, "--world", "loops-irrelevant", "--world", "loop-trapped", "--workers", 1)
+    done = typed("audit", "--studies", 4, "--world", "loops-irrelevant", "--world", "loop-trapped", "--workers", 1)
     assert done.returncode == 0, done.stderr
     said = " ".join(done.stdout.split())
     for question in QUESTIONS.values():
@@ -27,24 +20,24 @@ def test_an_audit_in_words():
 
 
 def test_an_audit_as_json_is_the_same_again_and_a_world_named_twice_is_one():
-    done = lockprobe("audit", "--studies", 2, "--world", "no-effect", "--seed", 7, "--workers", 1, "--json")
+    done = typed("audit", "--studies", 2, "--world", "no-effect", "--seed", 7, "--workers", 1, "--json")
     found = json.loads(done.stdout)
     assert found["seed"] == 7
     assert list(found["worlds"]) == ["no-effect"]
     assert {"world", "test", "question", "truth", "studies", "rejected", "rate", "error", "valid"} <= set(
         found["rates"][0]
     )
-    again = lockprobe("audit", "--studies", 2, *("--world", "no-effect") * 2, "--seed", 7, "--workers", 2, "--json")
+    again = typed("audit", "--studies", 2, *("--world", "no-effect") * 2, "--seed", 7, "--workers", 2, "--json")
     assert again.stdout == done.stdout
 
 
 def test_power_for_a_stated_effect():
     stated = ("power", "--success", "0.2,0.7", "--p", "0,0.4", "--trials", "9,30", "--studies", 20, "--workers", 1)
-    tests = json.loads(lockprobe(*stated, "--json").stdout)["tests"]
+    tests = json.loads(typed(*stated, "--json").stdout)["tests"]
     found = next(row for row in tests if row["recommended"] and row["question"] == "success")
     assert [step["trials"] for step in found["measured"]] == [9, 30]
     assert found["trials_needed"] <= 30
-    said = lockprobe(*stated).stdout
+    said = typed(*stated).stdout
     assert "trials per flip rate for 0.8" in " ".join(said.split())
     assert "n=30" in said
 
@@ -70,7 +63,7 @@ def test_power_for_a_stated_effect():
     ],
 )
 def test_mistakes_are_one_line(arguments, message):
-    done = lockprobe(*arguments)
+    done = typed(*arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert message in done.stderr
     assert done.stderr.count("\n") == 1

@@ -3,46 +3,32 @@
 import json
 
 import pytest
-from provider_server import here, truthful
+from provider_server import truthful
 
 from lockprobe import load
-from lockprobe.agents.llm.knowledge import OWN_FACTS
 from lockprobe.cli.run import run
 from lockprobe.cli.status import status
 from lockprobe.errors import Missing
 from lockprobe.studies.calls import read_calls
 
 SPEC = "llm:openai-api/fake/model"
-FACTS = """
-[[model]]
-match = ["openai-api/fake/model"]
-most_output = 100
-price = { input = 3, cached = 3, output = 10, date = "2026-01-02", source = "made up" }
-"""
 
 
 @pytest.fixture
-def play(tmp_path, monkeypatch):
-    pytest.importorskip("inspect_ai")
-    (tmp_path / "models.toml").write_text(FACTS)
-    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
-    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
-    usages = [{}]
+def play(tmp_path, provider, prices):
+    """Plays a trial whose replies claim the usage that is given."""
+    prices(3, 10)
+    _, answer = provider
 
-    def answer(request):
-        status, content = truthful(request)
-        return status, content | {"usage": usages[-1]}
+    def played(usage, **more):
+        def claiming(request):
+            status, content = truthful(request)
+            return status, content | {"usage": usage}
 
-    with here(answer) as server:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        answer(claiming)
+        run("flips", agent=[SPEC], p="0", trials=1, repetitions=1, out=tmp_path / "s", connections=1, **more)
 
-        def played(usage, **more):
-            usages.append(usage)
-            run("flips", agent=[SPEC], p="0", trials=1, repetitions=1, out=tmp_path / "s", connections=1, **more)
-            return server
-
-        yield played
+    return played
 
 
 HONEST = {"prompt_tokens": 300, "completion_tokens": 20, "total_tokens": 320}

@@ -9,22 +9,16 @@ import subprocess
 import sys
 
 import pytest
+from typed import typed
 
 COMMANDS = ["run", "status", "report", "export", "replay", "loops", "chance", "detectors", "audit", "power", "box",
             "agents", "plants", "models", "doctor"]  # fmt: skip
 
 
-def lockprobe(*arguments, stdin=None, **settings):
-    return subprocess.run(
-        [sys.executable, "-m", "lockprobe", *map(str, arguments)],
-        input=stdin, capture_output=True, text=True, check=False, **settings,
-    )  # fmt: skip
-
-
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
     path = tmp_path_factory.mktemp("cli") / "study"
-    done = lockprobe("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
+    done = typed("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
                      "--repetitions", 2, "--seed", 3, "--out", path)  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == f"Report: {path}/report.html"
@@ -32,7 +26,7 @@ def directory(tmp_path_factory):
 
 
 def test_plain_lines_say_what_is_played(directory):
-    again = lockprobe("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
+    again = typed("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
                       "--repetitions", 2, "--seed", 3, "--no-report", "--out", directory)  # fmt: skip
     assert "Flip study on chain-4: flip rate 0, 0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
     assert "32 of 32 trials are done already; 0 are owed" in again.stdout
@@ -40,7 +34,7 @@ def test_plain_lines_say_what_is_played(directory):
 
 
 def test_json_lines(tmp_path):
-    done = lockprobe("run", "flips", "--agent", "random", "--p", "0", "--trials", 2, "--repetitions", 1,
+    done = typed("run", "flips", "--agent", "random", "--p", "0", "--trials", 2, "--repetitions", 1,
                      "--out", tmp_path, "--json")  # fmt: skip
     events = [json.loads(line) for line in done.stdout.splitlines()]
     assert [event["event"] for event in events] == ["begin", "agent", "trial", "trial", "report"]
@@ -73,64 +67,64 @@ def test_a_terminal_gets_a_live_table(tmp_path):
 
 
 def test_status(directory):
-    facts = json.loads(lockprobe("status", directory, "--json").stdout)
+    facts = json.loads(typed("status", directory, "--json").stdout)
     assert (facts["trials"], facts["done"], facts["owed"], facts["errors"]) == (32, 32, 0, {})
-    assert "32 of 32 done" in lockprobe("status", directory).stdout
+    assert "32 of 32 done" in typed("status", directory).stdout
 
 
 def test_export_is_tidy(directory):
-    rows = list(csv.DictReader(io.StringIO(lockprobe("export", directory, "--format", "csv").stdout)))
+    rows = list(csv.DictReader(io.StringIO(typed("export", directory, "--format", "csv").stdout)))
     assert list(rows[0]) == [
         "key", "agent", "box", "modality", "p", "repetition", "trial", "step", "joint", "moved", "told_moved",
         "claimed", "state", "target", "ending",
     ]  # fmt: skip
-    lines = lockprobe("export", directory, "--format", "jsonl").stdout.splitlines()
+    lines = typed("export", directory, "--format", "jsonl").stdout.splitlines()
     assert len(lines) == len(rows)
     assert json.loads(lines[0])["step"] == 1
 
 
 def test_replay(directory):
-    text = lockprobe("replay", directory, "flips/human-inspired/p=0/rep=1/trial=1").stdout
+    text = typed("replay", directory, "flips/human-inspired/p=0/rep=1/trial=1").stdout
     assert text.startswith("flips/human-inspired/p=0/rep=1/trial=1: solved after ")
-    steps = lockprobe("replay", directory, "human-inspired/p=0.4/rep=2/trial=3", "--json").stdout.splitlines()
+    steps = typed("replay", directory, "human-inspired/p=0.4/rep=2/trial=3", "--json").stdout.splitlines()
     assert json.loads(steps[0])["step"] == 1
 
 
 def test_what_cannot_be_written_is_one_line(directory, tmp_path):
-    done = lockprobe("export", directory, "--out", tmp_path / "no" / "steps.csv")
+    done = typed("export", directory, "--out", tmp_path / "no" / "steps.csv")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "cannot be written (No such file or directory)" in done.stderr
     (tmp_path / "full").symlink_to("/dev/full")
-    done = lockprobe("export", directory, "--out", tmp_path / "full")
+    done = typed("export", directory, "--out", tmp_path / "full")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 
 
 def test_chance():
-    found = json.loads(lockprobe("chance", "--length", 20, "--actions", 4, "--json").stdout)
+    found = json.loads(typed("chance", "--length", 20, "--actions", 4, "--json").stdout)
     assert found["method"] == "exact"
     assert found["probability"] == pytest.approx(1 - 219018772080 / 4**20)
 
 
 def test_box_show():
-    facts = json.loads(lockprobe("box", "show", "chain-4", "--json").stdout)
+    facts = json.loads(typed("box", "show", "chain-4", "--json").stdout)
     assert (facts["optimum"], facts["target"], facts["initial"]) == (4, "revolute-left", "0000")
     assert facts["random_success"] == pytest.approx(0.392655, abs=1e-6)
     assert facts["interlock"]["slider-1"] == [{"slider-2": 1}]
 
 
 def test_help_names_every_command():
-    text = lockprobe("--help").stdout
+    text = typed("--help").stdout
     assert all(command in text for command in COMMANDS)
 
 
 def test_lists():
-    assert "human-inspired" in lockprobe("agents").stdout
-    assert "finger_stiffness" in lockprobe("plants").stdout
-    assert "smollm2-135m  Q4_1, 98 MB  llm:local" in lockprobe("models").stdout
+    assert "human-inspired" in typed("agents").stdout
+    assert "finger_stiffness" in typed("plants").stdout
+    assert "smollm2-135m  Q4_1, 98 MB  llm:local" in typed("models").stdout
 
 
 def test_doctor_tells_what_works_and_which_renderer_is_taken():
-    found = {line["what"]: line for line in map(json.loads, lockprobe("doctor", "--json").stdout.splitlines())}
+    found = {line["what"]: line for line in map(json.loads, typed("doctor", "--json").stdout.splitlines())}
     renderers = [what for what in found if what.startswith("renderer ")]
     assert renderers == ["renderer egl", "renderer osmesa", "renderer rays", "renderer taken"]
     working = [what for what in renderers[:-1] if found[what]["ok"]]
@@ -169,7 +163,7 @@ def test_doctor_tells_what_works_and_which_renderer_is_taken():
     ],
 )
 def test_a_users_mistake_is_one_line_without_a_traceback(tmp_path, arguments, line):
-    done = lockprobe(*arguments, cwd=tmp_path)
+    done = typed(*arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1
@@ -177,7 +171,7 @@ def test_a_users_mistake_is_one_line_without_a_traceback(tmp_path, arguments, li
 
 
 def test_the_settings_of_another_study_are_refused_with_both_ways_out(directory):
-    done = lockprobe("run", "flips", "--agent", "random", "--out", directory)
+    done = typed("run", "flips", "--agent", "random", "--out", directory)
     assert done.returncode == 2
     assert "already holds a study with other settings" in done.stderr
     assert "repeat its settings to resume it, or give another --out" in done.stderr
@@ -185,7 +179,7 @@ def test_the_settings_of_another_study_are_refused_with_both_ways_out(directory)
 
 def test_without_out_the_same_command_finds_its_directory_again(tmp_path):
     for _ in range(2):
-        done = lockprobe("run", "flips", "--agent", "round-robin", "--trials", 1, "--no-report", cwd=tmp_path)
+        done = typed("run", "flips", "--agent", "round-robin", "--trials", 1, "--no-report", cwd=tmp_path)
     assert "21 of 21 trials are done already" in done.stdout
     assert len(list((tmp_path / "lockprobe-runs").iterdir())) == 1
 

@@ -2,29 +2,13 @@
 
 import os
 import stat
-import sys
 
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.cli import main
 from lockprobe.export import files
 
 STUDY = small_study(trials=1, repetitions=1)
-
-
-@pytest.fixture
-def lockprobe(monkeypatch, capsys):
-    """Runs a command; gives exit status, output and errors."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["lockprobe", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        captured = capsys.readouterr()
-        return ended.value.code or 0, captured.out, captured.err
-
-    return run
 
 
 @pytest.fixture

@@ -1,21 +1,12 @@
 """``lockprobe fit``, as typed."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 from builders import small_study, write_study
-
-from lockprobe.cli import main
+from typed import typed
 
 QUICK = ("--models", "no-repeat,human-inspired,softmax-memory", "--folds", "4")
-
-
-def lockprobe(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "lockprobe", *map(str, arguments)], capture_output=True, text=True, check=False
-    )
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +15,7 @@ def study(tmp_path_factory):
 
 
 def test_the_sentence_comes_first_then_the_table_within_100_columns(study):
-    done = lockprobe("fit", study, "--agent", "human-inspired", *QUICK)
+    done = typed("fit", study, "--agent", "human-inspired", *QUICK)
     assert done.returncode == 0, done.stderr
     assert all(line.startswith("fitting human-inspired: ") for line in done.stderr.splitlines())
     lines = done.stdout.splitlines()
@@ -41,7 +32,7 @@ def test_the_sentence_comes_first_then_the_table_within_100_columns(study):
 
 def test_json_holds_every_number(study, tmp_path):
     path = tmp_path / "fit.json"
-    done = lockprobe("fit", study, *QUICK, "--p", "0,0.4", "--by-p", "--json", "--out", path)
+    done = typed("fit", study, *QUICK, "--p", "0,0.4", "--by-p", "--json", "--out", path)
     assert (done.returncode, done.stdout) == (0, "")
     found = json.loads(path.read_text("utf-8"))
     assert (found["schema"], found["folds"]) == (1, 4)
@@ -62,7 +53,7 @@ def test_json_holds_every_number(study, tmp_path):
 def test_no_parameters_are_given_of_a_model_that_is_not_shown_to_predict(tmp_path):
     """With one cluster of trials there are no others to predict: the best has a parameter, and it describes nothing."""
     single = write_study(tmp_path / "study", small_study(("human-inspired",), p=(0.0,), repetitions=1, trials=1))
-    done = lockprobe("fit", single, *QUICK)
+    done = typed("fit", single, *QUICK)
     assert done.returncode == 0, done.stderr
     assert "No model here is shown to predict" in done.stdout
     assert "with 95 % intervals" not in done.stdout
@@ -81,19 +72,12 @@ def test_no_parameters_are_given_of_a_model_that_is_not_shown_to_predict(tmp_pat
         (("--models", "random", "--agent", "random", "--out", "DIR/no/fit.txt"), "cannot be written"),
     ],
 )
-def test_mistakes_are_one_line(study, capsys, monkeypatch, arguments, message):
-    typed = [argument.replace("DIR", str(study)) for argument in arguments]
-    monkeypatch.setattr(sys, "argv", ["lockprobe", "fit", str(study), *typed])
-    with pytest.raises(SystemExit) as done:
-        main()
-    said = capsys.readouterr()
-    assert (done.value.code, said.out) == (2, "")
-    assert message in said.err
-    assert said.err.count("\n") == 1
+def test_mistakes_are_one_line(study, lockprobe, arguments, message):
+    status, said, mistake = lockprobe("fit", study, *(argument.replace("DIR", str(study)) for argument in arguments))
+    assert (status, said) == (2, "")
+    assert message in mistake
+    assert mistake.count("\n") == 1
 
 
-def test_a_directory_without_trials_is_named(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["lockprobe", "fit", str(tmp_path)])
-    with pytest.raises(SystemExit):
-        main()
-    assert "is it the directory of a study?" in capsys.readouterr().err
+def test_a_directory_without_trials_is_named(tmp_path, lockprobe):
+    assert "is it the directory of a study?" in lockprobe("fit", tmp_path)[2]

@@ -9,21 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from lockprobe import __version__
-from lockprobe.cli import build, main
-
-
-@pytest.fixture
-def lockprobe(monkeypatch, capsys):
-    """Runs a command; gives exit status, output and errors."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["lockprobe", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        captured = capsys.readouterr()
-        return ended.value.code or 0, captured.out, captured.err
-
-    return run
+from lockprobe.cli import build
 
 
 def test_the_version(lockprobe):

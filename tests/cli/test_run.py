@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import pytest
 import typer
-from provider_server import failure, here, truthful
+from provider_server import failure, truthful
 from taking_part import take_part
+from typed import typed
 
 from lockprobe import load
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.knowledge import OWN_FACTS
 from lockprobe.call import Call, Usage
 from lockprobe.cli.amounts import money
 from lockprobe.cli.progress import Plain
@@ -26,17 +26,11 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.studyfile import Request, study
 
 
-def lockprobe(*arguments, **settings):
-    return subprocess.run(
-        [sys.executable, "-m", "lockprobe", *map(str, arguments)], capture_output=True, text=True, check=False, **settings
-    )  # fmt: skip
-
-
 def test_pictures_are_played_and_reported(tmp_path):
     pytest.importorskip("mujoco")
     arguments = ("run", "modalities", "--agent", "viewer", "--agent", "random", "--trials", 1, "--max-steps", 3,
                  "--plant", "fast-twin?width=320&height=240&renderer=rays", "--workers", 1, "--out", tmp_path)  # fmt: skip
-    done = lockprobe(*arguments)
+    done = typed(*arguments)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == (
@@ -75,39 +69,22 @@ def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
     ],
 )
 def test_what_cannot_be_shown_is_refused_in_one_line(tmp_path, arguments, line):
-    done = lockprobe("run", "modalities", *arguments, cwd=tmp_path)
+    done = typed("run", "modalities", *arguments, cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert done.stderr.startswith("lockprobe: " + line)
     assert list(tmp_path.iterdir()) == []
 
 
 SPEC = "llm:openai-api/fake/model"
-FACTS = """
-[[model]]
-match = ["openai-api/fake/model"]
-most_output = 100
-price = { input = 100, cached = 100, output = 1000, date = "2026-01-02", source = "made up" }
-"""
 A_CALL = (11 * 100 + 5 * 1000) / 1e6
 """US dollars of each call, as the server counts tokens."""
 
 
 @pytest.fixture
-def provider(tmp_path, monkeypatch):
-    """A provider of known prices; it can be told to answer otherwise. Reports are left out, which take seconds."""
-    pytest.importorskip("inspect_ai")
-    (tmp_path / "models.toml").write_text(FACTS)
-    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "models.toml"))
-    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
-    answers = [truthful]
-
-    def newest(request):
-        return answers[-1](request)
-
-    with here(newest) as server:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-        yield server, answers.append
+def provider(provider, prices):
+    """A provider of known prices; it can be told to answer otherwise."""
+    prices(100, 1000)
+    return provider
 
 
 def play(out, **more):
@@ -300,17 +277,17 @@ def test_batches_are_for_providers_that_have_them(tmp_path, provider):
 
 def test_people_are_invited_and_not_run(tmp_path):
     arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
-    mixed = lockprobe(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
+    mixed = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert mixed.returncode == 0, mixed.stderr
     invited = "People: 0 of 4 trials played; they are not run but invited, by lockprobe serve"
     assert f"{invited} {tmp_path / 'mixed'}" in mixed.stdout.splitlines()
     assert "random: 4 trials to play" in mixed.stdout
     assert {trial.agent for trial in load(tmp_path / "mixed")} == {"random"}
-    alone = lockprobe(*arguments, "--agent", "participant", "--out", tmp_path / "alone")
+    alone = typed(*arguments, "--agent", "participant", "--out", tmp_path / "alone")
     assert alone.returncode == 0, alone.stderr
     assert alone.stdout.splitlines() == [f"{invited} {tmp_path / 'alone'}"]
     assert read_study(tmp_path / "alone").agents == ("participant",)
-    again = lockprobe(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
+    again = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert "4 of 4 trials are done already; 0 are owed" in again.stdout
 
 
@@ -327,22 +304,22 @@ def test_strategies_come_after_people_or_before_them(tmp_path):
     arguments += ("--agent", "random", "--agent", "round-robin")
     first = tmp_path / "people first"
     take_part(first, people, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
-    after = lockprobe(*arguments, "--out", first)
+    after = typed(*arguments, "--out", first)
     assert after.returncode == 0, after.stderr
     assert agents_of(first) == ["random", "round-robin", "participant"]
     assert sorted({trial.agent for trial in load(first)}) == ["participant:aaaa01", "random", "round-robin"]
 
     later = tmp_path / "models first"
-    assert lockprobe(*arguments, "--out", later).returncode == 0
+    assert typed(*arguments, "--out", later).returncode == 0
     take_part(later, replace(both, agents=(*both.agents, "participant")), "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
     kept = (later / "trials.jsonl").read_bytes()
-    again = lockprobe(*arguments, "--out", later)
+    again = typed(*arguments, "--out", later)
     assert again.returncode == 0, again.stderr
     assert "8 of 8 trials are done already; 0 are owed" in again.stdout
     assert (later / "trials.jsonl").read_bytes() == kept
     assert read_study(later) == read_study(first)
 
-    others = lockprobe(*arguments[:-1], "human-inspired", "--out", later)
+    others = typed(*arguments[:-1], "human-inspired", "--out", later)
     assert others.returncode == 0, others.stderr
     assert agents_of(later) == ["random", "round-robin", "human-inspired", "participant"]
     assert (later / "trials.jsonl").read_bytes().startswith(kept)

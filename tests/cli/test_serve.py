@@ -10,6 +10,7 @@ import tomllib
 
 import httpx
 import pytest
+from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
@@ -20,20 +21,9 @@ from lockprobe.people.words import read_words
 from lockprobe.studies.settings import read_study
 
 
-def lockprobe(*arguments, **environment):
-    return subprocess.run(
-        [sys.executable, "-m", "lockprobe", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-        env={**os.environ, **environment},
-    )
-
-
 def refused(*arguments, **environment):
     """The one line that is said."""
-    done = lockprobe("serve", *arguments, **environment)
+    done = typed("serve", *arguments, timeout=60, env={**os.environ, **environment})
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()
     assert not done.stdout
@@ -71,7 +61,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
 
 
 def test_people_join_a_study_that_others_have_played(tmp_path):
-    done = lockprobe("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 2, "--repetitions", 1,
+    done = typed("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 2, "--repetitions", 1,
                      "--no-report", "--out", tmp_path)  # fmt: skip
     assert done.returncode == 0, done.stderr
     token = "t" * 20
@@ -110,7 +100,7 @@ def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
     texts, people = tmp_path / "texts.toml", tmp_path / "people.toml"
-    done = lockprobe("serve", "--write-texts", texts, "--write-people", people)
+    done = typed("serve", "--write-texts", texts, "--write-people", people)
     assert done.returncode == 0, done.stderr
     assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["Written", "Written"]
     assert read_words(str(texts)) == read_words("en")

@@ -126,6 +126,21 @@ def test_a_deletion_that_is_killed_is_finished_at_the_next_opening(tmp_path, mon
     assert {trial.agent for trial in load(tmp_path)} >= {f"participant:{stays.identity}"}
 
 
+def test_what_killed_writers_left_of_them_goes_too(tmp_path):
+    (left,) = take_part(tmp_path, STUDY, short())
+    people = tmp_path / "people"
+    for path in (people / f"{left.identity}.jsonl", people / "withdrawing.json", tmp_path / "trials.jsonl"):
+        path.with_name(f".{path.name}.draft").write_text(left.identity)
+
+    async def withdraws():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            await reception.withdraw_participant(left.identity)
+
+    asyncio.run(withdraws())
+    assert traces(tmp_path, left.identity) == []
+    assert not list(tmp_path.rglob(".*"))
+
+
 def test_where_it_could_not_be_written_nobody_is_told_that_it_was(tmp_path, monkeypatch):
     (left,) = take_part(tmp_path, STUDY, short())
 

@@ -4,7 +4,7 @@ from contextlib import closing
 
 import pytest
 
-from lockprobe.studies.lines import LineFile, sync_directory, whole_lines
+from lockprobe.studies.lines import LineFile, whole_lines
 
 LONG = b"x" * 200_000
 
@@ -46,9 +46,3 @@ def test_lines_are_numbered_as_in_the_file_and_torn_ones_are_none(tmp_path):
     path = tmp_path / "lines"
     path.write_bytes(b"a\n\n  \nb\r\ntorn")
     assert list(whole_lines(path)) == [(1, b"a\n"), (4, b"b\r\n")]
-
-
-def test_of_a_directory_that_is_not_there_the_disk_knows_nothing(tmp_path):
-    sync_directory(tmp_path)
-    with pytest.raises(OSError, match="No such file"):
-        sync_directory(tmp_path / "missing")

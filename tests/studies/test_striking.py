@@ -75,7 +75,7 @@ def test_what_cannot_be_written_leaves_all_as_it_was(tmp_path):
     path = tmp_path / "lines.jsonl"
     path.write_bytes(b"a\nb\n")
     with closing(LineFile(path)) as old:
-        (tmp_path / "lines.draft").mkdir()
+        (tmp_path / ".lines.jsonl.draft").mkdir()
         with pytest.raises(BadFile):
             rewritten(old, [b"a\n"])
         old.append(b"c")
@@ -85,11 +85,11 @@ def test_what_cannot_be_written_leaves_all_as_it_was(tmp_path):
 def test_what_a_killed_draft_left_is_not_taken_along(tmp_path):
     path = tmp_path / "lines.jsonl"
     path.write_bytes(b"a\nb\n")
-    (tmp_path / "lines.draft").write_bytes(b"torn")
+    (tmp_path / ".lines.jsonl.draft").write_bytes(b"torn")
     with closing(rewritten(LineFile(path), [b"b\n"])) as new:
         new.append(b"c")
     assert path.read_bytes() == b"b\nc\n"
-    assert not (tmp_path / "lines.draft").exists()
+    assert not (tmp_path / ".lines.jsonl.draft").exists()
 
 
 @pytest.mark.parametrize(("agent", "stays"), [(ANN, 1.0), (BOB, 2.0)])

@@ -6,7 +6,8 @@ import stat
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.web.log import A_MINUTE, LOG, Log
+from lockprobe.people.directory import LOG
+from lockprobe.web.log import A_MINUTE, Log
 
 
 def request(path, method="GET"):

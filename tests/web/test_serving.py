@@ -230,6 +230,27 @@ def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
     assert not (tmp_path / "study").exists()
 
 
+def test_a_start_that_fails_late_leaves_nothing_that_was_not_there(tmp_path, monkeypatch):
+    def fails(directory):
+        raise BadFile(directory, "cannot be written")
+
+    monkeypatch.setattr(serving.Log, "open", fails)
+    with pytest.raises(BadFile):
+        asyncio.run(begin(tmp_path / "runs" / "study", Door(port=0)))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
+    async def fails():
+        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Door(port=0)):
+            raise BadFile(tmp_path, "changed")
+
+    with pytest.raises(BadFile):
+        asyncio.run(fails())
+    assert {path.name for path in (tmp_path / "people").iterdir()} >= {"experiment.json", "secret", "server.log"}
+    assert (tmp_path / "study.json").exists()
+
+
 def test_one_directory_is_served_once(tmp_path):
     async def twice():
         async with served(tmp_path):

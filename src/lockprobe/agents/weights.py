@@ -10,6 +10,7 @@ import urllib.request
 from dataclasses import dataclass
 from pathlib import Path
 
+from lockprobe.atomic_file import atomic_file
 from lockprobe.errors import BadFile, Missing, UnknownName
 from lockprobe.inputs import check_regular
 
@@ -121,8 +122,9 @@ def sha256_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _verify(path: Path, expected: str) -> None:
-    if (got := sha256_of(path)) != expected:
+def _verify(path: Path, expected: str, *, content: Path | None = None) -> None:
+    """Refuse a file of another hash; its content may still be elsewhere."""
+    if (got := sha256_of(content or path)) != expected:
         raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or another one")
 
 
@@ -141,11 +143,10 @@ def pull(name: str) -> Path:
         return locate(model.spec)
     path = models_directory() / model.filename
     if not path.is_file():
-        draft = path.with_suffix(".part")
         path.parent.mkdir(parents=True, exist_ok=True)
-        _fetch(model, draft, path)
-        _verify(draft, model.sha256)
-        draft.replace(path)
+        with atomic_file(path) as draft:
+            _fetch(model, draft, path)
+            _verify(path, model.sha256, content=draft)
     _verify(path, model.sha256)
     return path
 
@@ -159,7 +160,6 @@ def _fetch(model: ModelFile, draft: Path, path: Path) -> None:
     except OSError as error:
         if isinstance(error, urllib.error.HTTPError):
             error.close()
-        draft.unlink(missing_ok=True)
         raise Missing(
             f"{model.name} could not be fetched ({error})",
             f"download {model.url} where the network allows and put it at {path}",

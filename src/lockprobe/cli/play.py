@@ -17,6 +17,7 @@ from lockprobe.cli.keys import Keys
 from lockprobe.cli.person import Ended, Left, Person, ViewKind
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.inputs import check_regular
 from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.options import PEOPLE
@@ -108,9 +109,8 @@ def _check_record(path: Path) -> None:
     """Refuse a file to which nothing could be appended after the trial, and leave none behind."""
     if not path.absolute().parent.is_dir():
         raise BadFile(path, "its directory does not exist")
+    check_regular(path)
     there = path.exists()
-    if there and not path.is_file():
-        raise BadFile(path, "not a regular file")
     try:
         path.open("ab").close()
     except OSError as error:

@@ -24,7 +24,7 @@ from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.atomic_file import atomic_directory
+from lockprobe.atomic_file import atomic_directory, write_private
 from lockprobe.errors import BadFile, UserMistake
 from lockprobe.export.columns import column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
@@ -39,7 +39,6 @@ from lockprobe.pictures.picture import PICTURE_NAME
 from lockprobe.record import Trial
 from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, read_timings
-from lockprobe.studies.placing import place
 from lockprobe.studies.study import Study
 
 __all__ = ["DATA", "DESCRIPTION", "MATERIALS", "PSYCH_DS", "RECORDS", "data_file", "write_dataset"]
@@ -99,7 +98,7 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
         if (texts := _texts_read(source)) is not None:
             (draft / MATERIALS).mkdir()
             (draft / MATERIALS / TEXTS).write_bytes(texts)
-            place(draft / RECORDS / PEOPLE_DIRECTORY / TEXTS, texts)
+            write_private(draft / RECORDS / PEOPLE_DIRECTORY / TEXTS, texts)
         described = _description(given, tables, everybody=everybody)
         (draft / DESCRIPTION).write_text(json.dumps(described, indent=2, ensure_ascii=False) + "\n", "utf-8")
         (draft / "README.md").write_text(_readme(given, described, texts=texts is not None), "utf-8")
@@ -120,7 +119,7 @@ def _write_records(given: PeopleRecords, records: Path) -> None:
     if given.experiment is not None:
         language = Path(given.experiment.language).name
         settings = given.experiment.model_copy(update={**dict.fromkeys(SECRET, ""), "language": language})
-        place(records / PEOPLE_DIRECTORY / EXPERIMENT, f"{settings.model_dump_json(indent=2)}\n".encode())
+        write_private(records / PEOPLE_DIRECTORY / EXPERIMENT, f"{settings.model_dump_json(indent=2)}\n")
 
 
 def _copy_pictures(trials: Iterable[Trial], album: Path, new: Path) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.participant import check_participant, participant_spec
+from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Broken, Did, Joined, Released, read_diary
-from lockprobe.studies.placing import place
 from lockprobe.studies.study import Study
 
 __all__ = ["Kept", "kept_diaries", "write_diaries"]
@@ -101,5 +101,5 @@ def write_diaries(directory: Path, diaries: Iterable[Kept]) -> None:
     """
     people = directory / PEOPLE_DIRECTORY
     for kept in diaries:
-        content = "".join(f"{line.model_dump_json()}\n" for line in (kept.joined, *kept.lines)).encode()
-        place(people / f"{kept.joined.identity}.jsonl", content)
+        content = "".join(f"{line.model_dump_json()}\n" for line in (kept.joined, *kept.lines))
+        write_private(people / f"{kept.joined.identity}.jsonl", content)

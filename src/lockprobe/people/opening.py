@@ -9,12 +9,14 @@ from itertools import pairwise
 from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
+from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.inputs import read_input
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.options import PEOPLE
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Entry
+from lockprobe.people.directory import PeopleDirectory
 from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_experiment
 from lockprobe.people.held import Played
 from lockprobe.people.journey import Journey, fingerprint
@@ -31,7 +33,6 @@ from lockprobe.record import Trial
 from lockprobe.seeds import integer_seed
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.placing import place
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.stage import own_thread
 from lockprobe.studies.study import Study
@@ -69,7 +70,7 @@ def opened(
     clock: Callable[[], float],
     page: str,
 ) -> Iterator[Table]:
-    """A study that people can play, in its directory; closed afterwards.
+    """A study that people can play, in its directory; closed afterwards. Where a start fails it is left as it was.
 
     Raises:
         SettingsChanged: If the directory holds another study, or people have joined under other settings.
@@ -91,18 +92,20 @@ def opened(
     ):
         write_settings(directory, study)
         finish_withdrawal(journal)
-        _settle(directory, experiment, words)
-        yield Table(
-            study=study,
-            experiment=experiment,
-            words=words,
-            texts=Texts(words, study, experiment, example_panel(study, experiment)),
-            practice=practice,
-            journal=journal,
-            place=there,
-            clock=clock,
-            page=page,
-        )
+        with PeopleDirectory(directory) as people:
+            _settle(directory, experiment, words)
+            yield Table(
+                study=study,
+                experiment=experiment,
+                words=words,
+                texts=Texts(words, study, experiment, example_panel(study, experiment)),
+                practice=practice,
+                journal=journal,
+                people=people,
+                place=there,
+                clock=clock,
+                page=page,
+            )
 
 
 def _check(study: Study, experiment: Experiment) -> None:
@@ -211,4 +214,4 @@ def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
         raise SettingsChanged(path.parent, different)
     put(path, asked)
     if not diaries and (texts := words_file(experiment.language)).is_file():
-        place(directory / PEOPLE_DIRECTORY / TEXTS, read_input(texts))
+        write_private(directory / PEOPLE_DIRECTORY / TEXTS, read_input(texts))

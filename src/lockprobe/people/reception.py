@@ -18,6 +18,7 @@ from typing import Literal
 
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY
+from lockprobe.people.directory import TOKENS
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.opening import opened, seats_on_disk
 from lockprobe.people.progress import Progress, progress_of
@@ -101,7 +102,7 @@ class Reception:
         with opened(directory, study, experiment, words, clock=clock, page=page) as table:
             seats = await seats_on_disk(table)
             given = any(seat.journey.joined.token for seat in seats)
-            tokens = Tokens(directory / PEOPLE_DIRECTORY / "secret", given=given)
+            tokens = Tokens(directory / PEOPLE_DIRECTORY / TOKENS, given=given)
             reception = cls(table, tokens, Register(table, seats))
             try:
                 yield reception
@@ -126,6 +127,10 @@ class Reception:
             BadFile: If they have.
         """
         self._table.journal.check()
+
+    def invite(self) -> None:
+        """From now on people can come: whatever happens, what the start wrote stays."""
+        self._table.people.used = True
 
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> Shown:
         """Somebody loads the page: they go on where they were, and pages of theirs that are open can act no longer.

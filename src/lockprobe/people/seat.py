@@ -12,6 +12,7 @@ from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.answers import fits
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Broken, Diary, Did, Entry, Released
+from lockprobe.people.directory import PeopleDirectory
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.held import Held, Played
 from lockprobe.people.journey import Journey
@@ -42,6 +43,7 @@ class Table:
         texts: The same with the facts of the study filled in.
         practice: The practice box as a trial; None without.
         journal: Where finished trials go.
+        people: Where all else goes that is kept of them.
         place: Where plants do their work.
         clock: Seconds since 1970.
         page: Version of the page on which they play.
@@ -53,6 +55,7 @@ class Table:
     texts: Texts
     practice: Plan | None
     journal: Journal
+    people: PeopleDirectory
     place: Place
     clock: Callable[[], float]
     page: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 from lockprobe.people.diary import PEOPLE_DIRECTORY
@@ -12,7 +13,6 @@ from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.kept import Kept, kept_diaries, write_diaries
 from lockprobe.people.words import TEXTS
 from lockprobe.record import Trial
-from lockprobe.studies.placing import place
 from lockprobe.studies.settings import read_study
 
 __all__ = ["Arriving"]
@@ -72,7 +72,7 @@ class Arriving:
             here = self._directory / PEOPLE_DIRECTORY / name
             files = [source / PEOPLE_DIRECTORY / name for source in self._sources]
             if not here.exists() and (found := next(filter(Path.is_file, files), None)):
-                place(here, read_input(found))
+                write_private(here, read_input(found))
         return len(taken)
 
     def lost(self, trials: Mapping[str, Trial]) -> int:

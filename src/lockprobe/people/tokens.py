@@ -6,10 +6,10 @@ import base64
 import binascii
 import hashlib
 import hmac
-import os
 import secrets
 from pathlib import Path
 
+from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile
 from lockprobe.people.refusals import Refused
 
@@ -38,7 +38,7 @@ class Tokens:
             )
         try:
             if not path.exists():
-                _make(path)
+                write_private(path, secrets.token_bytes(_BYTES), mode=0o600)
             path.chmod(0o600)
             self._secret = path.read_bytes()
         except OSError as error:
@@ -77,16 +77,3 @@ def mark_of(token: str) -> str:
 
 def _written(raw: bytes) -> str:
     return base64.urlsafe_b64encode(raw).decode("ascii")
-
-
-def _make(path: Path) -> None:
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    draft = path.with_suffix(".draft")
-    draft.unlink(missing_ok=True)
-    handle = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    try:
-        os.write(handle, secrets.token_bytes(_BYTES))
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-    draft.replace(path)

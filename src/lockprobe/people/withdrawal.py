@@ -9,12 +9,11 @@ import json
 from pathlib import Path
 
 from lockprobe.agents.participant import check_participant, participant_spec
+from lockprobe.atomic_file import remove_file, sync_directory, write_private
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import parse_json, read_input
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.lines import sync_directory
-from lockprobe.studies.placing import place
 
 __all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawn"]
 
@@ -64,11 +63,11 @@ def finish_withdrawal(journal: Journal) -> str | None:
     except BadValue as error:
         raise BadFile(people / _UNDER_WAY, str(error)) from None
     try:
-        (people / f"{note['participant']}.jsonl").unlink(missing_ok=True)
+        remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
         journal.strike(agent)
         put(people / _COUNT, {"withdrawn": note["withdrawn"]})
-        (people / _UNDER_WAY).unlink()
+        remove_file(people / _UNDER_WAY)
         sync_directory(people)
     except OSError as error:
         raise BadFile(people, f"cannot be written ({error.strerror})") from error
@@ -81,7 +80,7 @@ def put(path: Path, data: object) -> None:
     Raises:
         BadFile: If it cannot be written.
     """
-    place(path, f"{json.dumps(data, indent=2)}\n".encode())
+    write_private(path, f"{json.dumps(data, indent=2)}\n")
 
 
 def _read(path: Path) -> dict[str, object] | None:

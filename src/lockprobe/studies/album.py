@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import threading
 from pathlib import Path
 
+from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile
 from lockprobe.pictures.picture import Picture
 
@@ -39,8 +38,6 @@ class Album:
             if path.is_file() and path.stat().st_size == len(picture.png):
                 return
             self._directory.mkdir(exist_ok=True)  # a study that was deleted does not come back
-            draft = path.with_name(f".{picture.name}.{os.getpid()}-{threading.get_ident()}")
-            draft.write_bytes(picture.png)
-            draft.replace(path)
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror or error})") from error
+        write_file(path, picture.png)

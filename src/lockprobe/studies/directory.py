@@ -16,10 +16,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.inputs import parse_json, read_input
 from lockprobe.studies.calls import ASKED, CALLS
-from lockprobe.studies.placing import place
 from lockprobe.studies.study import LATER, Study, joined_agents
 
 __all__ = [
@@ -108,7 +108,7 @@ class StudyDirectory:
                     (self._path / name).unlink(missing_ok=True)
             settings = self._path / SETTINGS
             if self._settings is not None and settings.read_bytes() != self._settings:
-                place(settings, self._settings)
+                write_file(settings, self._settings, alone=True)
             self._remove_new()
 
     def _remove_new(self) -> None:
@@ -153,7 +153,7 @@ def write_settings(directory: Path, study: Study) -> None:
         now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(read_settings(directory)["agents"])
         added = added_agents(directory) | {agent: now for agent in study.agents if agent not in known}
     settings = {**study.settings(), **({"added": added} if added else {})}
-    place(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n".encode())
+    write_file(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n", alone=True)
 
 
 def added_agents(directory: Path) -> dict[str, str]:

@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from lockprobe.atomic_file import sync_directory
 from lockprobe.errors import BadFile
 from lockprobe.inputs import check_regular, read_lines
 
-__all__ = ["LineFile", "State", "rescued_files", "state_of", "sync_directory", "whole_lines"]
+__all__ = ["LineFile", "State", "rescued_files", "state_of", "whole_lines"]
 
 _BLOCK = 1 << 16
 """Bytes read at once on the way back to the end of the last whole line."""

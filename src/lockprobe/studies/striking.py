@@ -14,9 +14,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
+from lockprobe.atomic_file import Replacement, remove_file, write_file
 from lockprobe.errors import BadFile
 from lockprobe.studies.lines import LineFile, whole_lines
-from lockprobe.studies.placing import place
 
 __all__ = ["rewritten", "without", "without_agent"]
 
@@ -53,9 +53,9 @@ def without_agent(path: Path, agent: str) -> None:
     """
     stay = [line for line in _lines(path) if _owner(line)[1] != agent]
     if stay:
-        place(path, b"".join(stay))
+        write_file(path, b"".join(stay), alone=True)
     else:
-        path.unlink()
+        remove_file(path)
 
 
 def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) -> Iterator[bytes]:
@@ -71,7 +71,9 @@ def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) ->
 
 
 def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
-    """A file with other lines, in its place and open for appending; it is locked before it is there.
+    """A file with other lines, in its place and open for appending.
+
+    Not :func:`write_file`, because it has to be open and locked before it is in its place.
 
     Args:
         old: The file as it is open; it is closed.
@@ -81,16 +83,17 @@ def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
         BadFile: If it cannot be written, or somebody else has changed it; then the old one stays.
     """
     old.check()
-    draft = old.path.with_suffix(".draft")
+    replacement = Replacement(old.path, alone=True)
     try:
-        draft.unlink(missing_ok=True)
         with ExitStack() as undo:
-            new = undo.enter_context(closing(LineFile(draft)))
+            undo.callback(replacement.drop)
+            replacement.create()
+            new = undo.enter_context(closing(LineFile(replacement.draft)))
             fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
             for line in lines:
                 new.append(line.rstrip(b"\n"))
-            new.sync()
-            draft.replace(old.path)
+            replacement.sync()
+            replacement.rename()
             undo.pop_all()
     except OSError as error:
         raise BadFile(old.path, f"cannot be written ({error.strerror})") from error

@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from lockprobe.errors import BadFile, printable
+from lockprobe.people.directory import LOG
 
-__all__ = ["LOG", "Log"]
-
-LOG = "server.log"
-"""Beside the diaries."""
+__all__ = ["Log"]
 
 A_MINUTE = 120
 """Lines written in one minute; the rest is counted. Whoever floods the server cannot fill the disk."""

@@ -117,6 +117,7 @@ async def opened(
                     listening.listen(QUEUE)
                     fragment = "" if door.token else f"#token={token}"
                     admin = f"{address.url}admin{fragment}"
+                    reception.invite()
                     yield Where(url=address.url, admin_url=admin, directory=directory, check=reception.check)
 
 
