@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 import lockprobe
-from lockprobe.channels.camera import CameraChannel
+from lockprobe.interventions.camera import CameraChannel
 from lockprobe.errors import BadValue
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.png import to_png

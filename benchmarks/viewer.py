@@ -15,7 +15,7 @@ import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Sight, Viewer
-from lockprobe.channels.camera import CameraChannel, Depth
+from lockprobe.interventions.camera import CameraChannel, Depth
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant

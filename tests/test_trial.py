@@ -8,9 +8,9 @@ import pytest
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
-from lockprobe.channels.noise import OutcomeFlip
-from lockprobe.channels.text import TextChannel
 from lockprobe.errors import Missing, UserMistake
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
@@ -43,7 +43,7 @@ def joint(i):
 
 
 def played(agent, plan=PLAN, channels=(), plant=None):
-    return asyncio.run(play(plan, plant=plant or SymbolicPlant(plan.box), channels=channels, agent=agent))
+    return asyncio.run(play(plan, plant=plant or SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
 def test_the_trial_ends_when_the_target_really_moves():
@@ -98,7 +98,7 @@ def test_the_target_takes_every_label_and_place_equally_often():
 class Photograph:
     """The picture's first row, as bytes, instead of a report."""
 
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         png = percept.look().rgb[0, :4, 0].tobytes()
         pictures = (Picture(kind="rgb", png=png), Picture(kind="depth16", png=b"depth", shown=False))
         return replace(percept, outcome=None, positions=None, text="Look.", pictures=pictures)
@@ -110,7 +110,7 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
     plan = replace(PLAN, shuffle=False, modality="rgb")
     plant = PhotographedPlant(plan.box, sensed="failed")
     trial = asyncio.run(
-        play(plan, plant=plant, channels=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
+        play(plan, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
     )
     assert trial.solved
     assert kept[trial.opening_pictures["rgb"]] == bytes(4)
@@ -148,7 +148,7 @@ def test_a_picture_that_cannot_be_taken_is_the_fault_of_the_plant():
 
 @dataclass(frozen=True)
 class BrokenChannel:
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         raise ValueError("no light")
 
 

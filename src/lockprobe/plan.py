@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from lockprobe.channels.noise import FlipKind
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.record import Percept, Snapshot, Task

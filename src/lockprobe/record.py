@@ -21,9 +21,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "SCHEMA_VERSION",
+    "Briefing",
     "Decision",
     "Ending",
     "Fact",
+    "Moment",
     "Outcome",
     "Percept",
     "Situation",
@@ -135,11 +137,48 @@ class Decision:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Briefing:
+    """What an agent is asked in one step, beside the report. Agents that read no words pay no attention to it.
+
+    Attributes:
+        remark: What is said to it beside the report of this step; often empty.
+        warning: What the instruction says of the reports; often empty.
+    """
+
+    remark: str = ""
+    warning: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """One finished exchange: what the agent was told, and what it then decided."""
+    """One finished exchange: what the agent was told, and what it then decided.
+
+    Attributes:
+        percept: What it was told.
+        decision: What it decided.
+        remark: What was said to it beside the report.
+    """
 
     percept: Percept
     decision: Decision
+    remark: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """One moment of a trial as interventions see it, truth beside told: the first look, or what came of an attempt.
+
+    Attributes:
+        was: The truth in the agent's terms: joint, outcome and positions.
+        told: What the agent was finally told.
+        chosen: Label of the joint that it had chosen; None for the first look.
+        attempted: Label of the joint that was attempted; None for the first look.
+    """
+
+    was: Percept
+    told: Percept
+    chosen: str | None = None
+    attempted: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,11 +189,13 @@ class Situation:
         task: The task.
         past: Finished exchanges, oldest first.
         percept: What it has just been told.
+        briefing: What it is asked.
     """
 
     task: Task
     past: tuple[Turn, ...]
     percept: Percept
+    briefing: Briefing = Briefing()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,24 +207,34 @@ class Step:
         state: True configuration before the step, a bit string in panel order.
         joint: The joint attempted, by its name in the box.
         moved: Whether it really moved.
-        told_moved: What the report afterwards said of it. A picture of the box says what happened.
+        told_moved: What the report afterwards said of the joint attempted last; None where it said nothing of it. A
+            picture of the box says what happened.
         told_state: The configuration as reported afterwards, a bit string in panel order; None if not told.
         told: The report afterwards as the agent saw it.
         decision: What the agent answered; ``decision.claimed`` is about the *previous* step.
         sensed: What a robot measured, its own verdict (moved, blocked, failed) among it; empty without a robot.
         pictures: File names of the pictures taken afterwards, by kind.
+        chosen: The joint that the agent had chosen, by its name in the box, where another one was attempted; else None.
+        remark: What was said to the agent beside the report before this step.
     """
 
     step: int
     state: str
     joint: str
     moved: bool
-    told_moved: bool
+    told_moved: bool | None
     told_state: str | None
     told: str
     decision: Decision
     sensed: Mapping[str, Fact] = field(default_factory=dict)
     pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    chosen: str | None = None
+    remark: str = ""
+
+    @property
+    def told_falsely(self) -> bool:
+        """Whether the report afterwards said the opposite of what happened."""
+        return self.told_moved is not None and self.told_moved != self.moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,7 +272,7 @@ class Trial:
         modality: How the box was shown.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        channels: The channels in order, each with its settings.
+        channels: What stood between the box and the agent's eyes, in order, each with its settings.
         repetition: From 1.
         trial: From 1.
         seed: Seed of the study.
@@ -237,6 +288,7 @@ class Trial:
         plant: What the plant was: its settings, engine, renderer; empty for the symbolic plant.
         opening_pictures: File names of the pictures taken before the first step, by kind.
         assessment: Whether the agent was asked what its last action had done.
+        interventions: What else acted, in order, each with its settings: on what was asked, remembered or done.
         replays: How often it was played anew, on request, after an error of its agent's; the earlier records stay.
         schema: Version of this layout.
     """
@@ -265,6 +317,7 @@ class Trial:
     plant: Mapping[str, Fact] = field(default_factory=dict)
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     assessment: bool = True
+    interventions: tuple[Mapping[str, Fact], ...] = ()
     replays: int = 0
     schema: int = SCHEMA_VERSION
 
@@ -281,6 +334,11 @@ class Trial:
     def group(self) -> str:
         """The agent as whom it counts: itself, or for a person people as one, ``participant``."""
         return group_of(self.agent)
+
+    @property
+    def ordinary(self) -> bool:
+        """Whether every joint chosen was attempted and every attempt was reported, as models of choices assume."""
+        return all(step.chosen is None and step.told_moved is not None for step in self.steps)
 
     @property
     def actions(self) -> tuple[str, ...]:

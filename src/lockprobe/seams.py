@@ -1,4 +1,4 @@
-"""The three seams to outside worlds. Whatever fits one of these Protocols can be probed."""
+"""The seams to outside worlds: plants, agents, and interventions at the four places of the loop between them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,23 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from lockprobe.call import Call, Usage
-from lockprobe.record import Decision, Fact, Percept, Situation, Snapshot, Task
+from lockprobe.record import Briefing, Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Agent", "CallBook", "Calling", "Channel", "Closable", "Plant"]
+__all__ = [
+    "Actuator",
+    "Agent",
+    "CallBook",
+    "Calling",
+    "Channel",
+    "Closable",
+    "Intervention",
+    "Memory",
+    "Plant",
+    "Prompt",
+]
 
 
 @runtime_checkable
@@ -38,21 +49,73 @@ class Plant(Protocol):
 
 @runtime_checkable
 class Channel(Protocol):
-    """What may be seen. A channel is a frozen dataclass: what acts is what the record names.
+    """What is *told*: what is reported or shown of what happened. It changes the report, never the box.
 
-    It must draw from ``rng`` equally often whatever its parameters are, so that conditions share their luck.
+    It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
+    calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck.
     """
 
-    def perceive(self, percept: Percept, previous: Percept | None, task: Task, rng: np.random.Generator) -> Percept:
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """Turn a percept into what is passed on.
 
         Args:
             percept: The observation so far; the first channel gets the truth in the agent's terms.
-            previous: What the agent was finally told last time; None at the start.
+            past: The moments before, oldest first, as they were and as they were told; empty at the first look.
             task: What the agent knows.
             rng: This channel's own stream.
         """
         ...
+
+
+@runtime_checkable
+class Prompt(Protocol):
+    """What is *asked*: what the agent is instructed, and what is said to it beside the report. Else as a channel."""
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """Turn a briefing into what is passed on, before every decision.
+
+        Args:
+            briefing: The briefing so far.
+            past: All moments up to now, oldest first; the last is what the agent has just been told.
+            task: What the agent knows.
+            rng: Its own stream.
+        """
+        ...
+
+
+@runtime_checkable
+class Memory(Protocol):
+    """What is *remembered*: what of the past the agent still has. Else as a channel."""
+
+    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+        """Which exchanges the agent still has, before every decision.
+
+        Args:
+            past: All finished exchanges that are left so far, oldest first.
+            task: What the agent knows.
+            rng: Its own stream.
+        """
+        ...
+
+
+@runtime_checkable
+class Actuator(Protocol):
+    """What is *done*: what is really attempted, given what the agent chose. Else as a channel."""
+
+    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
+        """The joint that is attempted, by its label.
+
+        Args:
+            joint: The joint that was to be attempted so far, by its label.
+            past: All moments up to now, oldest first.
+            task: What the agent knows.
+            rng: Its own stream.
+        """
+        ...
+
+
+Intervention = Channel | Prompt | Memory | Actuator
+"""Whatever acts at one of the four places of the loop."""
 
 
 @runtime_checkable

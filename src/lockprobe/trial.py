@@ -1,11 +1,16 @@
-"""The closed loop: the only place where plant, channels and agent meet (paper, Sec. 2.2)."""
+"""The closed loop: the only place where plant, interventions and agent meet (paper, Sec. 2.2).
+
+One step: what is *remembered* and what is *asked* make the agent's situation; it decides; what is *done* turns its
+choice into an attempt; the plant moves; what is *told* makes the report.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from typing import Protocol, TypeVar
 
@@ -23,10 +28,24 @@ from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
-from lockprobe.record import Decision, Ending, Fact, Percept, Situation, Snapshot, Step, Trial, TrialError, Turn
-from lockprobe.seams import Agent, Channel, Plant
+from lockprobe.record import (
+    Briefing,
+    Decision,
+    Ending,
+    Fact,
+    Moment,
+    Percept,
+    Situation,
+    Snapshot,
+    Step,
+    Task,
+    Trial,
+    TrialError,
+    Turn,
+)
+from lockprobe.seams import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 
-__all__ = ["Place", "broken", "here", "play"]
+__all__ = ["Place", "broken", "here", "play", "stream_names"]
 
 _T = TypeVar("_T")
 
@@ -59,7 +78,7 @@ async def play(
     plan: Plan,
     *,
     plant: Plant,
-    channels: Sequence[Channel],
+    interventions: Sequence[Intervention],
     agent: Agent,
     on_step: Callable[[Step], None] | None = None,
     keep: Callable[[Picture], None] | None = None,
@@ -73,7 +92,7 @@ async def play(
     Args:
         plan: What is to be played.
         plant: A fresh plant that holds ``plan.box``.
-        channels: In the order in which they act.
+        interventions: In the order in which they act, each at its place of the loop.
         agent: Who decides.
         on_step: Called after every step.
         keep: Called with every picture that the record will name; without it they are lost.
@@ -84,7 +103,7 @@ async def play(
         BudgetReached: If its next call could cost more than is left.
     """
     names = Names(plan)
-    loop = _Loop(plan, names, plant, channels, agent, keep, place)
+    loop = _Loop(plan, names, plant, interventions, agent, keep, place)
     error: TrialError | None = None
     ending: Ending = "budget"
     try:
@@ -101,7 +120,8 @@ async def play(
     return replace(
         _blank(plan, names, ending),
         facts=_facts(agent.facts),
-        channels=tuple(_facts_of(channel) for channel in channels),
+        channels=tuple(_facts_of(one) for one in interventions if isinstance(one, Channel)),
+        interventions=tuple(_facts_of(one, "intervention") for one in interventions if not isinstance(one, Channel)),
         opening=loop.opening,
         steps=tuple(loop.steps),
         error=error,
@@ -189,10 +209,26 @@ def _without_keys(decision: Decision) -> Decision:
     return replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
 
 
-def _facts_of(channel: Channel) -> dict[str, Fact]:
-    """A channel is its own specification: its class and its fields."""
-    settings: dict[str, Fact] = asdict(channel) if is_dataclass(channel) and not isinstance(channel, type) else {}
-    return {"channel": type(channel).__name__} | settings
+def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
+    """An intervention is its own specification: its class and its fields. What is private of it is nobody's."""
+    settings: dict[str, object] = {what: type(one).__name__}
+    if is_dataclass(one):
+        settings |= {field.name: getattr(one, field.name) for field in fields(one) if not field.name.startswith("_")}
+    return _facts(settings)
+
+
+def stream_names(interventions: Sequence[Intervention]) -> list[str]:
+    """The random stream of each intervention: its kind, and how many of its kind stand before it.
+
+    So one intervention has the same luck whatever else is in its condition.
+    """
+    seen: Counter[str] = Counter()
+    names = []
+    for one in interventions:
+        kind = getattr(one, "stream", type(one).__name__)
+        names.append(f"{kind}-{seen[kind]}")
+        seen[kind] += 1
+    return names
 
 
 class _Loop:
@@ -203,7 +239,7 @@ class _Loop:
         plan: Plan,
         names: Names,
         plant: Plant,
-        channels: Sequence[Channel],
+        interventions: Sequence[Intervention],
         agent: Agent,
         keep: Callable[[Picture], None] | None,
         place: Place,
@@ -215,12 +251,18 @@ class _Loop:
         self._names = names
         self._plant = plant
         self._agent = agent
-        self._channels = [(channel, plan.stream(f"channel-{i}")) for i, channel in enumerate(channels)]
+        streams = [
+            (one, plan.stream(name)) for one, name in zip(interventions, stream_names(interventions), strict=True)
+        ]
+        self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
+        self._prompts = [(one, rng) for one, rng in streams if isinstance(one, Prompt)]
+        self._memories = [(one, rng) for one, rng in streams if isinstance(one, Memory)]
+        self._actuators = [(one, rng) for one, rng in streams if isinstance(one, Actuator)]
         self._rng = plan.stream("agent")
         self._joints = plan.box.names
         self._task = names.task(plan)
-        self._past: tuple[Turn, ...] = ()
-        self._percept: Percept | None = None
+        self._turns: tuple[Turn, ...] = ()
+        self._moments: tuple[Moment, ...] = ()
         self._configuration: Configuration = ()
 
     async def open(self) -> None:
@@ -228,17 +270,20 @@ class _Loop:
         with _boundary(PlantFault):
             snapshot = await self._at(self._plant.observe)
         self._configuration = snapshot.configuration
-        self._percept = await self._at(partial(self._tell, snapshot))
-        self.opening, self.opening_pictures = self._percept.text, self._kept(self._percept)
+        first = await self._at(partial(self._tell, snapshot))
+        self._moments = (first,)
+        self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
 
-    def _tell(self, snapshot: Snapshot) -> Percept:
+    def _tell(self, snapshot: Snapshot) -> Moment:
         percept = self._names.percept(snapshot)
+        was = percept
         if percept.look is not None:
+            was = replace(percept, look=None)
             percept = replace(percept, look=partial(_look, percept.look))
         with _boundary(ChannelFault):
             for channel, rng in self._channels:
-                percept = channel.perceive(percept, self._percept, self._task, rng)
-        return replace(percept, look=None)
+                percept = channel.perceive(percept, self._moments, self._task, rng)
+        return Moment(was=was, told=replace(percept, look=None))
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -246,35 +291,73 @@ class _Loop:
                 self._keep(picture)
         return {picture.kind: picture.name for picture in percept.pictures}
 
+    def _situation(self) -> Situation:
+        """What the agent may use now: what is remembered, what it was told, and what it is asked."""
+        turns, briefing = self._turns, Briefing()
+        with _boundary(ChannelFault):
+            for memory, rng in self._memories:
+                turns = memory.recall(turns, self._task, rng)
+            for prompt, rng in self._prompts:
+                briefing = prompt.brief(briefing, self._moments, self._task, rng)
+        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
+
+    def _attempted(self, chosen: str) -> str:
+        """The label of the joint that is really attempted."""
+        joint = chosen
+        with _boundary(ChannelFault):
+            for actuator, rng in self._actuators:
+                joint = actuator.act(joint, self._moments, self._task, rng)
+            if joint not in self._names.labels:
+                raise ChannelFault(f"{joint!r} is no joint")
+        return joint
+
     async def step(self) -> Step:
-        """Ask the agent, attempt its joint, tell it what happened."""
-        assert self._percept is not None
+        """Ask the agent, attempt a joint, tell it what happened."""
+        situation = self._situation()
         with _boundary(ModelFault):
-            decision = await self._agent.decide(
-                Situation(task=self._task, past=self._past, percept=self._percept), self._rng
-            )
+            decision = await self._agent.decide(situation, self._rng)
         if (why := _why_unusable(decision, self._names.labels)) is not None:
             raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
         decision = _without_keys(decision)
         if not self._task.assessment:
             decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
-        joint = self._names.index(decision.joint)
+        label = self._attempted(decision.joint)
+        joint = self._names.index(label)
         with _boundary(PlantFault):
             snapshot = await self._at(partial(self._plant.attempt, joint))
-        told = await self._at(partial(self._tell, snapshot))
-        step = Step(
+        moment = replace(await self._at(partial(self._tell, snapshot)), chosen=decision.joint, attempted=label)
+        step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
+        self.steps.append(step)
+        told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
+        self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
+        self._configuration = snapshot.configuration
+        return step
+
+    def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
+        """The record of one step."""
+        told = moment.told
+        return Step(
             step=len(self.steps) + 1,
             state=bits(self._configuration),
             joint=self._joints[joint],
             moved=snapshot.outcome == "moved",
-            told_moved=(snapshot if told.pictures else told).outcome == "moved",
+            told_moved=snapshot.outcome == "moved" if told.pictures else _told_moved(told, self._moments, self._task),
             told_state=self._names.told_state(told),
             told=told.text,
             decision=decision,
             sensed=_facts(snapshot.sensed),
             pictures=self._kept(told),
+            chosen=None if moment.chosen == moment.attempted else self._joints[self._names.index(decision.joint)],
+            remark=remark,
         )
-        self.steps.append(step)
-        self._past = (*self._past, Turn(percept=self._percept, decision=decision))
-        self._percept, self._configuration = told, snapshot.configuration
-        return step
+
+
+def _told_moved(told: Percept, before: Sequence[Moment], task: Task) -> bool | None:
+    """What a report says of the joint that it is about, by outcome or by position; None where it says nothing of it."""
+    if told.outcome is not None:
+        return told.outcome == "moved"
+    last = before[-1].told.positions
+    if told.joint is None or told.positions is None or last is None:
+        return None
+    place = task.joints.index(told.joint)
+    return told.positions[place] != last[place]

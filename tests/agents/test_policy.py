@@ -52,8 +52,8 @@ def situation(reports, positions=True):
 def test_a_report_in_numbers():
     opening = Percept(positions=(True, False, False))
     percept = Percept(joint="A", outcome="moved", positions=(True, True, False))
-    assert tell(TASK, percept, opening) == Told(joint=1, moved=True, shifted=0b010)
-    assert tell(TASK, Percept(joint="C", outcome="blocked"), Percept()) == Told(joint=0, moved=False, shifted=None)
+    assert tell(TASK, percept, (opening,)) == Told(joint=1, moved=True, shifted=0b010)
+    assert tell(TASK, Percept(joint="C", outcome="blocked"), (Percept(),)) == Told(joint=0, moved=False, shifted=None)
     assert (view_of(TASK).joints, view_of(TASK).target) == (3, 2)
 
 

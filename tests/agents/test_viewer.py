@@ -31,7 +31,7 @@ class Photographer:
     def __init__(self, wrong=()):
         self.wrong, self.step = wrong, 0
 
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         shown = dict(zip(task.joints, percept.positions, strict=True))
         if self.step in self.wrong:
             shown[percept.joint] ^= True
@@ -55,7 +55,7 @@ def played(agent, channels, trial=1):
         trial=trial,
         seed=1,
     )
-    return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), channels=channels, agent=agent))
+    return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
 @pytest.mark.parametrize("spec", [SPEC, "human-inspired:proximity?lapse=0.3", "ideal-observer?noise=naive"])

@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 
 from lockprobe.beliefs.posterior import Report
-from lockprobe.channels.noise import OutcomeFlip
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.record import Percept, Task
+from lockprobe.record import Moment, Percept, Task
 
 NODES, MASS = np.polynomial.legendre.leggauss(12)
 NODES, MASS = (NODES + 1) / 2, MASS / 2
@@ -32,7 +32,7 @@ def told(box, kind, joints, flips):
             return None
         channel = OutcomeFlip(p=float(flip), persistence=kind)
         real = Percept(joint=box.names[joint], outcome="moved" if moved else "blocked", positions=configuration)
-        percept = channel.perceive(real, percept, task, np.random.default_rng(0))
+        percept = channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0))
         where = None if percept.positions is None else sum(p << i for i, p in enumerate(percept.positions))
         reports.append(Report(joint, percept.outcome == "moved", where))
         truth.append(moved)

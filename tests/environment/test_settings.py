@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.channels.camera import CameraChannel
-from lockprobe.channels.noise import OutcomeFlip
-from lockprobe.channels.text import TextChannel
 from lockprobe.environment.settings import Settings, read_settings
 from lockprobe.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
 
 FILE = """

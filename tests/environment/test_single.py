@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 import lockprobe.environment
 from lockprobe import run_trial, tidy_rows
-from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.errors import BadValue, ChannelFault, UnknownName
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
@@ -123,7 +123,7 @@ def test_the_last_step_can_solve_it():
 
 @dataclass(frozen=True)
 class Silent:
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         return Percept(joint=percept.joint)
 
 
@@ -254,7 +254,7 @@ def test_a_mistake_is_said_in_one_line():
 
 @dataclass(frozen=True)
 class Breaks:
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         if percept.joint is not None:
             raise ValueError("no light")
         return percept

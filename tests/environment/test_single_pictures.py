@@ -204,14 +204,14 @@ def test_what_can_be_rendered_is_said():
 class Dimmed:
     """Makes pictures dark on their way."""
 
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         dark = tuple(replace(picture, png=to_png(from_png(picture.png) // 2)) for picture in percept.pictures)
         return replace(percept, pictures=dark)
 
 
 @dataclass(frozen=True)
 class Blindfold:
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         return replace(percept, pictures=())
 
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lockprobe.environment
-from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.environment.vector import LockboxVectorEnv, free_to_move
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
@@ -145,7 +145,7 @@ def test_the_table_of_moves_is_the_rule(puzzle):
 
 
 class Dim:
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         return Percept(joint=percept.joint, outcome=percept.outcome)
 
 

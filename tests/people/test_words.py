@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadFile, UnknownName
+from lockprobe.interventions.words import TextChannel
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.words import _TEXTS, LANGUAGES, filled, page_texts, read_words
 from lockprobe.record import Percept, Task
@@ -56,7 +56,7 @@ def test_in_english_people_are_told_word_for_word_what_models_are_told(outcome, 
     labels = ("B", "A", "C")
     percept = Percept(joint="A" if outcome else None, outcome=outcome, positions=positions)
     task = Task(joints=labels, target="A", budget=20)
-    told = TextChannel().perceive(percept, None, task, np.random.default_rng(1)).text
+    told = TextChannel().perceive(percept, (), task, np.random.default_rng(1)).text
     page = read_words("en").page
     said = [filled(page.moved if outcome == "moved" else page.blocked, label="A")] if outcome else []
     if positions is not None:

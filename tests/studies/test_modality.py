@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.channels.camera import CameraChannel
-from lockprobe.channels.noise import OutcomeFlip
-from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
 from lockprobe.studies import modality

@@ -18,7 +18,7 @@ from lockprobe.agents import weights
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.senses import refuse_pictures
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.record import Decision, Fact, Outcome, Situation, Task, Turn
+from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
@@ -183,20 +183,26 @@ class LocalModel:
 
 def _segments(situation: Situation) -> list[str]:
     """The log up to the point where the model has to say what its last action did, or to choose."""
-    segments = [CONSTANT if situation.task.assessment else UNASKED, *_introduction(situation.task)]
+    segments = [CONSTANT if situation.task.assessment else UNASKED, *_introduction(situation)]
     for turn in situation.past:
-        segments += ["\nObservation:", f" {turn.percept.text}".rstrip(), "\n", *_reply(turn)]
-    segments += ["\nObservation:", f" {situation.percept.text}".rstrip(), "\n"]
+        segments += [*_observation(turn.percept.text, turn.remark), *_reply(turn)]
+    segments += _observation(situation.percept.text, situation.briefing.remark)
     if situation.percept.joint is not None and situation.task.assessment:
         segments += ["Last joint:", f" {situation.percept.joint}"]
     return segments
 
 
-def _introduction(task: Task) -> tuple[str, ...]:
+def _observation(report: str, remark: str) -> tuple[str, ...]:
+    return ("\nObservation:", f" {report}".rstrip(), f" {remark}".rstrip(), "\n")
+
+
+def _introduction(situation: Situation) -> tuple[str, ...]:
+    task = situation.task
     return (
         f" The joints are: {', '.join(task.joints)}.",
         f" The target joint is: {task.target}.",
         f" The given steps are: {task.budget}.",
+        f" {situation.briefing.warning}".rstrip(),
         "\n\nStep log:",
     )
 

@@ -9,7 +9,7 @@ thousand (:mod:`lockprobe.studies.montecarlo`), and fitted (:mod:`lockprobe.fit`
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.senses import refuse_pictures
@@ -59,14 +59,35 @@ def view_of(task: Task) -> View:
     return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
 
 
-def tell(task: Task, percept: Percept, opening: Percept) -> Told:
-    """A percept in numbers; ``opening`` is what was told before the first step."""
-    assert percept.joint is not None
+def tell(task: Task, percept: Percept, earlier: Sequence[Percept]) -> Told | None:
+    """A percept in numbers; None where it says nothing of a joint.
+
+    Where positions are told and no outcome, the joint moved if it is told to stand elsewhere than it was last told to.
+
+    Args:
+        task: The task.
+        percept: What is told.
+        earlier: What was told before, newest first; the oldest tells where the joints started, where it is the first
+            look. Where that is no longer remembered, they are taken to have started at 0.
+    """
+    if percept.joint is None:
+        return None
+    joint = task.joints.index(percept.joint)
+    known = next((before.positions for before in earlier if before.positions is not None), None)
+    if percept.outcome is not None:
+        moved = percept.outcome == "moved"
+    elif percept.positions is not None and known is not None:
+        moved = percept.positions[joint] != known[joint]
+    else:
+        return None
     shifted = None
-    if percept.positions is not None and opening.positions is not None:
-        pairs = zip(percept.positions, opening.positions, strict=True)
-        shifted = sum((now != start) << j for j, (now, start) in enumerate(pairs))
-    return Told(joint=task.joints.index(percept.joint), moved=percept.outcome == "moved", shifted=shifted)
+    if percept.positions is not None:
+        first = earlier[-1] if earlier and earlier[-1].joint is None else None
+        start = (False,) * len(percept.positions) if first is None else first.positions
+        if start is not None:
+            pairs = enumerate(zip(percept.positions, start, strict=True))
+            shifted = sum((now != then) << j for j, (now, then) in pairs)
+    return Told(joint=joint, moved=moved, shifted=shifted)
 
 
 def opened_after(opened: int, told: Told) -> int:
@@ -150,14 +171,21 @@ class Policy(Generic[Memory]):
             memory = self.begin(view)
         elif known is not None and known.task == task and known.past == past[:-1]:
             view = known.view
-            memory = self.remember(view, known.memory, tell(task, situation.percept, past[0].percept))
+            memory = self._heard(view, known.memory, situation)
         else:
             view = view_of(task)
             memory = self.begin(view)
-            for percept in (*(turn.percept for turn in past[1:]), situation.percept):
-                memory = self.remember(view, memory, tell(task, percept, past[0].percept))
+            for done, turn in enumerate(past[1:], 1):
+                memory = self._heard(view, memory, replace(situation, past=past[:done], percept=turn.percept))
+            memory = self._heard(view, memory, situation)
         self.__dict__["_recalled"] = _Recalled(task, past, view, memory)
         return view, memory
+
+    def _heard(self, view: View, memory: Memory, situation: Situation) -> Memory:
+        """The memory after the newest report; the same where it says nothing."""
+        earlier = tuple(turn.percept for turn in reversed(situation.past))
+        told = tell(situation.task, situation.percept, earlier)
+        return memory if told is None else self.remember(view, memory, told)
 
 
 class _Recalled(NamedTuple, Generic[Memory]):

@@ -105,7 +105,7 @@ class Reply(BaseModel):
     joint: str
 
 
-def instructions(task: Task, *, positions: bool, pictures: int = 0) -> str:
+def instructions(task: Task, *, positions: bool, pictures: int = 0, warning: str = "") -> str:
     """The instruction at the start of a trial.
 
     Args:
@@ -113,14 +113,16 @@ def instructions(task: Task, *, positions: bool, pictures: int = 0) -> str:
         positions: Whether the observations tell positions, or outcomes only.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
+        warning: What is said of the reports; often empty.
     """
+    observation = _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions]
     return _INSTRUCTIONS.format(
         count=len(task.joints),
         listing=", ".join(task.joints),
         target=task.target,
         budget=task.budget,
         names="" if pictures else ", 0 and 1",
-        observation=_SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions],
+        observation=f"{observation} {warning}".rstrip(),
         assessment=_ASSESSMENT if task.assessment else "",
     )
 
@@ -133,9 +135,14 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
         images: How many observations, the newest, keep their pictures; 0 for all. Older ones say that theirs are gone.
     """
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
-    told = [_observation(percept, keep=not images or i < images) for i, percept in enumerate(reversed(percepts))][::-1]
+    remarks = [*(turn.remark for turn in situation.past), situation.briefing.remark]
+    newest_first = enumerate(zip(reversed(percepts), reversed(remarks), strict=True))
+    told = [_observation(percept, said, keep=not images or i < images) for i, (percept, said) in newest_first][::-1]
     opening = instructions(
-        situation.task, positions=percepts[0].positions is not None, pictures=len(_shown(percepts[0]))
+        situation.task,
+        positions=percepts[0].positions is not None,
+        pictures=len(_shown(percepts[0])),
+        warning=situation.briefing.warning,
     )
     messages = [replace(told[0], text=f"{opening}\n\n{told[0].text}".strip())]
     for turn, observation in zip(situation.past, told[1:], strict=True):
@@ -143,11 +150,11 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     return messages
 
 
-def _observation(percept: Percept, *, keep: bool) -> Message:
+def _observation(percept: Percept, remark: str, *, keep: bool) -> Message:
     shown = _shown(percept)
-    if not shown or keep:
-        return Message(role="user", text=percept.text, pictures=shown)
-    return Message(role="user", text=f"{percept.text} {_GONE[len(shown)]}".strip())
+    gone = "" if not shown or keep else _GONE[len(shown)]
+    text = " ".join(filter(None, (percept.text, gone, remark)))
+    return Message(role="user", text=text, pictures=() if gone else shown)
 
 
 def _shown(percept: Percept) -> tuple[Picture, ...]:

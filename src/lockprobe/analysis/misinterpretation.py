@@ -182,7 +182,7 @@ class Misinterpretations:
 
 
 def claims(trial: Trial) -> list[Claim]:
-    """Every claim of a trial beside what was told and what was true."""
+    """Every claim of a trial about a step that was reported, with the report and the truth."""
     return [
         Claim(
             step=step.step,
@@ -191,7 +191,7 @@ def claims(trial: Trial) -> list[Claim]:
             truth=_outcome(moved=step.moved),
         )
         for step, after in zip(trial.steps, trial.steps[1:], strict=False)
-        if after.decision.claimed is not None
+        if after.decision.claimed is not None and step.told_moved is not None
     ]
 
 
@@ -205,7 +205,7 @@ def trial_claims(trial: Trial) -> TrialClaims:
         key=trial.key,
         claims=tuple(claims(trial)),
         steps=len(trial.steps),
-        false_reports=sum(step.told_moved != step.moved for step in trial.steps),
+        false_reports=sum(step.told_falsely for step in trial.steps),
     )
 
 

@@ -89,7 +89,8 @@ def repeats(trial: Trial) -> list[tuple[bool, float]]:
     for step in trial.steps:
         if 0 < len(tried) < len(trial.joints):
             found.append((step.joint in tried, len(tried) / len(trial.joints)))
-        tried = set() if step.told_moved else tried | {step.joint}
+        if step.told_moved is not None:  # of a step that was not reported it knows nothing
+            tried = set() if step.told_moved else tried | {step.joint}
     return found
 
 

@@ -153,7 +153,7 @@ def prior_for(joints: int) -> str | None:
 
 def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
     """Judge the trials of one condition; nothing if none has ended with a step, or the box is too large for a prior."""
-    counted = [trial for trial in ended(trials) if trial.steps]
+    counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
     prior = prior_for(len(counted[0].joints)) if counted else None
     told = [(trial, _told(trial)) for trial in _first(counted)]
     return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS) if prior else ()
@@ -223,7 +223,7 @@ def _told(trial: Trial) -> list[Told]:
     numbers = _numbers(trial)
     positions = {told: _positions(trial, numbers, told) for told in {step.told_state for step in trial.steps}}
     found: list[Told] = [
-        (joint := numbers[step.joint], Report(joint, step.told_moved, positions[step.told_state]))
+        (joint := numbers[step.joint], Report(joint, bool(step.told_moved), positions[step.told_state]))
         for step in trial.steps
     ]
     return [*found[:-1], (found[-1][0], None)] if trial.solved else found

@@ -7,8 +7,8 @@ the reports that were false if it is the true one. The posterior is the prior ti
 * a number p: every report is false with probability p, independently; k false ones of t have p^k (1 - p)^(t - k).
 * ``aware``: p is unknown, with equal density over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
 
-What a report shows depends on how flips are told (:mod:`lockprobe.channels.noise`). In each kind the position told of
-the attempted joint together with the outcome told gives where that joint was before. ``transient`` reports also show
+What a report shows depends on how flips are told (:mod:`lockprobe.interventions.flip`). In each kind the position told
+of the attempted joint, with the outcome told, gives where that joint was before. ``transient`` reports also show
 where all others are; ``sticky`` ones repeat what was told of them before, which is no news; where no positions are told
 there is the outcome alone. A single report does not say of which kind it is. An observer who was not told infers it as
 well, from equal odds; a naive one takes every position told as true. And a trial that goes on shows that the target has

@@ -13,7 +13,7 @@ from lockprobe.record import Trial
 
 __all__ = ["relabelled", "tell"]
 
-_WORDS = {True: "moved", False: "did not move"}
+_WORDS = {True: "moved", False: "did not move", None: "nothing"}
 
 
 def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:
@@ -70,11 +70,11 @@ def _story(screen: Screen, trial: Trial) -> None:
     label = dict(zip(trial.joints, trial.labels, strict=True))
     said = [step.decision.claimed for step in trial.steps[1:]] + [None]
     for step, claimed in zip(trial.steps, said, strict=True):
-        false = step.moved != step.told_moved
+        false = step.told_falsely
         then = "" if claimed is None else _WORDS[claimed == "moved"]
         line = f"{step.step:4}  {label[step.joint]:5}  {_WORDS[step.moved]:14}{_WORDS[step.told_moved]:14}{then:14}"
         screen.say((line + "<- false" * false).rstrip(), "red" if false else "")
-    lies = sum(step.moved != step.told_moved for step in trial.steps)
+    lies = sum(step.told_falsely for step in trial.steps)
     screen.say(f"{lies} of {len(trial.steps)} reports were false (flip rate {trial.p:g}).")
     if asked:
         pairs = list(zip(trial.steps, said, strict=True))[:-1]

@@ -11,13 +11,13 @@ from typing import Annotated
 import typer
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.channels.noise import FlipKind
 from lockprobe.cli.afterwards import tell
 from lockprobe.cli.keys import Keys
 from lockprobe.cli.person import Ended, Left, Person, ViewKind
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.options import PEOPLE

@@ -43,7 +43,7 @@ def minutes(trials: int) -> int:
 def told(step: Step) -> str:
     """One step in words, truth beside told."""
     truth = "moved" if step.moved else "did not move"
-    lie = "" if step.told_moved == step.moved else f" (told: {'moved' if step.told_moved else 'did not move'})"
+    lie = "" if not step.told_falsely else f" (told: {'moved' if step.told_moved else 'did not move'})"
     return f"step {step.step:2}  {step.joint} {truth}{lie}"
 
 

@@ -114,12 +114,12 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
         f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
         "step  state  joint             truth         told          said of the previous step",
     ]
-    words = {True: "moved", False: "did not move"}
+    words = {True: "moved", False: "did not move", None: "nothing"}
     for s in trial.steps:
         said = {"moved": "moved", "blocked": "did not move", None: ""}[s.decision.claimed]
         lines.append(
             f"{s.step:4}  {s.state:5}  {s.joint:16}  {words[s.moved]:12}  "
-            f"{words[s.told_moved]:12}  {said:12}{'  <- flipped' if s.moved != s.told_moved else ''}".rstrip()
+            f"{words[s.told_moved]:12}  {said:12}{'  <- flipped' if s.told_falsely else ''}".rstrip()
         )
     if trial.error:
         lines.append(f"error at {trial.error.boundary}: {trial.error.message}")

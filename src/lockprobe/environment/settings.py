@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.channels.camera import CameraChannel
-from lockprobe.channels.noise import OutcomeFlip
-from lockprobe.channels.text import TextChannel
 from lockprobe.environment.observation import sizes
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import read_box
 from lockprobe.lockbox.families import DEFAULT_BOX
@@ -85,7 +85,7 @@ class Settings:
         task = Task(joints=tuple(LABELS[: len(self.box.joints)]), target=LABELS[0], budget=self.max_steps)
         percept = Percept(positions=self.box.initial)
         for i, channel in enumerate(self.channels):
-            percept = channel.perceive(percept, None, task, np.random.default_rng(i))
+            percept = channel.perceive(percept, (), task, np.random.default_rng(i))
         return percept.positions is not None
 
     @property

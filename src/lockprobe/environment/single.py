@@ -20,7 +20,7 @@ from lockprobe.environment.plant import WatchedPlant, make_plant
 from lockprobe.environment.settings import Settings, read_settings
 from lockprobe.errors import BadValue, ChannelFault, PlantFault, UnknownName
 from lockprobe.plan import Names, Plan
-from lockprobe.record import Decision, Fact, Percept, Situation, Task, Trial
+from lockprobe.record import Decision, Fact, Moment, Percept, Situation, Task, Trial
 from lockprobe.seams import Channel
 from lockprobe.trial import play
 
@@ -175,7 +175,7 @@ class _Listener:
     task: Task
     percept: Percept
 
-    def perceive(self, percept: Percept, previous: Percept | None, task: Task, rng: np.random.Generator) -> Percept:
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         self.task, self.percept = task, percept
         return percept
 
@@ -218,7 +218,11 @@ class _Episode:
         self._moved = False
         chain: tuple[Channel, ...] = (*settings.chain, self.heard)
         self._loop = play(
-            self._plan, plant=self.plant, channels=chain, agent=_Outside(), on_step=lambda step: self._note(step.moved)
+            self._plan,
+            plant=self.plant,
+            interventions=chain,
+            agent=_Outside(),
+            on_step=lambda step: self._note(step.moved),
         )
         self._send(None)
 

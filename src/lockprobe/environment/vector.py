@@ -13,12 +13,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from lockprobe.channels.noise import OutcomeFlip
-from lockprobe.channels.text import TextChannel
 from lockprobe.environment.observation import BLOCKED, Vector
 from lockprobe.environment.place import Place, read_place
 from lockprobe.environment.settings import Settings, read_settings, whole
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.plan import Names
 
@@ -235,11 +235,11 @@ class _Boxes:
 
 
 def _flips(settings: Settings) -> list[tuple[int, OutcomeFlip]]:
-    """The flips with their places in the chain; text changes no number."""
-    flips = []
-    for at, channel in enumerate(settings.channels):
+    """The flips with their numbers among flips; text changes no number."""
+    flips: list[tuple[int, OutcomeFlip]] = []
+    for channel in settings.channels:
         if isinstance(channel, OutcomeFlip):
-            flips.append((at, channel))
+            flips.append((len(flips), channel))
         elif not isinstance(channel, TextChannel):
             raise BadValue("channel", channel, 'an OutcomeFlip; vectorization_mode="sync" plays any other')
     return flips

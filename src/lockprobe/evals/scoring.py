@@ -126,14 +126,16 @@ def marked(step: Step) -> dict[str, object]:
 
 
 def _told(step: Step) -> str:
+    if step.told_moved is None:
+        return "nothing"
     told = _SAID["moved" if step.told_moved else "blocked"]
-    return told if step.told_moved == step.moved else f"**{told}** (false report)"
+    return f"**{told}** (false report)" if step.told_falsely else told
 
 
 def _said(step: Step, claimed: str | None) -> str:
     if claimed is None:
         return ""
-    agrees = claimed == ("moved" if step.told_moved else "blocked")
+    agrees = step.told_moved is None or claimed == ("moved" if step.told_moved else "blocked")
     return _SAID[claimed] if agrees else f"**{_SAID[claimed]}** (misread)"
 
 

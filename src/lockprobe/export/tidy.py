@@ -76,7 +76,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "step": step.step,
                 "joint": step.joint,
                 "moved": int(step.moved),
-                "told_moved": int(step.told_moved),
+                "told_moved": "" if step.told_moved is None else int(step.told_moved),
                 "claimed": step.decision.claimed or "",
                 "state": step.state,
                 "target": int(step.moved and step.joint == trial.target),

@@ -64,8 +64,8 @@ def outcome_lines(trial: Trial, at: int) -> tuple[Line, ...]:
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")
     robot = f", robot says {verdict}" if verdict in ("moved", "blocked", "failed") else ""
-    told = "" if step.pictures else f", told {_word(step.told_moved)}"
-    false = step.moved != step.told_moved or (bool(robot) and verdict != truth)
+    told = "" if step.pictures or step.told_moved is None else f", told {_word(step.told_moved)}"
+    false = step.told_falsely or (bool(robot) and verdict != truth)
     later = trial.steps[at + 1].decision.claimed if at + 1 < len(trial.steps) else None
     last = "solved" if step.moved and step.joint == trial.target else ""
     said = f"the agent then says {later}" if later in ("moved", "blocked") else last

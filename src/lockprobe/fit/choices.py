@@ -128,7 +128,7 @@ def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
         told=tuple(
             Told(
                 joint=trial.listing.index(step.decision.joint),
-                moved=step.told_moved,
+                moved=bool(step.told_moved),
                 shifted=_shifted(step, trial.steps[0].state, panel),
             )
             for step in trial.steps

@@ -113,7 +113,7 @@ def fit_agent(
     Raises:
         BadValue: If no trial was played.
     """
-    counted = [trial for trial in ended(trials) if trial.steps]
+    counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
     if not counted:
         raise BadValue(f"trials of {agent}", f"{len(trials)} that ended as an error", "at least one that was played")
     used = _some(counted)

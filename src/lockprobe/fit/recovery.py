@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.contest import Competitor, contest
 from lockprobe.fit.finding import CLOSE, Claim, claims
@@ -26,6 +25,7 @@ from lockprobe.fit.maximum import maximum
 from lockprobe.fit.result import Parameter
 from lockprobe.fit.rivals import RIVALS, chosen_rivals
 from lockprobe.fit.subjects import WORLDS, World
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
@@ -162,7 +162,7 @@ def simulate(agent: str | Agent, design: Design, seed: int) -> list[Trial]:
             await play(
                 plan,
                 plant=SymbolicPlant(plan.box),
-                channels=(OutcomeFlip(p=plan.p, persistence=plan.flip),),
+                interventions=(OutcomeFlip(p=plan.p, persistence=plan.flip),),
                 agent=player,
             )
             for plan in plans

@@ -10,10 +10,10 @@ from collections.abc import Iterable
 from functools import lru_cache
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.channels.camera import CameraChannel
-from lockprobe.channels.noise import OutcomeFlip
-from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
 from lockprobe.plan import Plan
 from lockprobe.seams import Channel

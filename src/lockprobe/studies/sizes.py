@@ -12,7 +12,7 @@ from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.llm.size import at_most, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.call import Usage
-from lockprobe.channels.text import TextChannel
+from lockprobe.interventions.words import TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -159,4 +159,4 @@ def _percept(plan: Plan, joints: tuple[str, ...], step: int) -> Percept:
         return Percept(joint=joint, text=f"You attempted {joint}. The picture shows the box now.", pictures=pictures)
     positions = None if plan.flip == "outcome-only" else tuple((place + step) % 2 == 0 for place in range(len(joints)))
     told = Percept(joint=joint, outcome="moved" if step % 2 else "blocked" if step else None, positions=positions)
-    return TextChannel().perceive(told, None, Names(plan).task(plan), plan.stream("estimate"))
+    return TextChannel().perceive(told, (), Names(plan).task(plan), plan.stream("estimate"))

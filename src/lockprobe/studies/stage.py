@@ -90,7 +90,7 @@ async def play_timed(
         trial = await play(
             plan,
             plant=plant,
-            channels=channels_for(plan),
+            interventions=channels_for(plan),
             agent=agent,
             on_step=lambda step: on_step(plan.key, step),
             keep=None if pictures is None else Album(pictures).keep,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, get_args
 
-from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.options import PEOPLE, group_of

@@ -20,9 +20,9 @@ from typing import Annotated, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.channels.noise import FlipKind
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import paper

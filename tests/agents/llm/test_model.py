@@ -16,8 +16,8 @@ from lockprobe.agents.llm.knowledge import ModelFacts
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message, picture_fingerprint
 from lockprobe.call import Usage
-from lockprobe.channels.text import TextChannel
 from lockprobe.errors import BadValue, Missing, SettingsChanged, UnknownName
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
@@ -195,7 +195,7 @@ class Photographs:
 
     depth: bool = False
 
-    def perceive(self, percept, previous, task, rng):
+    def perceive(self, percept, past, task, rng):
         state = bytes(percept.positions)
         shown = [Picture(kind="rgb", png=b"\x89PNG colours \xff" + state)]
         if self.depth:
@@ -214,7 +214,7 @@ def shown(monkeypatch, answer, channel, spec=SPEC):
     async def played():
         agent = resolve(spec).make()
         try:
-            return await play(plan, plant=SymbolicPlant(plan.box), channels=[channel], agent=agent)
+            return await play(plan, plant=SymbolicPlant(plan.box), interventions=[channel], agent=agent)
         finally:
             await agent.aclose()
 

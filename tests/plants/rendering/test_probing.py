@@ -82,7 +82,7 @@ def test_importing_touches_neither_mujoco_nor_graphics():
         "lockprobe",
         "lockprobe.cli",
         "lockprobe.cli.health",
-        "lockprobe.channels.camera",
+        "lockprobe.interventions.camera",
         "lockprobe.pictures.depth",
         "lockprobe.pictures.png",
         "lockprobe.plants.rendering.probing",

@@ -8,11 +8,11 @@ import pytest
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.heuristic import PRESETS, HumanInspired
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
-from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_curve, random_no_repeat_curve
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.record import Decision, Moment, Percept, Situation, Task, Turn
 from lockprobe.studies.montecarlo.propagation import propagate
 
 KINDS = ("transient", "sticky", "outcome-only")
@@ -49,7 +49,7 @@ def branches(policy, puzzle, channel, budget, task, situation, configuration):
             positions=tuple(after[int(label)] for label in task.joints),
         )
         for flipped, luck in ((False, 1 - channel.p), (True, channel.p)):
-            told = channel.perceive(truth, situation.percept, task, Loaded(flipped))
+            told = channel.perceive(truth, (Moment(was=truth, told=situation.percept),), task, Loaded(flipped))
             past = (*situation.past, Turn(percept=situation.percept, decision=Decision(joint=task.joints[place])))
             onward = Situation(task=task, past=past, percept=told)
             for share, step, wrong in branches(policy, puzzle, channel, budget - 1, task, onward, after):
@@ -65,7 +65,7 @@ def by_brute_force(policy, puzzle, p, flip, budget):
         budget=budget,
         places=tuple(joint.place for joint in puzzle.joints),
     )
-    opening = channel.perceive(Percept(positions=puzzle.initial), None, task, Loaded(False))
+    opening = channel.perceive(Percept(positions=puzzle.initial), (), task, Loaded(False))
     solved, apart, running = [0.0] * (budget + 1), [0.0] * (budget + 1), [1e-300] * (budget + 1)
     start = Situation(task=task, past=(), percept=opening)
     for share, end, wrong in branches(policy, puzzle, channel, budget, task, start, puzzle.initial):

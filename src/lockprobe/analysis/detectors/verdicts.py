@@ -73,7 +73,7 @@ def share_flagged(trials: Sequence[Trial], detectors: Sequence[Detector] = DETEC
         return {}
     return {
         detector.name: fmean(
-            flags(detector, trial.actions, [step.told_moved for step in trial.steps], joints=len(trial.joints))
+            flags(detector, trial.actions, [bool(step.told_moved) for step in trial.steps], joints=len(trial.joints))
             for trial in counted
         )
         for detector in detectors

@@ -20,7 +20,7 @@ from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.heuristic import HumanInspired
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
-from lockprobe.channels.noise import FlipKind
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.montecarlo.choosing import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
 from lockprobe.studies.montecarlo.plain import World
 from lockprobe.studies.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record

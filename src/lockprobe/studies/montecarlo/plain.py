@@ -19,8 +19,8 @@ from lockprobe.agents.heuristic import HumanInspired
 from lockprobe.agents.ideal import IdealObserver
 from lockprobe.agents.policy import Policy, Told, View
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
-from lockprobe.channels.noise import FlipKind, OutcomeFlip
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box as named_box
 
@@ -113,7 +113,7 @@ def play_plainly(
 def reported(flip: FlipKind, configuration: int, before: int, joint: int, *, flipped: bool) -> int:
     """The configuration as reported; only ``sticky`` heeds what was reported ``before``.
 
-    It is what :class:`lockprobe.channels.noise.OutcomeFlip` does to positions.
+    It is what :class:`lockprobe.interventions.flip.OutcomeFlip` does to positions.
     """
     others = before if flip == "sticky" else configuration
     return others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint

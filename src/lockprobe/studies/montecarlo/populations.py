@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from lockprobe.agents.policy import Policy
 from lockprobe.analysis.loops import LoopMeasures, kernels, measure
-from lockprobe.channels.noise import FlipKind
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.studies.montecarlo import rules

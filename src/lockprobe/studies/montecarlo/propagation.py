@@ -14,8 +14,8 @@ from itertools import permutations
 from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.agents.policy import Policy, Told
-from lockprobe.channels.noise import FlipKind
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.studies.montecarlo.plain import World, heeds_order, listed, policy_of, reported, world_of

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.channels.noise import OutcomeFlip
 from lockprobe.errors import BadValue
-from lockprobe.record import Percept, Task
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.record import Moment, Percept, Task
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
 TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))
@@ -24,7 +24,8 @@ class Fixed:
 
 
 def tell(channel, percept=TRUTH, previous=None, number=0.0):
-    return channel.perceive(percept, previous, TASK, Fixed(number))
+    past = () if previous is None else (Moment(was=TRUTH, told=previous),)
+    return channel.perceive(percept, past, TASK, Fixed(number))
 
 
 @pytest.mark.parametrize("persistence", ["transient", "sticky", "outcome-only"])
@@ -72,7 +73,7 @@ def test_the_flips_at_a_smaller_p_are_a_subset_of_those_at_a_larger(seed, one, o
     def flips(p):
         rng = np.random.default_rng(seed)
         channel = OutcomeFlip(p=p)
-        return [channel.perceive(TRUTH, None, TASK, rng).outcome == "blocked" for _ in range(20)]
+        return [channel.perceive(TRUTH, (), TASK, rng).outcome == "blocked" for _ in range(20)]
 
     assert all(not at_low or at_high for at_low, at_high in zip(flips(low), flips(high), strict=True))
 
@@ -83,9 +84,9 @@ def test_it_draws_equally_often_whatever_its_parameters(persistence):
     for p in (0.0, 0.3, 1.0):
         rng = np.random.default_rng(1)
         channel = OutcomeFlip(p=p, persistence=persistence)
-        previous = None
+        past = ()
         for _ in range(7):
-            previous = channel.perceive(TRUTH, previous, TASK, rng)
+            past = (*past, Moment(was=TRUTH, told=channel.perceive(TRUTH, past, TASK, rng)))
         after.add(rng.random())
     assert len(after) == 1
 
@@ -94,7 +95,7 @@ def test_its_rate_is_p():
     rng = np.random.default_rng(7)
     channel = OutcomeFlip(p=0.3)
     n = 20_000
-    flipped = sum(channel.perceive(TRUTH, None, TASK, rng).outcome == "blocked" for _ in range(n))
+    flipped = sum(channel.perceive(TRUTH, (), TASK, rng).outcome == "blocked" for _ in range(n))
     assert abs(flipped / n - 0.3) < 4 * (0.3 * 0.7 / n) ** 0.5
 
 

@@ -12,7 +12,7 @@ from lockprobe.pictures.depth import DepthKind, Window, encode, from_millimetres
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture
 from lockprobe.pictures.png import to_png
-from lockprobe.record import Percept, Task
+from lockprobe.record import Moment, Percept, Task
 
 __all__ = ["CameraChannel", "Depth"]
 
@@ -46,7 +46,7 @@ class CameraChannel:
             raise BadValue("depth", self.depth, f"one of {', '.join(get_args(Depth))}")
         Window(near=self.near, far=self.far)
 
-    def perceive(self, percept: Percept, previous: Percept | None, task: Task, rng: np.random.Generator) -> Percept:
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as pictures. Nothing is drawn from ``rng``.
 
         Raises:

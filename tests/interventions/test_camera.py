@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lockprobe.channels.camera import CameraChannel
 from lockprobe.errors import BadValue
+from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.depth import Window, decode
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.pictures.png import from_png
@@ -26,7 +26,7 @@ MOVED = Percept(joint="B", outcome="moved", positions=(True, False), look=lambda
 
 
 def told(percept, channel):
-    return channel.perceive(percept, None, TASK, np.random.default_rng(1))
+    return channel.perceive(percept, (), TASK, np.random.default_rng(1))
 
 
 def test_rgb_is_one_picture_and_one_sentence():
@@ -84,7 +84,7 @@ def test_handles_are_places_in_the_picture_in_the_listed_order():
 
 def test_nothing_is_drawn():
     rng = np.random.default_rng(9)
-    CameraChannel(depth="turbo").perceive(MOVED, None, TASK, rng)
+    CameraChannel(depth="turbo").perceive(MOVED, (), TASK, rng)
     assert rng.random() == np.random.default_rng(9).random()
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.record import Percept, Task
+from lockprobe.record import Moment, Percept, Task
 
 __all__ = ["TextChannel"]
 
@@ -15,7 +15,7 @@ __all__ = ["TextChannel"]
 class TextChannel:
     """Writes the percept as sentences; it adds and hides nothing."""
 
-    def perceive(self, percept: Percept, previous: Percept | None, task: Task, rng: np.random.Generator) -> Percept:
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text."""
         sentences = []
         if percept.joint is not None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
 from lockprobe.errors import BadValue
-from lockprobe.record import Outcome, Percept, Task
+from lockprobe.record import Moment, Outcome, Percept, Task
 
 __all__ = ["FlipKind", "OutcomeFlip"]
 
@@ -38,6 +38,7 @@ class OutcomeFlip:
         BadValue: If ``p`` or ``persistence`` is none of these.
     """
 
+    stream: ClassVar[str] = "channel"
     p: float = 0.0
     persistence: FlipKind = "transient"
 
@@ -47,22 +48,22 @@ class OutcomeFlip:
         if self.persistence not in get_args(FlipKind):
             raise BadValue("flip", self.persistence, f"one of {', '.join(get_args(FlipKind))}")
 
-    def perceive(self, percept: Percept, previous: Percept | None, task: Task, rng: np.random.Generator) -> Percept:
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
         flipped = percept.joint is not None and rng.random() < self.p
         outcome: Outcome | None = percept.outcome
         if flipped:
             outcome = "blocked" if percept.outcome == "moved" else "moved"
-        return replace(percept, outcome=outcome, positions=self._positions(percept, previous, task, flipped))
+        return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, flipped))
 
     def _positions(
-        self, percept: Percept, previous: Percept | None, task: Task, flipped: bool
+        self, percept: Percept, past: tuple[Moment, ...], task: Task, flipped: bool
     ) -> tuple[bool, ...] | None:
         if percept.positions is None or self.persistence == "outcome-only":
             return None
         believed = percept.positions
-        if self.persistence == "sticky" and previous is not None and previous.positions is not None:
-            believed = previous.positions
+        if self.persistence == "sticky" and past and past[-1].told.positions is not None:
+            believed = past[-1].told.positions
         return tuple(
             truth ^ flipped if label == percept.joint else earlier
             for label, truth, earlier in zip(task.joints, percept.positions, believed, strict=True)

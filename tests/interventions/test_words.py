@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from lockprobe.channels.text import TextChannel
+from lockprobe.interventions.words import TextChannel
 from lockprobe.record import Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 
 
 def text(percept):
-    return TextChannel().perceive(percept, None, TASK, np.random.default_rng(1)).text
+    return TextChannel().perceive(percept, (), TASK, np.random.default_rng(1)).text
 
 
 def test_the_first_look_tells_positions_in_the_listed_order():

@@ -1,0 +1,62 @@
+"""False reports that come in runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.errors import BadValue, check_probability
+from lockprobe.interventions.flip import OutcomeFlip
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Moment, Percept, Task
+
+__all__ = ["Burst"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Burst:
+    """As often false as ``flip`` at the same p, but in runs: a false report is followed by another one more often.
+
+    Whether a report is false is a Markov chain of two states with the share p of false ones from the first report on
+    and runs of ``length`` on average. Reports one step apart correlate by ``1 - 1/length - p/(length (1 - p))``; at
+    ``length = 1/(1 - p)`` they are independent. Two numbers are drawn per attempt.
+
+    Attributes:
+        p: Share of false reports, [0, 1), at most ``length / (length + 1)``.
+        length: Mean length of a run of false reports, from 1.
+
+    Raises:
+        BadValue: If a number is out of range.
+    """
+
+    name: ClassVar[str] = "burst"
+    place: ClassVar[str] = "told"
+    dose: ClassVar[str] = "p"
+    p: float = 0.0
+    length: float = 3.0
+
+    def __post_init__(self) -> None:
+        check_probability("flip rate p", self.p)
+        if not 1 <= self.length < float("inf"):
+            raise BadValue("length", self.length, "a number from 1")
+        if self.p > self.length / (self.length + 1):
+            raise BadValue("flip rate p", self.p, f"at most {self.length / (self.length + 1):g} in runs of {self.length:g}")
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        """The percept with its outcome inverted, or not."""
+        if percept.joint is None:
+            return percept
+        false = rng.random() < self._chance(past)
+        return OutcomeFlip(p=float(false)).perceive(percept, past, task, rng)
+
+    def _chance(self, past: tuple[Moment, ...]) -> float:
+        """The probability that the next report is false, given whether the last one was."""
+        if len(past) < 2:
+            return self.p
+        last = past[-1]
+        if last.told.outcome is not None and last.told.outcome != last.was.outcome:
+            return 1 - 1 / self.length
+        return self.p / (self.length * (1 - self.p))

@@ -1,0 +1,48 @@
+"""Reports that come late."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.errors import BadValue
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Moment, Percept, Task
+
+__all__ = ["Delay"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delay:
+    """Every report is the one that was true ``lag`` attempts ago, and names the joint attempted then; nothing is false.
+
+    Before the first of them nothing is told. What interventions before it did to the report is lost, as it starts from
+    the truth. Nothing is drawn.
+
+    Attributes:
+        lag: Attempts by which a report is late, from 0.
+
+    Raises:
+        BadValue: If it is none.
+    """
+
+    name: ClassVar[str] = "delay"
+    place: ClassVar[str] = "told"
+    dose: ClassVar[str] = "lag"
+    lag: int = 1
+
+    def __post_init__(self) -> None:
+        if self.lag < 0:
+            raise BadValue("lag", self.lag, "a whole number from 0")
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        """The percept of some attempts ago."""
+        if percept.joint is None or self.lag == 0:
+            return percept
+        if len(past) - self.lag < 1:  # the first look is no report of an attempt
+            return replace(percept, joint=None, outcome=None, positions=None)
+        late = past[len(past) - self.lag].was
+        return replace(percept, joint=late.joint, outcome=late.outcome, positions=late.positions)

@@ -1,0 +1,42 @@
+"""A past with gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from lockprobe.errors import check_probability
+
+if TYPE_CHECKING:
+    from lockprobe.record import Task, Turn
+
+__all__ = ["Forget"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Forget:
+    """Each exchange of the past is gone for good with probability p, from the step after it on.
+
+    One number is drawn for the trial whatever p is, and from it one for each exchange, so what is forgotten once stays
+    forgotten, and what is forgotten at a smaller p is forgotten at a larger one too.
+
+    Attributes:
+        p: Probability that an exchange is forgotten, [0, 1].
+
+    Raises:
+        BadValue: If it is none.
+    """
+
+    name: ClassVar[str] = "forget"
+    place: ClassVar[str] = "remembered"
+    dose: ClassVar[str] = "p"
+    p: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_probability("p", self.p)
+
+    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+        """The exchanges that are not forgotten."""
+        return past

@@ -1,0 +1,41 @@
+"""A past that ends some exchanges ago."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.errors import BadValue
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Task, Turn
+
+__all__ = ["History"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """The agent has only the newest exchanges; what it is told now, and its task, stay as they are.
+
+    Of ``last`` exchanges it knows what it chose and what came of it. Nothing is drawn.
+
+    Attributes:
+        last: Exchanges that it has, from 0.
+
+    Raises:
+        BadValue: If it is none.
+    """
+
+    name: ClassVar[str] = "history"
+    place: ClassVar[str] = "remembered"
+    last: int = 5
+
+    def __post_init__(self) -> None:
+        if self.last < 0:
+            raise BadValue("last", self.last, "a whole number from 0")
+
+    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+        """The newest exchanges."""
+        return past[len(past) - self.last :] if self.last < len(past) else past

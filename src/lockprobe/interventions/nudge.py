@@ -1,0 +1,68 @@
+"""A sentence beside the report that names the agent's loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.analysis.loops import onset
+from lockprobe.errors import BadValue
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Briefing, Moment, Task
+
+__all__ = ["Nudge", "check_copies", "loops_completed"]
+
+NUDGE = "Note: you are repeating the same series of actions; consider trying another one."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Nudge:
+    """When the agent has just completed a copy of an action loop, one sentence tells it that it repeats itself.
+
+    The report stays as it is, and is true. Agents that read no words pay no attention to it. Nothing is drawn.
+
+    Attributes:
+        after: Copies of a loop after which it is said, from 2.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+
+    name: ClassVar[str] = "nudge"
+    place: ClassVar[str] = "asked"
+    after: int = 2
+
+    def __post_init__(self) -> None:
+        if self.after < 2:
+            raise BadValue("after", self.after, "a number of copies from 2")
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the sentence, where it is due."""
+        if not loops_completed(past, self.after):
+            return briefing
+        return replace(briefing, remark=" ".join(filter(None, (briefing.remark, NUDGE))))
+
+
+def check_copies(after: int) -> None:
+    """Refuse a number of copies that makes no loop; 0 stands for always.
+
+    Raises:
+        BadValue: If it is none.
+    """
+    if after < 0 or after == 1:
+        raise BadValue("after", after, "a number of copies from 2, or 0 for always")
+
+
+def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
+    """Whether the last choice completed so many disjoint copies of an action loop that stand one after another.
+
+    A loop is a run of three or more choices, as in the paper (Sec. 3.3); of two copies others may stand between.
+    """
+    chosen = tuple(moment.chosen for moment in past[1:])
+    if copies == 2:
+        return len(chosen) > 0 and onset(chosen) == len(chosen)
+    longest = len(chosen) // copies
+    return any(chosen[-length:] * copies == chosen[-length * copies :] for length in range(3, longest + 1))

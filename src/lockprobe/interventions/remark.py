@@ -1,0 +1,45 @@
+"""A sentence beside the report that says nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.interventions.nudge import check_copies, loops_completed
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Briefing, Moment, Task
+
+__all__ = ["Remark"]
+
+REMARK = "Note: this panel is made of wood, and its surface is painted in a light grey."
+"""As long as the nudge, and about nothing that matters."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remark:
+    """The control of ``nudge``: at the same moments a sentence of equal length that says nothing of the agent's actions.
+
+    The report stays as it is. Agents that read no words pay no attention to it. Nothing is drawn.
+
+    Attributes:
+        after: Copies of a loop after which it is said, from 2; 0 for before every step but the first.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+
+    name: ClassVar[str] = "remark"
+    place: ClassVar[str] = "asked"
+    after: int = 2
+
+    def __post_init__(self) -> None:
+        check_copies(self.after)
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the sentence, where it is due."""
+        if not (len(past) > 1 if self.after == 0 else loops_completed(past, self.after)):
+            return briefing
+        return replace(briefing, remark=" ".join(filter(None, (briefing.remark, REMARK))))

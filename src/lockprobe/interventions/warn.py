@@ -1,0 +1,43 @@
+"""A warning that reports may be false."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.errors import check_probability
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Briefing, Moment, Task
+
+__all__ = ["Warn"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Warn:
+    """The instruction says that reports may be false, with or without how often; the reports stay as they are.
+
+    Agents that read no words pay no attention to it. Nothing is drawn.
+
+    Attributes:
+        rate: How often the instruction says that they are, [0, 1]; None for "sometimes".
+
+    Raises:
+        BadValue: If it is no probability.
+    """
+
+    name: ClassVar[str] = "warn"
+    place: ClassVar[str] = "asked"
+    rate: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.rate is not None:
+            check_probability("rate", self.rate)
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the warning."""
+        often = "sometimes" if self.rate is None else f"with probability {self.rate:g}"
+        said = f"What you are told of your last action is {often} false."
+        return replace(briefing, warning=" ".join(filter(None, (briefing.warning, said))))
