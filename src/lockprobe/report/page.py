@@ -191,8 +191,7 @@ def _shown(value: Any) -> Any:
     from markupsafe import Markup, escape
 
     text = str(escape(printable(re.sub(r"\s", " ", value))))
-    said = re.sub(r"\bP( (?:=|&lt;) [\d.]*\d)", r'<span class="n"><i>P</i>\1</span>', text)
-    return Markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", said))  # noqa: S704  escaped just above
+    return Markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))  # noqa: S704  escaped just above
 
 
 def _breakable(name: str) -> Any:
