@@ -27,7 +27,7 @@ from lockprobe.people.responses import Act, Agree
 from lockprobe.people.scenes import Scene
 from lockprobe.people.seat import Seat, Table
 from lockprobe.people.tokens import Tokens
-from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawn
+from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawing, withdrawn
 from lockprobe.people.words import Words
 from lockprobe.studies.study import Study
 
@@ -231,6 +231,11 @@ class Reception:
         """How far people have come, by condition."""
         journeys, gone = [seat.journey for seat in self._register], withdrawn(self._table.journal.directory)
         return progress_of(self.study, journeys, self._register.finished(), gone)
+
+    def withdrawals(self) -> tuple[int, str | None]:
+        """How many have withdrawn, and whose deletion is under way: another with every withdrawal."""
+        directory = self._table.journal.directory
+        return withdrawn(directory), withdrawing(directory)
 
     async def _join(
         self, mark: str, lease: str, turn: int, act: Act, platform: Mapping[str, str]

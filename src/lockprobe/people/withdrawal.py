@@ -16,7 +16,7 @@ from lockprobe.studies.journal import Journal
 from lockprobe.studies.lines import sync_directory
 from lockprobe.studies.placing import place
 
-__all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawn"]
+__all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]
 
 _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
@@ -30,6 +30,16 @@ def withdrawn(directory: Path) -> int:
     """
     found = _read(directory / PEOPLE_DIRECTORY / _COUNT)
     return 0 if found is None else int(str(found["withdrawn"]))
+
+
+def withdrawing(directory: Path) -> str | None:
+    """Whose deletion is noted and not finished; None where none is.
+
+    Raises:
+        BadFile: If the note is damaged.
+    """
+    note = _read(directory / PEOPLE_DIRECTORY / _UNDER_WAY)
+    return None if note is None else str(note.get("participant"))
 
 
 def note_withdrawal(journal: Journal, identity: str) -> None:

@@ -8,6 +8,7 @@ const EVERY = 10_000; // milliseconds between two looks
 const at = (id) => document.getElementById(id);
 const storage = window.sessionStorage;
 let timer = 0;
+let preparing = ""; // what is said while a file is written
 
 function tokenOfAddress() {
   const found = new URLSearchParams(location.hash.slice(1)).get("token");
@@ -86,8 +87,10 @@ function show(progress) {
   showTotals(progress);
   at("conditions").tBodies[0].replaceChildren(...progress.conditions.map(conditionRow));
   showParticipants(progress.participants);
+  showFiles(progress.downloads);
+  at("everything").disabled = progress.joined === 0;
   at("when").textContent = `As of ${new Date().toLocaleTimeString()}`; // not spoken every time
-  say("");
+  say(preparing);
 }
 
 function showTotals(progress) {
@@ -186,20 +189,56 @@ async function find(event) {
   }
 }
 
+/** Each table with what a row of it is, and the file that describes its columns. */
+function showFiles(downloads) {
+  if (at("files").tBodies[0].rows.length) return; // they stay what they are
+  const about = new Map(downloads.map((file) => [file.name, file.about]));
+  at("data").hidden = about.size === 0;
+  const rows = [...about.keys()].filter((name) => name.endsWith(".csv")).map((name) => {
+    const row = document.createElement("tr");
+    const table = made("th", "", { scope: "row" });
+    table.append(fileButton(name, name));
+    const columns = made("td");
+    columns.append(fileButton(`${name}-metadata.json`, "described", `Columns of ${name}, described`));
+    row.append(table, made("td", about.get(name).replace(/^a row is /, "")), columns);
+    return row;
+  });
+  at("files").tBodies[0].replaceChildren(...rows);
+}
+
+function fileButton(name, text, label = `Download ${name}`) {
+  return made("button", text, { type: "button", class: "quiet", "data-file": name, "aria-label": label });
+}
+
 /** The token goes in a header, so a plain link could not do it. */
-async function download() {
+async function download(button) {
+  const name = button.dataset.file;
+  if (button.getAttribute("aria-disabled")) return;
+  button.setAttribute("aria-disabled", "true");
+  preparing = `Preparing ${name} …`;
+  say(preparing);
   try {
-    const answer = await fetch("api/admin/data", {
+    const answer = await fetch(`api/admin/data/${name}`, {
       headers: { Authorization: `Bearer ${storage.getItem(KEY)}` },
       credentials: "omit",
       cache: "no-store",
     });
-    if (!answer.ok) throw new Error("The data cannot be had now.");
-    const link = made("a", "", { href: URL.createObjectURL(await answer.blob()), download: "steps.csv" });
+    if (answer.status === 401) {
+      preparing = "";
+      leave("That is not the token of this study.");
+      return;
+    }
+    if (!answer.ok) throw new Error(`${name} cannot be had: ${(await answer.json()).message}`);
+    const link = made("a", "", { href: URL.createObjectURL(await answer.blob()), download: name });
     link.click();
     URL.revokeObjectURL(link.href);
+    preparing = "";
+    say(`${name} is downloaded.`);
   } catch (error) {
+    preparing = "";
     say(error instanceof TypeError ? "The server does not answer." : error.message, true);
+  } finally {
+    button.removeAttribute("aria-disabled");
   }
 }
 
@@ -233,7 +272,10 @@ at("door").addEventListener("submit", (event) => {
   look();
 });
 at("find").addEventListener("submit", find);
-at("data").addEventListener("click", download);
+at("data").addEventListener("click", (event) => {
+  const button = event.target.closest("button[data-file]");
+  if (button) download(button);
+});
 at("copy").addEventListener("click", copy);
 at("leave").addEventListener("click", () => leave());
 document.addEventListener("visibilitychange", () => {
