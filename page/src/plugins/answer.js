@@ -44,7 +44,7 @@ export class AnswerPlugin {
           return;
         }
         if (answer && !fits(scene, answer)) {
-          missing.textContent = filled(words.page.number, { limits: limits(scene) });
+          missing.textContent = filled(words.page[scene.type], { limits: limits(scene) });
           field.querySelector("input").focus();
           return;
         }

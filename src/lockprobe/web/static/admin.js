@@ -191,19 +191,17 @@ async function find(event) {
 
 /** Each table with what a row of it is, and the file that describes its columns. */
 function showFiles(downloads) {
-  if (at("files").tBodies[0].rows.length) return; // they stay what they are
-  const about = new Map(downloads.map((file) => [file.name, file.about]));
-  at("data").hidden = about.size === 0;
-  const rows = [...about.keys()].filter((name) => name.endsWith(".csv")).map((name) => {
-    const row = document.createElement("tr");
-    const table = made("th", "", { scope: "row" });
-    table.append(fileButton(name, name));
-    const columns = made("td");
-    columns.append(fileButton(`${name}-metadata.json`, "described", `Columns of ${name}, described`));
-    row.append(table, made("td", about.get(name).replace(/^a row is /, "")), columns);
-    return row;
-  });
-  at("files").tBodies[0].replaceChildren(...rows);
+  if (at("files").hasChildNodes()) return; // they stay what they are
+  at("data").hidden = downloads.length === 0;
+  const tables = downloads.filter(({ name }) => name.endsWith(".csv"));
+  at("files").replaceChildren(
+    ...tables.map(({ name, about }) => {
+      const line = made("li");
+      const columns = fileButton(`${name}-metadata.json`, "columns", `Download the columns of ${name}, described`);
+      line.append(fileButton(name, name), columns, made("span", about));
+      return line;
+    }),
+  );
 }
 
 function fileButton(name, text, label = `Download ${name}`) {
