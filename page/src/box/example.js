@@ -13,6 +13,9 @@ const VIEWS = {
   pictures: (scene, words) => picturesOf(scene, words, () => {}),
 };
 
+/** By what parts are found with which something can be done. */
+const HOOKS = ["id", "data-joint", "data-claim", "aria-keyshortcuts"];
+
 /**
  * The examples of a page of instructions: boxes as they will look, on which nothing can be done. Each is one picture,
  * whose text says all that is seen in it.
@@ -34,8 +37,10 @@ export function examplesOf(scene, words) {
       element("h2", {}, words.choose),
       VIEWS[panel.view](box, words),
     );
-    for (const button of shown.querySelectorAll("button")) button.tabIndex = -1;
-    for (const named of shown.querySelectorAll("[id]")) named.removeAttribute("id");
+    for (const part of shown.querySelectorAll("button, [id]")) {
+      for (const name of HOOKS) part.removeAttribute(name);
+      part.tabIndex = -1;
+    }
     return element(
       "figure",
       { class: "example" },
@@ -51,12 +56,12 @@ function captionOf(panel, words, some, first) {
   const said = [some ? words.example_some : words.example];
   if (panel.last !== null) said.push(filled(words.example_step, { label: panel.last }));
   if (panel.last === null || first) {
-    said.push(words[`example_${panel.view}`]);
-    if (panel.view === "panel" && told) said.push(words.example_positions);
-    if (panel.view === "text" && told) said.push(words.example_listed);
+    if (panel.view === "text") said.push(words.example_text, told ? words.example_listed : "");
+    if (panel.view === "panel") said.push(words.example_panel, told ? words.example_positions : "");
+    if (panel.view === "pictures") said.push(words.example_pictures);
     if (panel.pictures.length > 1) said.push(words.example_depth);
   }
-  return said.join(" ");
+  return said.filter(Boolean).join(" ");
 }
 
 /** All that is seen in it. */

@@ -8,7 +8,6 @@ const EVERY = 10_000; // milliseconds between two looks
 const at = (id) => document.getElementById(id);
 const storage = window.sessionStorage;
 let timer = 0;
-let preparing = ""; // what is said while a file is written
 
 function tokenOfAddress() {
   const found = new URLSearchParams(location.hash.slice(1)).get("token");
@@ -90,7 +89,7 @@ function show(progress) {
   showFiles(progress.downloads);
   at("everything").disabled = progress.joined === 0;
   at("when").textContent = `As of ${new Date().toLocaleTimeString()}`; // not spoken every time
-  say(preparing);
+  say("");
 }
 
 function showTotals(progress) {
@@ -208,33 +207,25 @@ function fileButton(name, text, label = `Download ${name}`) {
   return made("button", text, { type: "button", class: "quiet", "data-file": name, "aria-label": label });
 }
 
-/** The token goes in a header, so a plain link could not do it. */
+/** The token goes in a header, so a plain link could not do it. What comes of it is said beside the buttons. */
 async function download(button) {
   const name = button.dataset.file;
   if (button.getAttribute("aria-disabled")) return;
   button.setAttribute("aria-disabled", "true");
-  preparing = `Preparing ${name} …`;
-  say(preparing);
+  at("prepared").textContent = `Preparing ${name} …`;
   try {
     const answer = await fetch(`api/admin/data/${name}`, {
       headers: { Authorization: `Bearer ${storage.getItem(KEY)}` },
       credentials: "omit",
       cache: "no-store",
     });
-    if (answer.status === 401) {
-      preparing = "";
-      leave("That is not the token of this study.");
-      return;
-    }
-    if (!answer.ok) throw new Error(`${name} cannot be had: ${(await answer.json()).message}`);
+    if (!answer.ok) throw new Error(`${name} cannot be had: ${(await answer.json()).message}.`);
     const link = made("a", "", { href: URL.createObjectURL(await answer.blob()), download: name });
     link.click();
     URL.revokeObjectURL(link.href);
-    preparing = "";
-    say(`${name} is downloaded.`);
+    at("prepared").textContent = `${name} is downloaded.`;
   } catch (error) {
-    preparing = "";
-    say(error instanceof TypeError ? "The server does not answer." : error.message, true);
+    at("prepared").textContent = error instanceof TypeError ? "The server does not answer." : error.message;
   } finally {
     button.removeAttribute("aria-disabled");
   }
