@@ -55,7 +55,7 @@ def test_files_and_their_names(dataset):
         "dataset_description.json", "README.md", "CHANGES.md", ".psychds-ignore", "data", "records",
     }  # fmt: skip
     names = [path.name for path in (dataset / "data").iterdir()]
-    assert len(names) == 5
+    assert len(names) == 6
     assert all(FILE_NAME.fullmatch(name) for name in names)
     assert {part.split("-")[0] for name in names for part in name.split("_")[:-1]} <= KEYWORDS
     assert "records/" in (dataset / ".psychds-ignore").read_text().splitlines()
