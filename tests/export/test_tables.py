@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from builders import play_study, small_study, write_study
+from builders import play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 
 from lockprobe.export import tidy_rows
@@ -114,6 +114,7 @@ def test_a_participant_has_conditions_a_device_and_an_end(directory):
     no_device = '"pointer":null,"viewport":null'
     text = path.read_text("utf-8").replace(no_device, '"pointer":"touch","viewport":[390,844]', 2)
     path.write_text(text.replace(no_device, '"pointer":"mouse","viewport":[1280,800]'), "utf-8")
+    with_right_checksums(path)
     rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
     assert [row["conditions"] for row in rows.values()] == [
         "symbolic p=0.4; symbolic p=0", "symbolic p=0", "symbolic p=0; symbolic p=0.4"
