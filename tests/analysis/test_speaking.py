@@ -1,11 +1,12 @@
 """Sentences call people people, with verbs that fit, and every other agent by its spec."""
 
+import re
 from dataclasses import replace
 
 import pytest
 from builders import play_study, played_by_people, small_study
 
-from lockprobe.analysis.conclusions import conclusions, courses_said
+from lockprobe.analysis.conclusions import _BESIDE_BLIND, _SAID, conclusions, courses_said
 from lockprobe.analysis.finding import finding
 from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.speaking import begun, called, of_people, verb
@@ -51,6 +52,16 @@ def test_specs_stay_as_they_are():
     assert of_people("That the agent solves the box less often after a loop is not detectable") == (
         "That people solve the box less often after a loop is not detectable"
     )
+
+
+def test_every_conclusion_can_be_said_of_people():
+    """With no pronoun or verb that stands for one."""
+    pairs = [*_SAID.values(), _BESIDE_BLIND]
+    every = [said for yes, no in pairs for said in ((yes, no) if isinstance(yes, str) else (*yes, no))]
+    assert len(every) == 14
+    of_many = [of_people(sentence) for sentence in every]
+    assert not [said for said in of_many if re.search(r"\b(its?|the agent)\b|people (is|has|\w+s)\b", said)]
+    assert [said for said in of_many if "beyond what their action habits and the mechanics" in said]
 
 
 def test_a_sentence_on_loops_names_what_the_test_assumes():

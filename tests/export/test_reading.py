@@ -102,6 +102,8 @@ def test_a_table_that_a_spreadsheet_has_saved_still_agrees(dataset):
         ("participants", lambda text: text.replace(BOB, "eeee05"), "participant is 'eeee05'"),
         ("checks", lambda text: text.replace(",1,2000.0", ",0,2000.0"), "right is '0', and '1'"),
         ("answers", lambda text: text + '"', "cannot be read"),
+        ("trials", lambda text: text.replace(",solved,1,", ",solved,0,", 1), "solved is '0', and '1'"),
+        ("participants", lambda text: text.replace("p=0.4", "p=0.5", 1), "conditions is"),
         ("acts", lambda text: "", "has no column participant"),
     ],
 )
@@ -129,6 +131,18 @@ def test_a_table_that_is_missing_or_no_text_is_refused(dataset):
         source_of_dataset(dataset)
     table(dataset, "acts").unlink()
     with pytest.raises(BadFile, match="cannot be read"):
+        source_of_dataset(dataset)
+
+
+def test_an_older_dataset_has_no_trials_and_fewer_columns_of_participants(dataset):
+    table(dataset, "trials").unlink()
+    path = table(dataset, "participants")
+    rows = list(csv.reader(path.read_text("utf-8").splitlines()))
+    kept = [at for at, name in enumerate(rows[0]) if name not in ("conditions", "finished", "pointers")]
+    path.write_text("".join(",".join(row[at] for at in kept) + "\n" for row in rows), "utf-8")
+    assert len(source_of_dataset(dataset).trials) == 3
+    path.write_text(path.read_text("utf-8").replace("checks_right", "right"), "utf-8")
+    with pytest.raises(BadFile, match="has no column checks_right"):
         source_of_dataset(dataset)
 
 

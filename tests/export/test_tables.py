@@ -4,12 +4,15 @@ import json
 from dataclasses import replace
 
 import pytest
-from builders import play_study, small_study, write_study
+from builders import play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 
 from lockprobe.export import tidy_rows
 from lockprobe.export.tables import PeopleRecords, tables_of
+from lockprobe.export.trials import trial_rows
 from lockprobe.people.experiment import Experiment
+from lockprobe.people.withdrawal import note_withdrawal
+from lockprobe.studies.journal import Journal
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"
@@ -89,6 +92,50 @@ def test_checks_and_answers_stand_with_their_questions(directory):
     assert (check["check"], check["question"], check["answer"], check["right"]) == ("1", "Blue, please.", "red", 0)
     assert (answer["name"], answer["question"], answer["answer"]) == ("why", "Why?", "because")
     assert PeopleRecords.read(directory).experiment == Experiment.model_validate({**asked, "device": False})
+
+
+def test_trials_are_those_of_the_export_with_who_played_them(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)])
+    records = PeopleRecords.read(directory)
+    trials = tables(directory)["trials"]
+    plain = list(trial_rows(records.trials))
+    assert [{name: row[name] for name in plain[0]} for row in trials.rows] == plain
+    ours = [row for row in trials.rows if row["participant"]]
+    assert [(row["participant"], row["position"], row["view"]) for row in ours] == [
+        (ANN, 1, "panel"), (ANN, 2, "panel")
+    ]  # fmt: skip
+
+
+def test_a_participant_has_conditions_a_device_and_an_end(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], answers={"why": ""})
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1)])
+    take_part(directory, STUDY, CEM, [(0.0, 2, 1), (0.4, 2, 2)], left_after=1)
+    path = directory / "people" / f"{ANN}.jsonl"
+    no_device = '"pointer":null,"viewport":null'
+    text = path.read_text("utf-8").replace(no_device, '"pointer":"touch","viewport":[390,844]', 2)
+    path.write_text(text.replace(no_device, '"pointer":"mouse","viewport":[1280,800]'), "utf-8")
+    with_right_checksums(path)
+    rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
+    assert [row["conditions"] for row in rows.values()] == [
+        "symbolic p=0.4; symbolic p=0", "symbolic p=0", "symbolic p=0; symbolic p=0.4"
+    ]  # fmt: skip
+    assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 1, CEM: 0}
+    device = ("pointers", "window_width", "window_height")
+    assert [rows[ANN][name] for name in device] == ["mouse touch", 390, 844]
+    assert [rows[BOB][name] for name in device] == ["", "", ""]
+    (directory / "people" / "experiment.json").write_text(json.dumps({"questions": [{"name": "why", "question": "?"}]}))
+    rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
+    assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 0, CEM: 0}
+
+
+def test_nothing_is_read_of_somebody_whose_deletion_was_cut_off(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1)])
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1)])
+    with Journal.open(directory, STUDY) as journal:
+        note_withdrawal(journal, ANN)  # and the server is killed
+    found = tables(directory)
+    assert {row["participant"] for row in found["acts"].rows} == {BOB}
+    assert {row["participant"] for row in found["trials"].rows} == {"", BOB}
 
 
 def test_a_box_that_broke_is_neither_finished_nor_left(directory):

@@ -6,7 +6,15 @@ import re
 from dataclasses import replace
 
 import pytest
-from builders import make_trial, modality_study, play_study, small_study, strip_checksums, write_study
+from builders import (
+    make_trial,
+    modality_study,
+    play_study,
+    small_study,
+    strip_checksums,
+    with_right_checksums,
+    write_study,
+)
 from taking_part import START, take_part
 
 from lockprobe.errors import BadFile
@@ -55,7 +63,7 @@ def test_files_and_their_names(dataset):
         "dataset_description.json", "README.md", "CHANGES.md", ".psychds-ignore", "data", "records",
     }  # fmt: skip
     names = [path.name for path in (dataset / "data").iterdir()]
-    assert len(names) == 5
+    assert len(names) == 6
     assert all(FILE_NAME.fullmatch(name) for name in names)
     assert {part.split("-")[0] for name in names for part in name.split("_")[:-1]} <= KEYWORDS
     assert "records/" in (dataset / ".psychds-ignore").read_text().splitlines()
@@ -133,6 +141,7 @@ def own_texts(tmp_path):
     take_part(study, STUDY, ANN, [(0.4, 1, 1)])
     diary = study / "people" / f"{ANN}.jsonl"
     diary.write_text(diary.read_text("utf-8").replace("en 3f9a01bc22d1", fingerprint(read_words(str(texts)))), "utf-8")
+    with_right_checksums(diary)
     (study / "people" / "experiment.json").write_text(json.dumps({"language": str(texts)}))
     return texts
 

@@ -52,6 +52,8 @@ def studies():
         "errors": [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
         "hostile names": [make_trial([3, 2, 1, 0], agent=name, p=p) for name in names for p in (0.0, 0.5)],
     }
+    maps = [f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2)]
+    found["long names"] = play_study(small_study(("cognitive:perseverant", *maps, "random"), (0.0, 0.3, 0.6), 2, 10))
     people = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
     rivals = play_study(small_study(("ideal-observer", "random-no-repeat", "random"), people.p, 2, 5))
     rivals = [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in rivals]

@@ -37,7 +37,7 @@ def texts(figure):
 def legible(figure):
     read = texts(figure)
     for text, place in read:
-        assert text.get_fontsize() >= 7
+        assert text.get_fontsize() >= 9
         beyond = [-place.x0, -place.y0, place.x1 - figure.bbox.x1, place.y1 - figure.bbox.y1]
         assert max(beyond) <= 1, text
     for (one, first), (other, second) in itertools.combinations(read, 2):
@@ -49,6 +49,12 @@ def legible(figure):
 @pytest.mark.parametrize("name", SHOWN)
 def test_every_text_of_a_named_box_is_large_enough_and_touches_no_other(name):
     legible(picture(name))
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_a_picture_is_printed_at_its_size(name):
+    """No wider than the text of a page, so that no letter is set smaller than it is drawn."""
+    assert picture(name).get_size_inches()[0] <= 7.01
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -22,6 +22,7 @@ CASES = (
     "nothing solved",
     "errors",
     "hostile names",
+    "long names",
     "people",
     "people alone",
     "people at one p",

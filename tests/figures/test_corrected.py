@@ -71,6 +71,14 @@ def test_marks_of_the_peak(axes, model):
     assert x == pytest.approx(model.peak.best, abs=0.03)
 
 
+def test_two_flip_rates_cannot_tell_a_rise_and_a_fall_and_the_figure_says_so(axes, studies):
+    agent = next(agent for agent in studies["few people"].agents if not agent.blind)
+    assert len(agent.peak.candidates) == 2
+    figures.draw_success_by_p_corrected(axes, agent)
+    said = axes.get_title(loc="left").replace("\n", " ")
+    assert said.endswith("rises and then falls? not tested: that takes three flip rates")
+
+
 def test_what_is_not_there_is_not_drawn(axes, studies):
     agent = studies["one trial"].agents[0]
     assert agent.inference.orders.curve is None

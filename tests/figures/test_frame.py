@@ -40,7 +40,7 @@ def test_counts_name_the_trials(model):
 
 def test_p_values_cannot_be_taken_for_flip_rates():
     assert [p_value(value) for value in (0.0004, 0.0123, 1.0, None)] == [
-        "$P$ < 0.001", "$P$ = 0.012", "$P$ = 1", "no $P$",
+        "$P$ < 0.001", "$P$ = 0.012", "$P$ = 1", "not tested",
     ]  # fmt: skip
 
 

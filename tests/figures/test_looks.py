@@ -1,7 +1,9 @@
 """An agent has one colour and one mark in every report."""
 
 from dataclasses import replace
+from itertools import combinations
 
+from lockprobe.agents.cognitive import CHARACTERS, MODELS
 from lockprobe.figures.looks import shifts, styles
 
 
@@ -29,6 +31,28 @@ def test_looks_do_not_change_from_release_to_release(studies):
         "random": ("#7a7a7a", "X"),
         "llm:openai/gpt-4o": ("#AA4499", "h"),
     }
+
+
+COGNITIVE = [f"cognitive:{name}" for name in (*CHARACTERS, *MODELS)]
+
+
+def test_cognitive_agents_have_colours_of_their_own(studies):
+    found = looks(studies["three"], [*COGNITIVE, "human-inspired"])
+    assert len({colour for colour, _ in found.values()}) == len({marker for _, marker in found.values()}) == 6
+    assert "#AA4499" not in {colour for colour, _ in found.values()}
+    beside = looks(studies["three"], ["llm:openai/gpt-4o", *COGNITIVE])
+    assert beside["llm:openai/gpt-4o"] == ("#AA4499", "h")  # and no agent has another look because of them
+
+
+def test_agents_of_one_colour_share_neither_marker_nor_dash(studies):
+    """Of so many specs more than one has to get a colour again."""
+    agent = studies["three"].agents[0]
+    for i in range(40):
+        names = [f"llm:a/{i}", f"llm:b/{i}", f"cognitive:random-map?window={i}"]
+        shown = tuple(replace(agent, agent=name) for name in names)
+        found = [style for _, style in styles(replace(studies["three"], agents=shown))]
+        for one, other in combinations(found, 2):
+            assert one.colour != other.colour or (one.marker != other.marker and one.dash != other.dash), names
 
 
 def test_agents_differ_in_grey_as_well(studies):

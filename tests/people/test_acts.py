@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from builders import small_study
+from builders import small_study, with_right_checksums
 from taking_part import take_part
 
 from lockprobe.errors import BadFile
@@ -76,6 +76,7 @@ def test_a_diary_that_says_something_else_than_the_record_is_refused(directory, 
     first = next(i for i, line in enumerate(lines) if line.get("box") == 1)
     lines[first] = change(lines[first])
     path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    with_right_checksums(path)
     with pytest.raises(BadFile, match=said):
         acts(directory)
 
@@ -87,5 +88,6 @@ def test_a_diary_of_another_study_is_refused(directory, slot):
     joined = json.loads(joined)
     joined["slots"][1] |= slot
     path.write_text("\n".join([json.dumps(joined), *rest, ""]))
+    with_right_checksums(path)
     with pytest.raises(BadFile, match="trials of another study"):
         acts(directory)

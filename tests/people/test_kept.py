@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from builders import small_study
+from builders import small_study, with_right_checksums
 from taking_part import START, take_part
 
 from lockprobe.errors import BadFile
@@ -46,6 +46,7 @@ def test_over_is_every_box_of_which_nothing_comes_any_more(there):
 def test_no_name_of_a_file_is_taken_from_a_diary(there, identity):
     path = there / "people" / f"{BOB}.jsonl"
     path.write_bytes(path.read_bytes().replace(BOB.encode(), identity.encode()))
+    with_right_checksums(path)
     with pytest.raises(BadFile, match="participant"):
         kept_diaries(there)
 

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from builders import with_right_checksums
 from seated import (
     WORDS,
     Clock,
@@ -164,6 +165,7 @@ def test_a_diary_of_another_study_is_refused(tmp_path):
     shown = begun(tmp_path)
     path = tmp_path / "people" / f"{shown.identity}.jsonl"
     path.write_text(path.read_text().replace('"trial":1', '"trial":9'))
+    with_right_checksums(path)
     with pytest.raises(BadFile, match="trials of another study"):
         begun(tmp_path)
 
@@ -227,6 +229,7 @@ def test_texts_of_people_who_came_from_elsewhere_are_theirs(tmp_path):
     for path in (tmp_path / "people").glob("*.jsonl"):
         token = diary_of(tmp_path, path.stem)[0].token
         path.write_text(path.read_text().replace(token, ""))
+        with_right_checksums(path)
     assert asyncio.run(opens(with_words(tmp_path, WORDS.model_copy(update={"title": "Another title"})))) == 1
 
 
@@ -298,6 +301,7 @@ def test_a_diary_that_was_copied_under_another_name_is_refused(tmp_path):
     diary = tmp_path / "people" / f"{identity}.jsonl"
     copy = diary.with_name("aaaa1111.jsonl")
     copy.write_bytes(diary.read_bytes().replace(identity.encode(), b"aaaa1111"))
+    with_right_checksums(copy)
     with pytest.raises(BadFile, match="a copy of the diary"):
         begun(tmp_path)
 
@@ -310,6 +314,7 @@ def test_a_diary_that_tells_of_other_steps_than_the_record_is_refused(tmp_path):
     joint = json.loads(lines[at])["act"]["joint"]
     lines[at] = lines[at].replace(f'"joint":"{joint}"', '"joint":"%s"' % ("A" if joint != "A" else "B"))
     diary.write_text("".join(lines), "utf-8")
+    with_right_checksums(diary)
     with pytest.raises(BadFile, match="other steps"):
         begun(tmp_path)
 

@@ -4,6 +4,7 @@ import asyncio
 import json
 
 import pytest
+from builders import with_right_checksums
 from pydantic import ValidationError
 from seated import (
     Clock,
@@ -159,6 +160,7 @@ def test_what_would_be_another_history_is_not_shown(tmp_path):
     path = tmp_path / "people" / f"{shown.identity}.jsonl"
     told = diary_of(tmp_path, shown.identity)[-1].told
     path.write_text(path.read_text().replace(told, told.replace("At 1", "At 0")))
+    with_right_checksums(path)
 
     async def later():
         async with opened(tmp_path, STUDY, short()) as reception:
@@ -181,6 +183,7 @@ def test_a_trial_that_waits_for_nobody_is_let_go_of_and_goes_on(tmp_path, monkey
 
     async def waits(reception, shown):
         shown = await to_first(Box, reception, shown)
+        closed.clear()  # of the example for the instructions
         clock.now += 300
         await reception.enter(None, {})
         assert closed == []

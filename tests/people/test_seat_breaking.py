@@ -43,7 +43,7 @@ def plant(monkeypatch):
 
 
 def test_a_box_that_breaks_is_no_failure_and_the_next_one_comes(tmp_path, plant):
-    plant.breaks = (3,)
+    plant.breaks = (4,)  # one attempt is that of the example
 
     async def breaks(reception, shown):
         player = Player(tmp_path, STUDY, "round-robin")

@@ -1,12 +1,14 @@
 """What is read is filled in, and says what the experimenter wants said and no more."""
 
+import asyncio
+
 import pytest
 from seated import WORDS, people_study
 
 from lockprobe.people.diary import Did, Joined, Slot
+from lockprobe.people.example import examples_of
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey
-from lockprobe.people.looking import example_panel
 from lockprobe.people.responses import Attempt, Next
 from lockprobe.people.telling import Texts
 
@@ -92,15 +94,35 @@ def test_who_declines_or_finds_no_place_has_a_way_back():
 
 
 @pytest.mark.parametrize("asks", [True, False])
-def test_the_instructions_announce_the_question_where_it_is_asked_and_show_a_panel(asks):
+def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_where_it_is_asked(asks):
     study = people_study(assessment=asks)
-    texts = Texts(WORDS, study, Experiment(), example_panel(study, Experiment()))
-    first = texts.at(Journey.of([JOINED], Experiment(), WORDS))
-    second = texts.at(Journey.of([JOINED, done("page", 2, item="1")], Experiment(), WORDS))
+    examples = asyncio.run(examples_of(study, Experiment()))
+    first, second = (texts_page(number, study, examples) for number in (1, 2))
     assert (WORDS.instructions[1].if_asked[0] in second.paragraphs) is asks
-    assert [joint.target for joint in first.panel.joints] == [True, False, False]
-    assert second.panel is None
-    assert example_panel(study, Experiment(view="text")) is None
+    assert [(one.panel.last, one.ask) for one in first.examples] == [(None, False)]
+    assert [(one.panel.outcome, one.ask) for one in second.examples] == [("moved", asks)]
+    assert texts_page(1, study, {}).examples == ()
+
+
+def texts_page(number, study, examples, words=WORDS, joined=JOINED):
+    way = [done("page", 1 + page, item=str(page)) for page in range(1, number)]
+    return Texts(words, study, Experiment(), examples).at(Journey.of([joined, *way], Experiment(), words))
+
+
+def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say():
+    study = people_study()
+    (shown,) = asyncio.run(examples_of(study, Experiment())).values()
+    examples = {"symbolic": shown, "rgb": shown}
+    pictures = JOINED.model_copy(update={"slots": (SLOTS[0].model_copy(update={"modality": "rgb"}), SLOTS[1])})
+    assert len(texts_page(1, study, examples).examples) == 1
+    assert len(texts_page(1, study, examples, joined=pictures).examples) == 2
+    pages = [
+        page.model_copy(update={"example": what})
+        for page, what in zip(WORDS.instructions, ("none", "box"), strict=True)
+    ]
+    words = WORDS.model_copy(update={"instructions": tuple(pages)})
+    assert texts_page(1, study, examples, words).examples == ()
+    assert [one.panel.last for one in texts_page(2, study, examples, words).examples] == [None]
 
 
 def test_every_way_of_being_closed_has_its_text():

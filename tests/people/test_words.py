@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from lockprobe.errors import BadFile, UnknownName
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.journey import fingerprint
-from lockprobe.people.words import _TEXTS, LANGUAGES, filled, page_texts, read_words
+from lockprobe.people.words import _TEXTS, LANGUAGES, example_on, filled, page_texts, read_words
 from lockprobe.record import Percept, Task
 
 
@@ -82,7 +82,7 @@ def test_a_text_of_ones_own_is_read(tmp_path):
 
 def test_texts_of_before_are_the_same_and_labels_that_came_later_are_filled_in(tmp_path):
     lines = (_TEXTS / "de.toml").read_text().splitlines(keepends=True)
-    later = ('code = "Der', "wrong_code", "number", "if_asked")
+    later = ('code = "Der', "wrong_code", "number", "integer", "closed_", "example", "if_asked")
     file = tmp_path / "before.toml"
     file.write_text("".join(line for line in lines if not line.startswith(later)))
     words = read_words(str(file))
@@ -90,6 +90,21 @@ def test_texts_of_before_are_the_same_and_labels_that_came_later_are_filled_in(t
     assert '"wrong_code"' not in dumped
     assert fingerprint(words) == f"de {hashlib.sha256(dumped.encode()).hexdigest()[:12]}"
     assert page_texts(words) == page_texts(read_words("de"))
+
+
+def test_an_example_is_on_the_first_two_pages_or_where_the_texts_say():
+    words = read_words("en")
+    one = words.instructions[0]
+
+    def shown(*pages):
+        of = words.model_copy(update={"instructions": pages})
+        return [example_on(of, number) for number in range(1, len(pages) + 1)]
+
+    assert shown(one, one, one) == ["box", "step", "none"]
+    assert shown(one) == ["step"]
+    assert shown(one.model_copy(update={"example": "none"}), one, one.model_copy(update={"example": "box"})) == [
+        "none", "step", "box"
+    ]  # fmt: skip
 
 
 def test_an_unknown_language_lists_those_there_are():

@@ -9,6 +9,7 @@ from axe_playwright_python.async_playwright import Axe
 from browser import ADMIN_TOKEN, browser, needs_a_browser, new_tab, plan_of, served, trials_of
 
 from lockprobe.lockbox.families import box
+from lockprobe.people.words import read_words
 from lockprobe.studies.study import Study
 
 pytestmark = needs_a_browser
@@ -62,6 +63,20 @@ async def every_scene(tab, url, study, experiment, directory, inspect):
             look = await tab.look(after=look.turn)
 
 
+EXAMPLES = (
+    """() => [...document.querySelectorAll(".example [role=img]")].map((part) => part.getAttribute("aria-label"))"""
+)
+
+
+async def check_example(page, words, asks):
+    """One example, which says in words what is seen in it, and in which nothing can be reached."""
+    (name,) = await page.evaluate(EXAMPLES)
+    assert words.page.target in name
+    assert (words.page.question in name) is asks
+    await page.evaluate("document.querySelector('.example button').focus()")
+    assert not await page.evaluate("document.activeElement.closest('.example')")
+
+
 async def violations(page):
     """What axe finds, in one line each."""
     found = await Axe().run(page, options={"resultTypes": ["violations"]})
@@ -103,6 +118,8 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
                 assert await page.evaluate(TARGETS) == [], look.scene
                 assert not await page.evaluate(OVERLAPS), look.scene
                 assert await violations(page) == [], look.scene
+                if look.scene == "page":
+                    await check_example(page, read_words(shown["language"]), look.turn == 3)
 
             seen = await every_scene(tab, url, study, WHOLE, tmp_path, inspect)
             assert set(seen) == {"consent", "page", "box", "over", "check", "ask", "debrief"}

@@ -87,8 +87,8 @@ def test_somebody_who_asks_for_it_is_deleted(tmp_path):
     assert STUDY.size == 6
 
 
-def test_a_platform_id_finds_the_participant_and_the_data_can_be_had(tmp_path):
-    desk = AdminDesk(study_url=lambda url: url + "?x", reminders=("do this",), data=lambda: b"key,step\n")
+def test_a_platform_id_finds_the_participant(tmp_path):
+    desk = AdminDesk(study_url=lambda url: url + "?x", reminders=("do this",))
 
     async def visit():
         async with (
@@ -105,11 +105,7 @@ def test_a_platform_id_finds_the_participant_and_the_data_can_be_had(tmp_path):
             assert await find("abc123") == {"participants": [one.identity]}
             assert await find("abc12") == {"participants": []}
             assert (await find(""))["error"] == "malformed"
-            for path in ("find", "data"):
-                answer = await place.http.request("POST" if path == "find" else "GET", f"/api/admin/{path}", json={})
-                assert answer.status_code == 401
-            data = await place.http.get("/api/admin/data", headers=BEARER)
-            assert (data.content, data.headers["content-type"]) == (b"key,step\n", "text/csv; charset=utf-8")
+            assert (await place.http.post("/api/admin/find", json={})).status_code == 401
             progress = (await place.http.get("/api/admin/progress", headers=BEARER)).json()
             assert (progress["study_url"], progress["reminders"]) == (f"{place.url}?x", ["do this"])
 

@@ -7,6 +7,9 @@ from axe_playwright_python.async_playwright import Axe
 from browser import browser, needs_a_browser
 from served import at_the_box, served, visiting
 
+from lockprobe.export.downloads import downloads
+from lockprobe.web.admin import AdminDesk
+
 pytestmark = needs_a_browser
 
 
@@ -73,3 +76,33 @@ def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
 
     gone = asyncio.run(visit())
     assert not (tmp_path / "people" / f"{gone}.jsonl").exists()
+
+
+@pytest.mark.parametrize("width", [1280, 320])
+def test_the_data_are_downloaded_on_the_page(tmp_path, width):
+    async def visit():
+        desk = AdminDesk(files=downloads(tmp_path))
+        async with served(tmp_path, desk=desk) as place, visiting(place) as one, browser() as chromium:
+            page = await (await chromium.new_context(viewport={"width": width, "height": 740})).new_page()
+            await page.goto(f"{place.url}admin#token=a-token-for-tests")
+            everything = page.get_by_role("button", name="Download everything (ZIP)")
+            await everything.wait_for()
+            assert await everything.is_disabled()  # nobody has taken part
+            await one.play()
+            await page.reload()
+            await page.locator("#everything:enabled").wait_for()
+            await check_looks(page)
+            names = []
+            for name in (
+                "Download everything (ZIP)",
+                "Download trials.csv",
+                "Download the columns of trials.csv, described",
+            ):
+                async with page.expect_download() as coming:
+                    await page.get_by_role("button", name=name, exact=True).click()
+                names.append((await coming.value).suggested_filename)
+            await page.locator("#prepared", has_text="trials.csv-metadata.json is downloaded").wait_for()
+            await check_looks(page)
+            return names
+
+    assert asyncio.run(visit()) == ["dataset.zip", "trials.csv", "trials.csv-metadata.json"]

@@ -45,7 +45,7 @@ def a_box(step=1, *, view="text", joints=None, ask=False, last=None, outcome=Non
 
 
 def a_page(text="text"):
-    return {"kind": "page", "title": "title", "paragraphs": [text], "number": 1, "of": 2}
+    return {"kind": "page", "title": "title", "paragraphs": [text], "number": 1, "of": 2, "examples": []}
 
 
 WAY_BACK = {"completion_url": "", "completion_code": ""}

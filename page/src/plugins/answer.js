@@ -44,7 +44,8 @@ export class AnswerPlugin {
           return;
         }
         if (answer && !fits(scene, answer)) {
-          missing.textContent = filled(words.page.number, { limits: limits(scene) });
+          const wanted = scene.type === "integer" ? words.page.integer : words.page.number;
+          missing.textContent = filled(wanted, { limits: limits(scene) });
           field.querySelector("input").focus();
           return;
         }

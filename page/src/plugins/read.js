@@ -1,6 +1,6 @@
 import { ParameterType } from "jspsych";
 
-import { panelOf } from "../box/panel.js";
+import { examplesOf } from "../box/example.js";
 import { SceneClock } from "../clock.js";
 import { meant } from "../choosing.js";
 import { element, heading, paragraphs } from "../element.js";
@@ -37,7 +37,7 @@ export class ReadPlugin {
       scene.kind === "page" && scene.of > 1 ? element("p", { class: "where" }, `${scene.number} / ${scene.of}`) : null,
       title,
       ...paragraphs(scene.paragraphs),
-      scene.kind === "page" && scene.panel ? example(scene.panel, words.page) : null,
+      ...(scene.kind === "page" ? examplesOf(scene, words.page) : []),
       ...(ends ? wayBack(scene, words) : []),
     );
     display.append(article);
@@ -61,25 +61,19 @@ export class ReadPlugin {
   }
 }
 
-/** A box as it will look, on which nothing can be done: one picture, with the names of its joints as its text. */
-function example(panel, words) {
-  const shown = panelOf({ panel, practice: true, number: -1 }, words);
-  const buttons = [...shown.querySelectorAll("button")];
-  const named = buttons.map((button) => button.getAttribute("aria-label")).join("; ");
-  for (const button of buttons) button.tabIndex = -1;
-  shown.inert = true;
-  return element("div", { class: "example", role: "img", "aria-label": named }, shown);
-}
-
-/** How to go on where participants came from. */
+/** How to go on where participants came from. Who comes no further completes nothing. */
 function wayBack(scene, words) {
+  const further = scene.kind === "debrief";
+  const [code, leave] = further
+    ? [words.debrief.code, words.debrief.completion]
+    : [words.page.closed_code, words.page.closed_leave];
   const found = [];
   if (scene.completion_code) {
     found.push(
       element(
         "p",
         { class: "code", "data-code": scene.completion_code },
-        filled(words.debrief.code, { code: scene.completion_code }),
+        filled(code, { code: scene.completion_code }),
       ),
     );
   }
@@ -87,7 +81,7 @@ function wayBack(scene, words) {
     const link = element(
       "a",
       { class: "button first", href: scene.completion_url, rel: "noreferrer", "data-act": "leave" },
-      words.debrief.completion,
+      leave,
     );
     found.push(element("div", { class: "acts" }, link));
   }

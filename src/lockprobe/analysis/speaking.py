@@ -20,6 +20,7 @@ _MANY = (
     ("the agent loops", "people loop"),
     ("the agent solves", "people solve"),
     ("the agent", "people"),
+    ("its action habits", "their action habits"),
 )
 
 

@@ -20,22 +20,22 @@ COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
     "status": ("status", "status", "What is done, owed and failed, and what it has cost."),
     "report": ("results", "report", "Write the report of a study again."),
-    "export": ("export", "export", "Tables of steps or trials; logs for Inspect AI; a dataset of people."),
-    "import": ("gather", "take", "Take in trials of Inspect logs, people's datasets, other directories of a study."),
-    "replay": ("replay", "replay", "A finished trial, step by step, truth beside told, or as a film."),
+    "export": ("export", "export", "Tables of steps or trials; Inspect logs; people's dataset."),
+    "import": ("gather", "take", "Take in trials from logs, datasets and study directories."),
+    "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
     "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),
-    "detectors": ("detectors", "detectors", "Other loop detectors: what each flags, and how often it is wrong."),
-    "fit": ("fit", "fit", "Which simple mechanism predicts an agent's choices, and how well."),
-    "audit": ("audit", "audit", "Is each test right? Error rates and power on simulated agents with known truth."),
+    "detectors": ("detectors", "detectors", "Other loop detectors, and how often each is wrong."),
+    "fit": ("fit", "fit", "Which simple mechanism predicts an agent's choices."),
+    "audit": ("audit", "audit", "Error rates and power of every test, on simulated agents."),
     "power": ("audit", "power", "How many trials a stated effect needs."),
-    "play": ("play", "play", "Play a trial yourself in the terminal; then see what was true, and how others did."),
+    "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("boxes", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "The agents there are."),
     "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
     "models": ("models", "models", "Language models on this machine."),
-    "doctor": ("health", "doctor", "What works on this machine, and what to do about the rest."),
+    "doctor": ("health", "doctor", "What works on this machine, and how to mend the rest."),
 }
 """Name -> (module, function or group in it, help)."""
 
@@ -78,6 +78,7 @@ def _without_subcommands() -> Typer:
         no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},
         pretty_exceptions_enable=False,
+        rich_markup_mode=None,  # plain help: half the time, and any screen reader reads it
     )
     asked = typer.Option(False, "--version", callback=_print_version, is_eager=True, help="Print the version.")
 

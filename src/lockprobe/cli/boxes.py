@@ -28,7 +28,7 @@ from lockprobe.lockbox.structures import FAMILIES
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
-app = typer.Typer(no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A box by name, random-N-SEED, or a TOML file.")]
 
@@ -38,7 +38,7 @@ _TRIES = 100
 
 @app.command("list")
 def list_boxes(json: AsJson = False) -> None:
-    """The named boxes: optimum, and the exact success of blind agents in 20 steps."""
+    """The named boxes, and how hard they are."""
     if json:
         for name in named_boxes():
             print(json_.dumps(_facts(box(name))))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import io
 import json as jsonlib
 import os
 from collections.abc import Mapping
@@ -18,17 +17,15 @@ from lockprobe.atomic_file import write_file
 from lockprobe.cli import asking
 from lockprobe.cli.invitation import reminders, study_url, told_at_the_start
 from lockprobe.errors import BadFile, BadValue, Missing
-from lockprobe.export import write_csv
+from lockprobe.export.downloads import downloads
 from lockprobe.inputs import read_input
 from lockprobe.options import PEOPLE
-from lockprobe.people.acts import times_of_steps
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.kept import kept_diaries
 from lockprobe.people.opening import words_to_read
 from lockprobe.people.words import Words, read_words
-from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
@@ -161,7 +158,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         desk=AdminDesk(
             study_url=lambda url: study_url(url, experiment),
             reminders=reminders(words, experiment),
-            data=lambda: _steps(directory),
+            files=downloads(directory),
         ),
     )
     asyncio.run(opening)
@@ -177,13 +174,6 @@ def _announce(where: Where, planned: Study, experiment: Experiment, words: Words
         return
     lines = told_at_the_start(planned, experiment, words, where.url, where.admin_url, where.directory)
     print("\n".join(lines), flush=True)
-
-
-def _steps(directory: Path) -> bytes:
-    """What has been played so far, as ``lockprobe export`` writes it."""
-    file, trials = io.StringIO(newline=""), load(directory)
-    write_csv(trials, file, times_of_steps(directory, trials))
-    return file.getvalue().encode()
 
 
 def _named(name: str | None) -> str:

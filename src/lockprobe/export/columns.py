@@ -102,8 +102,14 @@ COLUMN: Mapping[str, Column] = {
     "pointer": Column(
         "With what the joint was chosen: mouse, touch, pen or keyboard. Empty where the study does not keep it."
     ),
-    "window_width": Column("Width of the browser's window then. Empty where the study does not keep it.", "px", 0),
-    "window_height": Column("Height of the browser's window then. Empty where the study does not keep it.", "px", 0),
+    "window_width": Column(
+        "Width of the browser's window then; of a participant at the first choice. Empty where the study does not "
+        "keep it.",
+        "px",
+        0,
+        kind="integer",
+    ),
+    "window_height": Column("Height of the same, in the same way.", "px", 0, kind="integer"),
     "ended": Column(
         "How the trial ended with this step, practice too: solved, budget or error. Empty where it goes on."
     ),
@@ -117,6 +123,15 @@ COLUMN: Mapping[str, Column] = {
     "released": _mark("whether the participant was away so long that the boxes left over were given to others."),
     "checks_right": _count("Attention checks that were answered rightly.", 0),
     "checks_wrong": _count("Attention checks that were answered wrongly.", 0),
+    "conditions": Column(
+        "The participant's boxes in their order, each as modality and flip rate (symbolic p=0.4), with semicolons "
+        "between."
+    ),
+    "finished": _mark("whether the participant came to the end: every box is over and every question was put."),
+    "pointers": Column(
+        "With what the participant chose joints, what was used most first: mouse, touch, pen, keyboard. Empty where "
+        "the study does not keep it."
+    ),
     "check": _count("Number of the attention check, from 1."),
     "question": Column("The question that was asked. Empty where the settings of the experiment are not kept."),
     "answer": Column("The answer as it was given."),

@@ -23,6 +23,10 @@ __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
 LARGEST_FILE = 1 << 28
 """Bytes of a file of a dataset."""
 
+_LATER_TABLES = {"trials"}
+_LATER_COLUMNS = {"conditions", "finished", "pointers", "window_width", "window_height"}
+"""What older datasets do not have; where it is there it is held against the records like all else."""
+
 
 def is_dataset(directory: Path) -> bool:
     """Whether a directory is a dataset as :func:`lockprobe.export.writing.write_dataset` writes it."""
@@ -44,7 +48,9 @@ def source_of_dataset(directory: Path) -> Source:
             raise BadFile(path, f"larger than {LARGEST_FILE >> 20} MiB")
     records = PeopleRecords.read(directory / RECORDS)
     for table in tables_of(records):
-        _hold_together(directory / DATA / data_file(records.study, table.name), table)
+        path = directory / DATA / data_file(records.study, table.name)
+        if path.exists() or table.name not in _LATER_TABLES:
+            _hold_together(path, table)
     return source_of_directory(directory / RECORDS)
 
 
@@ -66,12 +72,13 @@ def _hold_together(path: Path, table: Table) -> None:
         raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if repeated := [name for name in table.columns if columns.count(name) > 1]:
         raise BadFile(path, f"has two columns {repeated[0]}")
-    if missing := [name for name in table.columns if name not in columns]:
+    of_now = _LATER_COLUMNS if table.name == "participants" else set[str]()
+    if missing := [name for name in table.columns if name not in columns and name not in of_now]:
         raise BadFile(path, f"has no column {missing[0]}")
     if len(there) != len(table.rows):
         raise BadFile(path, f"has {len(there)} rows, and the records have {len(table.rows)}")
     for number, (found, row) in enumerate(zip(there, table.rows, strict=True), 1):
-        for name in table.columns:
+        for name in (name for name in table.columns if name in columns):
             if not _same(name, found[name], recorded := str(row.get(name, ""))):
                 raise BadFile(path, f"row {number}: {name} is {found[name]!r}, and {recorded!r} in the records")
 

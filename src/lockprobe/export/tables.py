@@ -1,26 +1,40 @@
-"""What people did, as five tables: steps, participants, acts, attention checks, answers."""
+"""What people did, as six tables: steps, trials, participants, acts, attention checks, answers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import readable
 from lockprobe.export.columns import PLATFORM, as_bits, column
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
+from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.acts import acts_of_steps, key_of
 from lockprobe.people.diary import Broken, Did, Released
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.kept import Kept, kept_diaries
 from lockprobe.people.responses import Answer, Attempt
+from lockprobe.people.withdrawal import withdrawing
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 
-__all__ = ["PeopleRecords", "Table", "tables_of"]
+__all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
+
+TABLES = {
+    "steps": "a step of a finished trial: truth beside what was told",
+    "trials": "a finished trial: whether the box was opened, in how many steps, with which claims and loops",
+    "participants": "a participant: conditions, how far they came, checks, device",
+    "acts": "anything that a participant did, practice and unfinished trials too",
+    "checks": "an answer to an attention check",
+    "answers": "an answer to a question",
+}
+"""The tables by name, and what a row of each is."""
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 """With what a cell begins that a spreadsheet takes for a formula."""
@@ -61,22 +75,27 @@ class PeopleRecords:
 
     @classmethod
     def read(cls, directory: Path) -> PeopleRecords:
-        """The records in the directory of a study.
+        """The records in the directory of a study, without somebody whose deletion is under way.
 
         Raises:
             BadFile: If it is none, or something in it is damaged.
         """
+        trials, diaries, leaves = load(directory), kept_diaries(directory), withdrawing(directory)
         return cls(
             directory,
             read_study(directory),
-            tuple(load(directory)),
-            tuple(kept_diaries(directory)),
+            tuple(trial for trial in trials if leaves is None or trial.agent != participant_spec(leaves)),
+            tuple(kept for kept in diaries if kept.joined.identity != leaves),
             kept_experiment(directory),
         )
 
 
-def tables_of(records: PeopleRecords) -> tuple[Table, ...]:
+def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) -> tuple[Table, ...]:
     """All that people did, as tables. A trial that is not finished is in the acts and in no step.
+
+    Args:
+        records: The records.
+        names: Which tables, of :data:`TABLES`.
 
     Raises:
         BadFile: If a diary and a record say different things.
@@ -85,13 +104,17 @@ def tables_of(records: PeopleRecords) -> tuple[Table, ...]:
     acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
     platform = sorted({name for kept in records.diaries for name in kept.joined.platform})
     participants = (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform))
-    return (
-        _table("steps", _step_columns(records), _steps(records, acts)),
-        _table("participants", participants, map(_participant, records.diaries)),
-        _table("acts", _ACT, _acts(records, acts)),
-        _table("checks", _CHECK, _checks(records)),
-        _table("answers", _ANSWER, _answers(records)),
-    )
+    made: Mapping[str, Callable[[], Table]] = {
+        "steps": lambda: _table("steps", _step_columns(records), _steps(records, acts)),
+        "trials": lambda: _table("trials", ("participant", *TRIAL_COLUMNS, "position", "view"), _trials(records)),
+        "participants": lambda: _table(
+            "participants", participants, (_participant(kept, records.experiment) for kept in records.diaries)
+        ),
+        "acts": lambda: _table("acts", _ACT, _acts(records, acts)),
+        "checks": lambda: _table("checks", _CHECK, _checks(records)),
+        "answers": lambda: _table("answers", _ANSWER, _answers(records)),
+    }
+    return tuple(made[name]() for name in TABLES if name in names)
 
 
 def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, Cell]]) -> Table:
@@ -117,6 +140,11 @@ _PARTICIPANT = (
     "released",
     "checks_right",
     "checks_wrong",
+    "conditions",
+    "finished",
+    "pointers",
+    "window_width",
+    "window_height",
 )
 _ACT = (
     "participant",
@@ -161,6 +189,12 @@ def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Itera
             }
 
 
+def _trials(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+    for trial, row in zip(records.trials, trial_rows(records.trials), strict=True):
+        more = {"position": _fact(trial, "position"), "view": _fact(trial, "view")}
+        yield {"participant": _identity(trial), **row, **more}
+
+
 def _identity(trial: Trial) -> str:
     return trial.agent.removeprefix(f"{PEOPLE}:") if group_of(trial.agent) == PEOPLE else ""
 
@@ -180,7 +214,7 @@ def _times(did: Did) -> dict[str, Cell]:
     return times
 
 
-def _participant(kept: Kept) -> dict[str, Cell]:
+def _participant(kept: Kept, experiment: Experiment | None) -> dict[str, Cell]:
     joined, boxes = kept.joined, range(1, len(kept.joined.slots) + 1)
     endings = {line.box: "error" for line in kept.lines if isinstance(line, Broken)}
     endings |= {act.box: act.ended for act in kept.acts if act.box is not None and act.ended is not None}
@@ -196,11 +230,36 @@ def _participant(kept: Kept) -> dict[str, Cell]:
         "released": int(any(isinstance(line, Released) for line in kept.lines)),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
+        "conditions": "; ".join(f"{slot.modality} p={slot.p:g}" for slot in joined.slots),
+        "finished": int(all(box in endings for box in boxes) and _asked(kept, experiment) <= _answered(kept)),
+        **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
     if left := next((box for box in boxes if box not in endings), None):
         row |= {"left_in_box": left, "left_after_step": sum(act.box == left for act in kept.acts)}
     return row
+
+
+def _asked(kept: Kept, experiment: Experiment | None) -> set[tuple[str, str]]:
+    """Checks and questions on the way of a participant, as far as the settings are kept."""
+    if experiment is None:
+        return set()
+    boxes = len(kept.joined.slots)
+    checks = {("check", str(number)) for number, check in enumerate(experiment.checks, 1) if check.after <= boxes}
+    return checks | {("ask", question.name) for question in experiment.questions}
+
+
+def _answered(kept: Kept) -> set[tuple[str, str]]:
+    return {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
+
+
+def _device(kept: Kept) -> dict[str, Cell]:
+    """With what joints were chosen, and the first window; empty where the study does not keep it."""
+    attempts = [did.act for did in kept.acts if isinstance(did.act, Attempt)]
+    used = Counter(act.pointer for act in attempts if act.pointer)
+    width, height = next((act.viewport for act in attempts if act.viewport), ("", ""))
+    pointers = " ".join(name for name, _ in used.most_common())
+    return {"pointers": pointers, "window_width": width, "window_height": height}
 
 
 def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:

@@ -5,7 +5,7 @@
     dataset_description.json      what it is, and what stands in every column (schema.org, JSON-LD)
     README.md, CHANGES.md
     materials/texts.toml          what the participants read, if it is still where it was
-    data/study-flips_description-steps_data.csv, -participants_, -acts_, -checks_, -answers_
+    data/study-flips_description-steps_data.csv, -trials_, -participants_, -acts_, -checks_, -answers_
     records/                      the same as the directory of a study: `lockprobe import` and `report` take it
 
 The tables are made of the records alone, so that whoever has both can see whether they agree.
@@ -27,7 +27,7 @@ from pathlib import Path
 from lockprobe.atomic_file import atomic_directory, write_private
 from lockprobe.errors import BadFile, UserMistake
 from lockprobe.export.columns import column
-from lockprobe.export.tables import PeopleRecords, Table, tables_of
+from lockprobe.export.tables import TABLES, PeopleRecords, Table, tables_of
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import EXPERIMENT, SECRET
@@ -41,7 +41,17 @@ from lockprobe.studies.album import ALBUM
 from lockprobe.studies.journal import Journal, Timing, read_timings
 from lockprobe.studies.study import Study
 
-__all__ = ["DATA", "DESCRIPTION", "MATERIALS", "PSYCH_DS", "RECORDS", "data_file", "write_dataset"]
+__all__ = [
+    "DATA",
+    "DESCRIPTION",
+    "MATERIALS",
+    "PSYCH_DS",
+    "RECORDS",
+    "as_csv",
+    "data_file",
+    "to_give_away",
+    "write_dataset",
+]
 
 PSYCH_DS = "Psych-DS 1.5.0"
 """The version of the data standard that is followed."""
@@ -76,25 +86,18 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
             record say different things.
     """
     source = PeopleRecords.read(directory)
-    trials = [trial for trial in source.trials if everybody or group_of(trial.agent) == PEOPLE]
-    if not source.diaries and not any(group_of(trial.agent) == PEOPLE for trial in trials):
+    if not source.diaries and not any(group_of(trial.agent) == PEOPLE for trial in source.trials):
         raise BadFile(directory, "nobody took part in this study, so there are no data of people")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise BadFile(out, "is there and not empty; a dataset needs a new directory")
-    agents = source.study.agents if everybody else (PEOPLE,)
-    given = replace(
-        source,
-        study=replace(source.study, agents=agents),
-        trials=tuple(trials),
-        diaries=tuple(without_traces(kept, platform=platform_ids) for kept in source.diaries),
-    )
+    given = to_give_away(source, everybody=everybody, platform_ids=platform_ids)
     with atomic_directory(out) as draft:
         _write_records(given, draft / RECORDS)
         given = PeopleRecords.read(draft / RECORDS)
         tables = tables_of(given)
         (draft / DATA).mkdir()
         for table in tables:
-            (draft / DATA / data_file(given.study, table.name)).write_text(_as_csv(table), "utf-8", newline="")
+            (draft / DATA / data_file(given.study, table.name)).write_text(as_csv(table), "utf-8", newline="")
         if (texts := _texts_read(source)) is not None:
             (draft / MATERIALS).mkdir()
             (draft / MATERIALS / TEXTS).write_bytes(texts)
@@ -107,6 +110,22 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
         )
         (draft / ".psychds-ignore").write_text(f"{RECORDS}/\n.psychds-ignore\n", "utf-8")
     return [out / DATA / data_file(given.study, table.name) for table in tables]
+
+
+def to_give_away(source: PeopleRecords, *, everybody: bool = False, platform_ids: bool = False) -> PeopleRecords:
+    """The records as others get them: without what says who somebody is and when they took part.
+
+    Args:
+        source: All of them.
+        everybody: Whether the trials of strategies and models stay.
+        platform_ids: Whether what the recruitment platform said of participants stays.
+    """
+    return replace(
+        source,
+        study=source.study if everybody else replace(source.study, agents=(PEOPLE,)),
+        trials=tuple(trial for trial in source.trials if everybody or group_of(trial.agent) == PEOPLE),
+        diaries=tuple(without_traces(kept, platform=platform_ids) for kept in source.diaries),
+    )
 
 
 def _write_records(given: PeopleRecords, records: Path) -> None:
@@ -140,7 +159,7 @@ def _texts_read(source: PeopleRecords) -> bytes | None:
     return None
 
 
-def _as_csv(table: Table) -> str:
+def as_csv(table: Table) -> str:
     """As RFC 4180 has it; with both characters in the end of a line, either of them alone in a text is quoted."""
     file = io.StringIO()
     writer = csv.DictWriter(file, table.columns, restval="", lineterminator="\r\n")
@@ -185,18 +204,14 @@ def _variable(name: str) -> dict[str, object]:
 
 def _readme(given: PeopleRecords, described: dict[str, object], *, texts: bool) -> str:
     read = f"`{MATERIALS}/{TEXTS}` holds the texts that the participants read.\n\n" if texts else ""
-    names = {name: data_file(given.study, name) for name in ("steps", "participants", "acts", "checks", "answers")}
+    rows = "\n".join(f"| {data_file(given.study, name)} | {row} |" for name, row in TABLES.items())
     return f"""# {described["name"]}
 
 {described["description"]}
 
 | file in data/ | a row is |
 |---|---|
-| {names["steps"]} | a step of a finished trial: truth beside what was told |
-| {names["participants"]} | a participant |
-| {names["acts"]} | anything that a participant did, practice and unfinished trials too |
-| {names["checks"]} | an answer to an attention check |
-| {names["answers"]} | an answer to a question |
+{rows}
 
 {read}Every column is described in {DESCRIPTION}, with its unit and its clock: two clocks are used, that of the
 participant's browser for response times, and that of the server for when something came. No moment says at what time

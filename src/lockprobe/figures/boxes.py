@@ -1,12 +1,15 @@
-"""A box as a picture: the panel as one sees it at the start, and beside it the interlock that nobody sees."""
+"""A box as a picture: the panel as one sees it at the start, and below it the interlock that nobody sees."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from math import cos, hypot, pi, sin
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
@@ -25,7 +28,10 @@ _WIDTHS, _HEIGHTS, _EDGE = (3.2, 6.9), (1.4, 4.3), 0.46
 """Least and greatest size of the panel in inches; how far joints stay from its edge."""
 
 _HEAD, _FOOT, _GAP = 0.33, 0.38, 0.32
-"""Height of the headings and of the legend; between panel and interlock."""
+"""Height of the headings and, at least, of the legend; between panel and interlock."""
+
+_EDGE_OF_LEGEND = 0.03
+"""Room above and below a legend of several lines."""
 
 _CLOSE = 0.08
 """Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
@@ -34,29 +40,46 @@ _GHOST: Dash = (0, (2, 1.5))
 
 
 def box_figure(box: Lockbox) -> Figure:
-    """The picture of a box: panel on the left, interlock on the right."""
+    """The picture of a box: the panel, and below it the interlock; no wider than a printed page as far as that goes."""
     panel, interlock = _panel_size(box), extent(box)
-    high, wide = max(panel[1], interlock[1]), max(interlock[0], 3.4)
-    figure = Figure(figsize=(panel[0] + _GAP + wide + 0.1, high + _HEAD + _FOOT))
+    wide, marks = max(panel[0], interlock[0], 3.4) + 0.1, symbols(box)
+    foot, above = _FOOT, interlock[1] + _HEAD + _GAP
+    figure = Figure(figsize=(wide, panel[1] + above + _HEAD + foot))
+    legend = _legend(figure, marks)
+    more = legend.get_window_extent().height / figure.dpi + 2 * _EDGE_OF_LEGEND - foot
+    if more > 0:
+        foot += more
+        figure.set_figheight(figure.get_figheight() + more)
     width, height = figure.get_size_inches()
-    for draw, left, breadth in ((draw_panel, 0.05, panel[0]), (draw_interlock, panel[0] + _GAP, wide)):
-        axes = figure.add_axes((left / width, _FOOT / height, breadth / width, high / height))
+    for draw, bottom, (breadth, high) in (
+        (draw_panel, foot + above, panel),
+        (draw_interlock, foot, (wide - 0.1, interlock[1])),
+    ):
+        axes = figure.add_axes((0.05 / width, bottom / height, breadth / width, high / height))
         axes.set(xlim=(0, breadth), ylim=(0, high))
         axes.set_axis_off()
         draw(axes, box)
-    marks = symbols(box)
-    figure.legend(
-        [mark for mark, _ in marks],
-        [name for _, name in marks],
-        loc="lower right",
-        ncols=max(1, len(marks)),
-        frameon=False,
-        fontsize=SMALL,
-        handlelength=2.2,
-        columnspacing=1.0,
-        borderaxespad=0.1,
-    )
     return figure
+
+
+def _legend(figure: Figure, marks: Sequence[tuple[Line2D, str]]) -> Legend:
+    """What the marks mean, in as many columns as there is room for."""
+    for columns in range(len(marks), 0, -1):
+        legend = figure.legend(
+            [mark for mark, _ in marks],
+            [name for _, name in marks],
+            loc="lower left",
+            ncols=columns,
+            frameon=False,
+            fontsize=SMALL,
+            handlelength=2.2,
+            columnspacing=1.0,
+            borderaxespad=0.1,
+        )
+        if legend.get_window_extent().width < figure.bbox.width or columns == 1:
+            break
+        legend.remove()
+    return legend
 
 
 def draw_panel(axes: Axes, box: Lockbox) -> None:

@@ -184,8 +184,16 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
         axes,
         heading(agent),
         f"{counts(counted)} per flip rate" + (f"; model of order {found.order} (AICc)" if curve else ""),
-        f"rises and falls? two-lines test: {p_value(agent.inference.lines.p_value)}" if several else "",
+        _rises_and_falls(agent) if several else "",
     )
+
+
+def _rises_and_falls(agent: AgentSummary) -> str:
+    """Whether success rises and then falls, by the test that is concluded from."""
+    found = agent.inference.lines.p_value
+    if found is None:
+        return "rises and then falls? not tested: that takes three flip rates"
+    return f"rises and then falls? two-lines test: {p_value(found)}"
 
 
 def _peak(axes: Axes, agent: AgentSummary) -> None:

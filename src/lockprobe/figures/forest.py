@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from itertools import product
 
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextToPath
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.looks import Dash, Marker
@@ -16,8 +18,8 @@ __all__ = ["Row", "forest", "height"]
 _BAR, _LINE = 0.17, 0.165
 """Height of a bar and of a line of text, in inches."""
 
-_WIDTH = 42
-"""Characters that fit above a bar."""
+_ROOM, _BETWEEN = 2.8, 0.12
+"""Width above a bar, and at least so much between name and numbers, in inches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +59,14 @@ def _row(rows: Sequence[Row]) -> float:
 def _lines(row: Row) -> int:
     """Lines above a bar: the name's, and one more where there is no room for the numbers."""
     names = row.name.split("\n")
-    return len(names) + (max(map(len, names)) + len(row.said.replace("$", "")) > _WIDTH)
+    return len(names) + (max(map(_width, names)) + _BETWEEN + _width(row.said) > _ROOM)
+
+
+def _width(text: str) -> float:
+    """How wide a text is as it is set, in inches."""
+    font = FontProperties(size=SMALL)
+    width, _, _ = TextToPath().get_text_width_height_descent(text.replace(r"\$", "S"), font, ismath="$P$" in text)
+    return float(width) / 72
 
 
 def forest(

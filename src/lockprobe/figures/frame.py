@@ -83,7 +83,7 @@ def minus(text: str) -> str:
 
 def p_value(value: float | None) -> str:
     """A P value, in a way that cannot be taken for a flip rate."""
-    return "no $P$" if value is None else "$P$ < 0.001" if value < 0.001 else f"$P$ = {value:.2g}"
+    return "not tested" if value is None else "$P$ < 0.001" if value < 0.001 else f"$P$ = {value:.2g}"
 
 
 def agent_label(agent: AgentSummary, longest: int = 30) -> str:

@@ -7,7 +7,7 @@ several ways keeps its mark, in a shade and a dash for each way.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import pairwise, product
@@ -29,11 +29,15 @@ ACCENT = SUBJECTS[1]
 """The colour of loops, where one agent is shown by itself."""
 
 _DASHES: tuple[Dash, ...] = ("-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)))
+
+_DOUBLE: Dash = (0, (5, 1.2, 1, 1.2, 1, 1.2))
+"""Of the cognitive models alone, so that none of them has the marker and dash of an agent that does not ship."""
+
 _COLOURS = ("#332288", "#882255", "#999933", "#661100", "#AA4499", "#005F73")
 """Colours of agents that do not ship, none of them a colour of one that does."""
 
 _MARKERS: tuple[Marker, ...] = (">", "p", "h", "d", (4, 1, 0), (6, 1, 0))
-"""None that an agent has that ships; the last are stars of so many points."""
+"""Of agents that do not ship; the last are stars of so many points."""
 
 _SHIPPED: dict[str, tuple[str, Marker, Dash]] = {
     PEOPLE: (SUBJECTS[0], "o", "-"),
@@ -44,8 +48,13 @@ _SHIPPED: dict[str, tuple[str, Marker, Dash]] = {
     "viewer": (SUBJECTS[5], "P", "-"),
     "random": ("#7a7a7a", "X", "-"),
     "random-no-repeat": ("#3d3d3d", "<", "-"),
+    "cognitive:careful": ("#5A6900", "p", _DOUBLE),
+    "cognitive:perseverant": ("#6929C4", ">", _DOUBLE),
+    "cognitive:insistent": ("#C218F0", "h", _DOUBLE),
+    "cognitive:random-map": ("#2138E8", "d", _DOUBLE),
+    "cognitive:softmax-memory": ("#69C387", (4, 1, 0), _DOUBLE),
 }
-"""Colour, marker and dash of the agents that ship."""
+"""Colour, marker and dash of the agents that ship; of an agent with options of its own they come out of its spec."""
 
 _SHADES = {"symbolic": 0.0, "rgb": 0.45, "rgbd": -0.35}
 """How much white (above 0) or black is mixed into the colour of an agent that is shown the box in several ways."""
@@ -69,19 +78,27 @@ class Style:
 def styles(result: StudySummary) -> list[tuple[AgentSummary, Style]]:
     """Every agent with its looks: those that the study is about first, then the references.
 
-    Two that would share marker and dash, and so look alike in grey, are told apart by the next marker for the one whose
-    spec comes later in the alphabet.
+    No two share marker and dash, and so look alike in grey; those of one colour share neither, as far as there are
+    enough. The one whose spec comes later in the alphabet takes the next look.
     """
     shown = [*result.subjects, *(agent for agent in result.agents if agent not in result.subjects)]
     found: dict[tuple[str, str], Style] = {}
     for agent in sorted(shown, key=lambda agent: (agent.agent not in _SHIPPED, agent.agent, agent.modality)):
-        taken = {(style.marker, style.dash) for style in found.values()}
-        looks = list(_looks(agent))
-        colour, marker, dash = next((look for look in looks if look[1:] not in taken), looks[0])
+        colour, marker, dash = _free(list(_looks(agent)), found.values())
         found[agent.agent, agent.modality] = Style(
             colour=colour, marker=marker, dash=dash, lead=agent in result.subjects
         )
     return [(agent, found[agent.agent, agent.modality]) for agent in shown]
+
+
+def _free(looks: Sequence[tuple[str, Marker, Dash]], taken: Collection[Style]) -> tuple[str, Marker, Dash]:
+    """The first look that is not taken; better one that has nothing of an agent of the same colour."""
+    pairs = {(style.marker, style.dash) for style in taken}
+    alike = [style for style in taken if style.colour == looks[0][0]]
+    markers, dashes = {style.marker for style in alike}, {style.dash for style in alike}
+    free = [look for look in looks if look[1:] not in pairs]
+    apart = [look for look in free if look[1] not in markers and look[2] not in dashes]
+    return [*apart, *free, *looks][0]
 
 
 def _looks(agent: AgentSummary) -> Iterator[tuple[str, Marker, Dash]]:

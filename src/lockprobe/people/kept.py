@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.atomic_file import write_private
+from lockprobe.checksum import with_checksum
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Broken, Did, Joined, Released, read_diary
 from lockprobe.studies.study import Study
@@ -101,5 +102,6 @@ def write_diaries(directory: Path, diaries: Iterable[Kept]) -> None:
     """
     people = directory / PEOPLE_DIRECTORY
     for kept in diaries:
-        content = "".join(f"{line.model_dump_json()}\n" for line in (kept.joined, *kept.lines))
+        lines = (with_checksum(line.model_dump_json().encode()) for line in (kept.joined, *kept.lines))
+        content = b"".join(line + b"\n" for line in lines)
         write_private(people / f"{kept.joined.identity}.jsonl", content)

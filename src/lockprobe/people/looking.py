@@ -8,16 +8,14 @@ from __future__ import annotations
 import base64
 from typing import Literal
 
-from lockprobe.options import PEOPLE
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import Box, Joint, Panel, Report
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Percept, Situation, Task
 from lockprobe.studies.modality import is_pictured
-from lockprobe.studies.study import Study
 
-__all__ = ["View", "box_to_show", "example_panel", "panel_to_show", "view_of_modality"]
+__all__ = ["View", "box_to_show", "panel_to_show", "view_of_modality"]
 
 View = Literal["text", "panel", "pictures"]
 
@@ -56,19 +54,6 @@ def box_to_show(
         history_open=experiment.history_open,
         device=experiment.device,
     )
-
-
-def example_panel(study: Study, experiment: Experiment) -> Panel | None:
-    """A made-up box for the instructions, drawn as those of the study are; None where they are not drawn."""
-    if any(view_of_modality(modality, experiment.view) != "panel" for modality in study.modalities_of(PEOPLE)):
-        return None
-    told = study.flip != "outcome-only"
-
-    def joint(label: str, kind: Literal["prismatic", "revolute"], at: float, position: Literal[0, 1]) -> Joint:
-        return Joint(label=label, target=label == "A", kind=kind, place=(at, 0.5), position=position if told else None)
-
-    joints = (joint("A", "revolute", 0.1, 0), joint("B", "prismatic", 0.5, 1), joint("C", "prismatic", 0.9, 0))
-    return Panel(view="panel", joints=joints, told="")
 
 
 def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> Panel:

@@ -21,7 +21,6 @@ from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_exp
 from lockprobe.people.held import Played
 from lockprobe.people.journey import Journey, fingerprint
 from lockprobe.people.kept import kept_diaries
-from lockprobe.people.looking import example_panel
 from lockprobe.people.responses import Attempt
 from lockprobe.people.seat import Seat, Table
 from lockprobe.people.telling import Texts
@@ -98,7 +97,7 @@ def opened(
                 study=study,
                 experiment=experiment,
                 words=words,
-                texts=Texts(words, study, experiment, example_panel(study, experiment)),
+                texts=Texts(words, study, experiment),
                 practice=practice,
                 journal=journal,
                 people=people,

@@ -12,13 +12,14 @@ import secrets
 import time
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.directory import TOKENS
+from lockprobe.people.example import examples_of
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.opening import opened, seats_on_disk
 from lockprobe.people.progress import Progress, progress_of
@@ -27,8 +28,9 @@ from lockprobe.people.register import Register
 from lockprobe.people.responses import Act, Agree
 from lockprobe.people.scenes import Scene
 from lockprobe.people.seat import Seat, Table
+from lockprobe.people.telling import Texts
 from lockprobe.people.tokens import Tokens
-from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawn
+from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawing, withdrawn
 from lockprobe.people.words import Words
 from lockprobe.studies.study import Study
 
@@ -99,7 +101,9 @@ class Reception:
             BadFile: If something in it is damaged, or a trial is not told again as it was shown.
             UserMistake: If the plant cannot be had.
         """
-        with opened(directory, study, experiment, words, clock=clock, page=page) as table:
+        with opened(directory, study, experiment, words, clock=clock, page=page) as there:
+            examples = await examples_of(there.study, experiment, there.place)
+            table = replace(there, texts=Texts(words, there.study, experiment, examples))
             seats = await seats_on_disk(table)
             given = any(seat.journey.joined.token for seat in seats)
             tokens = Tokens(directory / PEOPLE_DIRECTORY / TOKENS, given=given)
@@ -236,6 +240,11 @@ class Reception:
         """How far people have come, by condition."""
         journeys, gone = [seat.journey for seat in self._register], withdrawn(self._table.journal.directory)
         return progress_of(self.study, journeys, self._register.finished(), gone)
+
+    def withdrawals(self) -> tuple[int, str | None]:
+        """How many have withdrawn, and whose deletion is under way: another with every withdrawal."""
+        directory = self._table.journal.directory
+        return withdrawn(directory), withdrawing(directory)
 
     async def _join(
         self, mark: str, lease: str, turn: int, act: Act, platform: Mapping[str, str]

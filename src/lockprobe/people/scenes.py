@@ -18,6 +18,7 @@ __all__ = [
     "Closed",
     "Consent",
     "Debrief",
+    "Example",
     "Joint",
     "Page",
     "Panel",
@@ -108,6 +109,18 @@ class Panel(_Part):
     pictures: tuple[str, ...] = ()
 
 
+class Example(_Part):
+    """A made-up box as those of the study are shown, on which nothing can be done.
+
+    Attributes:
+        panel: What is shown.
+        ask: Whether the question what the last action did stands there too.
+    """
+
+    panel: Panel
+    ask: bool = False
+
+
 class Page(_Part):
     """A page of instructions, or what stands before the first box.
 
@@ -116,7 +129,7 @@ class Page(_Part):
         paragraphs: Its text.
         number: Which page, from 1.
         of: How many there are.
-        panel: A box as an example, on which nothing can be done; None for none.
+        examples: A box in each way in which the participant will see the study's.
     """
 
     kind: Literal["page"] = "page"
@@ -124,7 +137,7 @@ class Page(_Part):
     paragraphs: tuple[str, ...]
     number: int
     of: int
-    panel: Panel | None = None
+    examples: tuple[Example, ...] = ()
 
 
 class Box(_Part):

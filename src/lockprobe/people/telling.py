@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from lockprobe.people.diary import Joined
+from lockprobe.people.example import Shown
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station
-from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Page, Panel, TrialOver
-from lockprobe.people.words import Longer, Words, filled
+from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, Page, TrialOver
+from lockprobe.people.words import Longer, Words, example_on, filled
 from lockprobe.studies.study import Study
 
 __all__ = ["Texts"]
@@ -23,15 +25,17 @@ class Texts:
         words: The texts.
         study: The study.
         experiment: How people take part.
-        panel: A box as an example, shown on the first page of instructions; None for none.
+        examples: An example box in each modality, for the instructions.
     """
 
-    def __init__(self, words: Words, study: Study, experiment: Experiment, panel: Panel | None = None) -> None:
+    def __init__(
+        self, words: Words, study: Study, experiment: Experiment, examples: Mapping[str, Shown] | None = None
+    ) -> None:
         self._words = words
         self._experiment = experiment
         self._are_false = any(study.p)
         self._asks = study.assessment
-        self._panel = panel
+        self._examples = examples or {}
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
 
     def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
@@ -64,8 +68,8 @@ class Texts:
             text = self._words.instructions[number - 1]
             asked = text.if_asked if self._asks else ()
             title, paragraphs = self._filled(text, {"boxes": boxes}, more=asked or ())
-            of, panel = len(self._words.instructions), self._panel if number == 1 else None
-            return Page(title=title, paragraphs=paragraphs, number=number, of=of, panel=panel)
+            of, examples = len(self._words.instructions), self._shown(number, journey.joined)
+            return Page(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
         if station.kind == "over":
             return self._over(journey, station)
         if station.kind == "check":
@@ -79,6 +83,15 @@ class Texts:
         failed = journey.checks.count(False) >= self._experiment.failed_from and any(self._back("failed"))
         url, code = self._back("failed" if failed else "completion")
         return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+
+    def _shown(self, number: int, joined: Joined) -> tuple[Example, ...]:
+        """The examples on a page of the instructions, in the modalities that the participant will see."""
+        what = example_on(self._words, number)
+        theirs = {slot.modality for slot in joined.slots}
+        found = [shown for modality, shown in self._examples.items() if modality in theirs]
+        if what == "box":
+            return tuple(Example(panel=shown.before) for shown in found)
+        return tuple(Example(panel=shown.after, ask=self._asks) for shown in found) if what == "step" else ()
 
     def _over(self, journey: Journey, station: Station) -> TrialOver:
         """After a box; whether it was opened is said of the practice, else where the experimenter says so."""

@@ -15,7 +15,7 @@ from lockprobe.inputs import parse_json, read_input
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.studies.journal import Journal
 
-__all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawn"]
+__all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]
 
 _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
@@ -29,6 +29,16 @@ def withdrawn(directory: Path) -> int:
     """
     found = _read(directory / PEOPLE_DIRECTORY / _COUNT)
     return 0 if found is None else int(str(found["withdrawn"]))
+
+
+def withdrawing(directory: Path) -> str | None:
+    """Whose deletion is noted and not finished; None where none is.
+
+    Raises:
+        BadFile: If the note is damaged.
+    """
+    note = _read(directory / PEOPLE_DIRECTORY / _UNDER_WAY)
+    return None if note is None else str(note.get("participant"))
 
 
 def note_withdrawal(journal: Journal, identity: str) -> None:

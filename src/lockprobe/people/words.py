@@ -12,7 +12,7 @@ from lockprobe.errors import BadFile, UnknownName
 from lockprobe.inputs import read_toml
 from lockprobe.people.mistakes import said_of, seen
 
-__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "filled", "page_texts", "read_words", "words_file"]
+__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "page_texts", "read_words", "words_file"]
 
 _TEXTS = Path(__file__).with_name("texts")
 
@@ -42,9 +42,12 @@ class _Instruction(Longer):
 
     Attributes:
         if_asked: More of it, where it is asked after every step what the last action did.
+        example: What is shown of an example box: ``box`` before the first step, ``step`` after one, with what was told
+            and the question, or ``none``. Left out it is :func:`example_on` that says it.
     """
 
     if_asked: Paragraphs | None = None
+    example: Literal["box", "step", "none"] | None = None
 
 
 class _Consent(Longer):
@@ -116,6 +119,18 @@ class _OfThePage(_Part):
     code: Text | None = None
     wrong_code: Text | None = None
     number: Text | None = None
+    integer: Text | None = None
+    closed_code: Text | None = None
+    closed_leave: Text | None = None
+    example: Text | None = None
+    example_step: Text | None = None
+    example_some: Text | None = None
+    example_panel: Text | None = None
+    example_text: Text | None = None
+    example_pictures: Text | None = None
+    example_depth: Text | None = None
+    example_positions: Text | None = None
+    example_listed: Text | None = None
 
 
 class Words(_Part):
@@ -153,6 +168,19 @@ def filled(text: str, **facts: object) -> str:
     'Step 1 of 20 {x}'
     """
     return re.sub(r"\{(\w+)\}", lambda found: str(facts.get(found[1], found[0])), text)
+
+
+def example_on(words: Words, number: int) -> Literal["box", "step", "none"]:
+    """What is shown of an example box on a page of instructions, from 1.
+
+    Where the texts do not say it: the box on the first page and a step on the second, or a step on the only one.
+    """
+    pages = words.instructions
+    if (said := pages[number - 1].example) is not None:
+        return said
+    if number == 1 and len(pages) > 1:
+        return "box"
+    return "step" if number <= 2 else "none"
 
 
 def page_texts(words: Words) -> dict[str, str]:

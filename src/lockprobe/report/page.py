@@ -53,6 +53,12 @@ __all__ = ["write_report"]
 
 Content = dict[str, Any]
 
+_COLUMN = 270.0
+"""A figure is one column of print wide up to here, in points."""
+
+_SHORT = 12
+"""Words of so many characters stay on one line in a table."""
+
 
 def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None, processes: int = 1) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
@@ -147,7 +153,8 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters |= {"minus": minus, "test_said": test_said}
+    environment.filters |= {"minus": minus, "test_said": test_said, "breakable": _breakable}
+    environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     several_p = len({row["p"] for row in content["conditions"]}) > 1
     tested = {(t["label"], t["question"]) for t in content["tests"] if t["recommended"] and t["p_value"] is not None}
     return environment.get_template(f"{name}.html.jinja").render(
@@ -155,10 +162,7 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
         several_p=several_p,
         not_asked=any(row["not_asked"] for row in content["leaderboard"]),
         photographs=photographs or {},
-        images={
-            figure: "data:image/svg+xml;base64," + base64.b64encode(forms["svg"]).decode()
-            for figure, forms in drawn.items()
-        },
+        images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
         captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
         caveat=LENGTH_CAVEAT,
         fits=[fit for fit in content["fits"] if fit["agent"] in content["subjects"]],
@@ -173,6 +177,13 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
     )
 
 
+def _image(svg: bytes) -> dict[str, Any]:
+    """A figure for the page, and whether it is more than one column of print wide."""
+    wide = re.search(rb'width="([\d.]+)pt"', svg)
+    source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
+    return {"source": source, "broad": wide is not None and float(wide[1]) > _COLUMN}
+
+
 def _shown(value: Any) -> Any:
     """A value as a page prints it: text on one line and printable, the P of P values in italics; markup is our own."""
     if not isinstance(value, str) or hasattr(value, "__html__"):
@@ -181,6 +192,13 @@ def _shown(value: Any) -> Any:
 
     text = str(escape(printable(re.sub(r"\s", " ", value))))
     return Markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))  # noqa: S704  escaped just above
+
+
+def _breakable(name: str) -> Any:
+    """A spec that a line may end in, after the marks between its parts."""
+    from markupsafe import Markup
+
+    return Markup(re.sub(r"(:|/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
 
 
 def _audit(rates: list[dict[str, Any]]) -> list[dict[str, Any]]:

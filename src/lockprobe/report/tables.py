@@ -189,8 +189,15 @@ def condition_table(conditions: Rows) -> Table:
 
 def course_table(courses: Rows) -> Table:
     """Which agents' success rises with the flip rate, which falls, which both; and what loops do."""
-    head = ["agent", "at the lowest flip rate", "highest", "lowest", "at the highest flip rate", "success"]
-    return [[*head, "loop rate, lowest flip rate", "least", "highest flip rate", "loops begin"]] + [
+    head = ["agent", "solved at the lowest flip rate", "most", "fewest", "solved at the highest flip rate"]
+    head += [
+        "success",
+        "loops at the lowest flip rate",
+        "fewest loops",
+        "loops at the highest flip rate",
+        "loops begin",
+    ]
+    return [head] + [
         [
             row["label"],
             percent(row["first"], 0),

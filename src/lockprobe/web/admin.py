@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import hmac
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, TypeVar
 
@@ -15,6 +14,7 @@ from starlette.responses import JSONResponse, Response
 from lockprobe.people.progress import Progress
 from lockprobe.people.reception import Reception
 from lockprobe.people.refusals import Refused
+from lockprobe.web.downloads import Downloadable, Downloads
 
 __all__ = ["Admin", "AdminDesk"]
 
@@ -42,12 +42,12 @@ class AdminDesk:
     Attributes:
         study_url: The address to paste into a recruitment platform, from that of the server.
         reminders: What is still to be done before people come.
-        data: What has been played so far, as CSV.
+        files: What has been played so far, as files.
     """
 
     study_url: Callable[[str], str] = lambda url: url
     reminders: tuple[str, ...] = ()
-    data: Callable[[], bytes] | None = None
+    files: Sequence[Downloadable] = ()
 
 
 class Admin:
@@ -63,7 +63,12 @@ class Admin:
     def __init__(self, reception: Reception, token: str, url: str = "", desk: AdminDesk | None = None) -> None:
         self._reception, self._token = reception, token
         self._desk = desk or AdminDesk()
-        self._facts = {"study_url": self._desk.study_url(url), "reminders": self._desk.reminders}
+        self._downloads = Downloads(self._desk.files, reception.withdrawals)
+        self._facts = {
+            "study_url": self._desk.study_url(url),
+            "reminders": self._desk.reminders,
+            "downloads": self._downloads.described,
+        }
 
     async def progress(self, request: Request) -> Response:
         """How many have done what, by condition."""
@@ -77,13 +82,9 @@ class Admin:
         return JSONResponse({"participants": found})
 
     async def data(self, request: Request) -> Response:
-        """What has been played so far, one row a step, as CSV."""
+        """What has been played so far, as one of the files; the steps where none is named."""
         self._check(request)
-        if self._desk.data is None:
-            raise Refused("unknown", "there is nothing here")
-        written = await asyncio.to_thread(self._desk.data)
-        headers = {"content-disposition": 'attachment; filename="steps.csv"'}
-        return Response(written, media_type="text/csv; charset=utf-8", headers=headers)
+        return await self._downloads.answer(request.path_params.get("name", "steps.csv"))
 
     async def withdraw(self, request: Request) -> Response:
         """Delete everything that was kept of one participant; answered with how the study stands then."""

@@ -86,6 +86,8 @@ function show(progress) {
   showTotals(progress);
   at("conditions").tBodies[0].replaceChildren(...progress.conditions.map(conditionRow));
   showParticipants(progress.participants);
+  showFiles(progress.downloads);
+  at("everything").disabled = progress.joined === 0;
   at("when").textContent = `As of ${new Date().toLocaleTimeString()}`; // not spoken every time
   say("");
 }
@@ -186,20 +188,46 @@ async function find(event) {
   }
 }
 
-/** The token goes in a header, so a plain link could not do it. */
-async function download() {
+/** Each table with what a row of it is, and the file that describes its columns. */
+function showFiles(downloads) {
+  if (at("files").hasChildNodes()) return; // they stay what they are
+  at("data").hidden = downloads.length === 0;
+  const tables = downloads.filter(({ name }) => name.endsWith(".csv"));
+  at("files").replaceChildren(
+    ...tables.map(({ name, about }) => {
+      const line = made("li");
+      const columns = fileButton(`${name}-metadata.json`, "columns", `Download the columns of ${name}, described`);
+      line.append(fileButton(name, name), columns, made("span", about));
+      return line;
+    }),
+  );
+}
+
+function fileButton(name, text, label = `Download ${name}`) {
+  return made("button", text, { type: "button", class: "quiet", "data-file": name, "aria-label": label });
+}
+
+/** The token goes in a header, so a plain link could not do it. What comes of it is said beside the buttons. */
+async function download(button) {
+  const name = button.dataset.file;
+  if (button.getAttribute("aria-disabled")) return;
+  button.setAttribute("aria-disabled", "true");
+  at("prepared").textContent = `Preparing ${name} …`;
   try {
-    const answer = await fetch("api/admin/data", {
+    const answer = await fetch(`api/admin/data/${name}`, {
       headers: { Authorization: `Bearer ${storage.getItem(KEY)}` },
       credentials: "omit",
       cache: "no-store",
     });
-    if (!answer.ok) throw new Error("The data cannot be had now.");
-    const link = made("a", "", { href: URL.createObjectURL(await answer.blob()), download: "steps.csv" });
+    if (!answer.ok) throw new Error(`${name} cannot be had: ${(await answer.json()).message}.`);
+    const link = made("a", "", { href: URL.createObjectURL(await answer.blob()), download: name });
     link.click();
     URL.revokeObjectURL(link.href);
+    at("prepared").textContent = `${name} is downloaded.`;
   } catch (error) {
-    say(error instanceof TypeError ? "The server does not answer." : error.message, true);
+    at("prepared").textContent = error instanceof TypeError ? "The server does not answer." : error.message;
+  } finally {
+    button.removeAttribute("aria-disabled");
   }
 }
 
@@ -233,7 +261,10 @@ at("door").addEventListener("submit", (event) => {
   look();
 });
 at("find").addEventListener("submit", find);
-at("data").addEventListener("click", download);
+at("data").addEventListener("click", (event) => {
+  const button = event.target.closest("button[data-file]");
+  if (button) download(button);
+});
 at("copy").addEventListener("click", copy);
 at("leave").addEventListener("click", () => leave());
 document.addEventListener("visibilitychange", () => {

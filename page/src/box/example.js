@@ -1,0 +1,73 @@
+import { element } from "../element.js";
+import { filled } from "../words.js";
+import { claimOf } from "./claim.js";
+import { labelButton, nameOf } from "./joint.js";
+import { panelOf } from "./panel.js";
+import { picturesOf } from "./pictures.js";
+import { reportOf } from "./report.js";
+
+const VIEWS = {
+  text: (scene, words) =>
+    element("div", { class: "labels" }, ...scene.panel.joints.map((joint) => labelButton(joint, words, "text"))),
+  panel: panelOf,
+  pictures: (scene, words) => picturesOf(scene, words, () => {}),
+};
+
+/** By what parts are found with which something can be done. */
+const HOOKS = ["id", "data-joint", "data-claim", "aria-keyshortcuts"];
+
+/**
+ * The examples of a page of instructions: boxes as they will look, on which nothing can be done. Each is one picture,
+ * whose text says all that is seen in it.
+ *
+ * @param {object} scene A scene of the kind `page`.
+ * @param {Record<string, string>} words
+ * @returns {HTMLElement[]}
+ */
+export function examplesOf(scene, words) {
+  const some = scene.examples.length > 1;
+  return scene.examples.map(({ panel, ask }, i) => {
+    const box = { panel, practice: true, number: -1 - i };
+    const report = reportOf(box, words);
+    const shown = element(
+      "div",
+      { class: "box", inert: true },
+      element("div", { class: "report", "data-outcome": panel.outcome }, ...report.map((text) => element("p", {}, text))),
+      ask ? claimOf(words, () => {}) : null,
+      element("h2", {}, words.choose),
+      VIEWS[panel.view](box, words),
+    );
+    for (const part of shown.querySelectorAll("button, [id]")) {
+      for (const name of HOOKS) part.removeAttribute(name);
+      part.tabIndex = -1;
+    }
+    return element(
+      "figure",
+      { class: "example" },
+      element("figcaption", {}, captionOf(panel, words, some, scene.number === 1)),
+      element("div", { class: "shown", role: "img", "aria-label": inWords(panel, ask, report, words) }, shown),
+    );
+  });
+}
+
+/** What it is, and how it is to be read: that once, where the box is shown first. */
+function captionOf(panel, words, some, first) {
+  const told = panel.joints.some(({ position }) => position !== null);
+  const said = [some ? words.example_some : words.example];
+  if (panel.last !== null) said.push(filled(words.example_step, { label: panel.last }));
+  if (panel.last === null || first) {
+    if (panel.view === "text") said.push(words.example_text, told ? words.example_listed : "");
+    if (panel.view === "panel") said.push(words.example_panel, told ? words.example_positions : "");
+    if (panel.view === "pictures") said.push(words.example_pictures);
+    if (panel.pictures.length > 1) said.push(words.example_depth);
+  }
+  return said.filter(Boolean).join(" ");
+}
+
+/** All that is seen in it. */
+function inWords(panel, ask, report, words) {
+  const question = ask ? [`${words.question} ${words.said_moved} / ${words.said_blocked}`] : [];
+  const pictures = panel.pictures.map((_, i) => (i ? words.depth : words.colours));
+  const joints = panel.joints.map((joint) => nameOf(joint, words, panel.view));
+  return [...report, ...question, ...pictures, joints.join("; ")].join(" – ");
+}

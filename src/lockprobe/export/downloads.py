@@ -1,0 +1,89 @@
+"""What the admin page of a study gives out: the dataset as one ZIP file, each of its tables, what stands in them.
+
+Nothing of it is written twice: tables and dataset are those of ``lockprobe export --format psych-ds``, so no platform
+IDs, no tokens and no times of day are in any of it, and nothing of those who have withdrawn.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from lockprobe.export.columns import dictionary
+from lockprobe.export.tables import TABLES, PeopleRecords, Table, tables_of
+from lockprobe.export.writing import as_csv, to_give_away, write_dataset
+
+__all__ = ["DATASET", "Download", "downloads"]
+
+DATASET = "dataset.zip"
+
+_SMALL_ALREADY = {".png"}
+"""Files that do not become smaller."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Download:
+    """One file that can be had.
+
+    Attributes:
+        name: Of the file.
+        about: What is in it, in words.
+        write: Writes what has been played so far into a file; can be sent to another process.
+    """
+
+    name: str
+    about: str
+    write: Callable[[Path], None]
+
+
+def downloads(directory: Path) -> tuple[Download, ...]:
+    """What can be had of the study in a directory: the dataset first, then each table and its data dictionary.
+
+    Writing raises BadFile if something in the directory is damaged, and of the dataset if nobody took part.
+
+    Args:
+        directory: Of the study.
+    """
+    whole = Download(name=DATASET, about="everything, each column described", write=partial(_write_zip, directory))
+    tables = [
+        download
+        for name, row in TABLES.items()
+        for download in (
+            Download(name=f"{name}.csv", about=f"a row is {row}", write=partial(_write_table, directory, name)),
+            Download(
+                name=f"{name}.csv-metadata.json",
+                about=f"what stands in each column of {name}.csv",
+                write=partial(_write_dictionary, directory, name),
+            ),
+        )
+    ]
+    return (whole, *tables)
+
+
+def _write_zip(directory: Path, file: Path) -> None:
+    with TemporaryDirectory(prefix="lockprobe-") as place:
+        dataset = Path(place) / "dataset"
+        write_dataset(directory, dataset)
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted(path for path in dataset.rglob("*") if path.is_file()):
+                how = zipfile.ZIP_STORED if path.suffix in _SMALL_ALREADY else None
+                archive.write(path, path.relative_to(place), how)
+
+
+def _table(directory: Path, name: str) -> Table:
+    given = to_give_away(PeopleRecords.read(directory))
+    return tables_of(given, (name,))[0]
+
+
+def _write_table(directory: Path, name: str, file: Path) -> None:
+    file.write_text(as_csv(_table(directory, name)), "utf-8", newline="")
+
+
+def _write_dictionary(directory: Path, name: str, file: Path) -> None:
+    described = dictionary(f"{name}.csv", _table(directory, name).columns, f"A row is {TABLES[name]}.")
+    file.write_text(json.dumps(described, indent=2, ensure_ascii=False) + "\n", "utf-8")

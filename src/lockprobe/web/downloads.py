@@ -1,0 +1,128 @@
+"""What an experimenter downloads: written by a process of its own, sent piece by piece; participants play on.
+
+One file is written at a time. Where somebody withdraws while a file is written, it is written anew: nothing of theirs
+is in what is sent. What is sent has no name on the disk any more.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import signal
+from collections.abc import AsyncIterator, Callable, Hashable, Iterable
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import IO, Protocol
+
+from starlette.responses import Response, StreamingResponse
+
+from lockprobe.errors import UserMistake
+from lockprobe.people.refusals import Refused
+
+__all__ = ["Downloadable", "Downloads"]
+
+PIECE = 1 << 18
+"""Bytes that are sent at once."""
+
+ATTEMPTS = 5
+"""How often a file is written before it is given up, because people withdraw all the while."""
+
+BEHIND = 10
+"""By how much participants come first, as the operating system counts it."""
+
+_MEDIA = {".csv": "text/csv; charset=utf-8", ".json": "application/json", ".zip": "application/zip"}
+
+
+class Downloadable(Protocol):
+    """One file, as those above make it.
+
+    Attributes:
+        name: Of the file.
+        about: What is in it, in words.
+        write: Writes it; raises UserMistake if it cannot. It is sent to another process.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102 - above
+    @property
+    def about(self) -> str: ...  # noqa: D102
+    @property
+    def write(self) -> Callable[[Path], None]: ...  # noqa: D102
+
+
+class Downloads:
+    """The files that can be had.
+
+    Args:
+        files: The files.
+        withdrawals: What is another with every withdrawal.
+    """
+
+    def __init__(self, files: Iterable[Downloadable], withdrawals: Callable[[], Hashable]) -> None:
+        self._files = {file.name: file for file in files}
+        self._withdrawals = withdrawals
+        self._writing = asyncio.Lock()
+
+    @property
+    def described(self) -> list[dict[str, str]]:
+        """Name of each file, and what is in it."""
+        return [{"name": file.name, "about": file.about} for file in self._files.values()]
+
+    async def answer(self, name: str) -> Response:
+        """The answer that holds a file.
+
+        Raises:
+            Refused: As ``unknown`` if there is no such file, or it cannot be written; as ``busy`` if people withdraw
+                all the while.
+        """
+        if name not in self._files:
+            raise Refused("unknown", f"no such file; there are {', '.join(self._files) or 'none'}")
+        async with self._writing:
+            file = await self._written(self._files[name])
+        size = os.fstat(file.fileno()).st_size
+        headers = {"content-disposition": f'attachment; filename="{name}"', "content-length": str(size)}
+        return StreamingResponse(_pieces(file), media_type=_MEDIA[Path(name).suffix], headers=headers)
+
+    async def _written(self, wanted: Downloadable) -> IO[bytes]:
+        for _ in range(ATTEMPTS):
+            before = self._withdrawals()
+            with TemporaryDirectory(prefix="lockprobe-") as place:
+                file, mistake = Path(place) / "file", Path(place) / "mistake"
+                await _elsewhere(wanted.write, file, mistake)
+                if self._withdrawals() == before:
+                    return _as_written(file, mistake)
+        raise Refused("busy", "people are withdrawing; try again")
+
+
+async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -> None:
+    """Have a file written by another process; where it could not be, ``mistake`` says why, or neither is there."""
+    process = get_context("spawn").Process(target=_write, args=(write, file, mistake), daemon=True)
+    process.start()
+    try:
+        await asyncio.to_thread(process.join)
+    finally:
+        process.kill()  # where nobody waits for it any more
+
+
+def _as_written(file: Path, mistake: Path) -> IO[bytes]:
+    if mistake.exists() or not file.exists():
+        raise Refused("unknown", mistake.read_text("utf-8") if mistake.exists() else "it could not be written")
+    return file.open("rb")
+
+
+def _write(write: Callable[[Path], None], file: Path, mistake: Path) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, which ends this
+    os.nice(BEHIND)
+    gc.disable()
+    try:
+        write(file)
+    except UserMistake as refused:
+        mistake.write_text(str(refused), "utf-8")
+
+
+async def _pieces(file: IO[bytes]) -> AsyncIterator[bytes]:
+    with file:
+        while piece := await asyncio.to_thread(file.read, PIECE):
+            yield piece
