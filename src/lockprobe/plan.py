@@ -12,6 +12,7 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.record import Percept, Snapshot, Task
+from lockprobe.seams import Intervention
 from lockprobe.seeds import trial_stream
 
 __all__ = ["LABELS", "Names", "Plan", "drawn_orders"]
@@ -40,6 +41,7 @@ class Plan:
         shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
             labels run along the panel, and a model's preference for a name or a place is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
+        condition: Interventions beside the flip, in the order in which they act.
     """
 
     key: str
@@ -56,6 +58,7 @@ class Plan:
     plant: str = "symbolic"
     shuffle: bool = True
     assessment: bool = True
+    condition: tuple[Intervention, ...] = ()
 
     def stream(self, name: str) -> np.random.Generator:
         """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""

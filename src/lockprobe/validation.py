@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["plain"]
+from lockprobe.errors import BadValue
+
+__all__ = ["check_probability", "plain"]
 
 _WORDS = (
     (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
@@ -41,3 +43,17 @@ def plain(message: str) -> str:
     for before, after in _WORDS:
         message = re.sub(before, after, message)
     return message
+
+
+def check_probability(what: str, value: float) -> None:
+    """Refuse what is no probability.
+
+    Args:
+        what: What it is, for the message.
+        value: The number.
+
+    Raises:
+        BadValue: If it does not lie from 0 to 1.
+    """
+    if not 0.0 <= value <= 1.0:
+        raise BadValue(what, value, "a number from 0 to 1")

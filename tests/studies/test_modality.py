@@ -11,7 +11,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
 from lockprobe.studies import modality
-from lockprobe.studies.modality import camera, channels_for, check_distinct, is_pictured, taken_in
+from lockprobe.studies.modality import camera, check_distinct, interventions_for, is_pictured, taken_in
 
 PLAN = Plan(
     key="k", study="s", agent="random", box=box("chain-4"), modality="symbolic", p=0.3, flip="sticky", repetition=1,
@@ -20,7 +20,7 @@ PLAN = Plan(
 
 
 def test_reports_are_flipped_and_put_into_words():
-    assert channels_for(PLAN) == (OutcomeFlip(p=0.3, persistence="sticky"), TextChannel())
+    assert interventions_for(PLAN) == (OutcomeFlip(p=0.3, persistence="sticky"), TextChannel())
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ def test_reports_are_flipped_and_put_into_words():
 )
 def test_pictures_come_from_the_camera_alone(spec, eye):
     assert is_pictured(spec)
-    assert channels_for(replace(PLAN, modality=spec)) == (eye,)
+    assert interventions_for(replace(PLAN, modality=spec)) == (eye,)
 
 
 def test_a_report_needs_no_camera():

@@ -166,16 +166,13 @@ class Policy(Generic[Memory]):
         if self.looks:
             refuse_pictures(situation.percept, type(self).__name__)
         known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
-        if not past:
-            view = view_of(task)
-            memory = self.begin(view)
-        elif known is not None and known.task == task and known.past == past[:-1]:
+        if known is not None and known.task == task and known.past == past[:-1]:
             view = known.view
             memory = self._heard(view, known.memory, situation)
         else:
             view = view_of(task)
             memory = self.begin(view)
-            for done, turn in enumerate(past[1:], 1):
+            for done, turn in enumerate(past):
                 memory = self._heard(view, memory, replace(situation, past=past[:done], percept=turn.percept))
             memory = self._heard(view, memory, situation)
         self.__dict__["_recalled"] = _Recalled(task, past, view, memory)

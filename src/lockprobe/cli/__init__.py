@@ -34,6 +34,7 @@ COMMANDS = {
     "box": ("boxes", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "The agents there are."),
     "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
+    "interventions": ("agents", "interventions", "What can be told, asked, remembered or done otherwise."),
     "models": ("models", "models", "Language models on this machine."),
     "doctor": ("health", "doctor", "What works on this machine, and how to mend the rest."),
 }

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from lockprobe.errors import BadValue, check_probability
+from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,8 +43,9 @@ class Burst:
         check_probability("flip rate p", self.p)
         if not 1 <= self.length < float("inf"):
             raise BadValue("length", self.length, "a number from 1")
-        if self.p > self.length / (self.length + 1):
-            raise BadValue("flip rate p", self.p, f"at most {self.length / (self.length + 1):g} in runs of {self.length:g}")
+        most = self.length / (self.length + 1)
+        if self.p > most:
+            raise BadValue("flip rate p", self.p, f"at most {most:g} in runs of {self.length:g}")
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from lockprobe.errors import check_probability
+from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
     import numpy as np

@@ -38,6 +38,9 @@ class OutcomeFlip:
         BadValue: If ``p`` or ``persistence`` is none of these.
     """
 
+    name: ClassVar[str] = "flip"
+    place: ClassVar[str] = "told"
+    dose: ClassVar[str] = "p"
     stream: ClassVar[str] = "channel"
     p: float = 0.0
     persistence: FlipKind = "transient"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from lockprobe.errors import check_probability
+from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
     from lockprobe.record import Task, Turn
@@ -19,8 +19,8 @@ __all__ = ["Forget"]
 class Forget:
     """Each exchange of the past is gone for good with probability p, from the step after it on.
 
-    One number is drawn for the trial whatever p is, and from it one for each exchange, so what is forgotten once stays
-    forgotten, and what is forgotten at a smaller p is forgotten at a larger one too.
+    Each exchange has its own number, whatever p is: what is forgotten once stays forgotten, and what is forgotten at a
+    smaller p is forgotten at a larger one too.
 
     Attributes:
         p: Probability that an exchange is forgotten, [0, 1].
@@ -39,4 +39,6 @@ class Forget:
 
     def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
         """The exchanges that are not forgotten."""
-        return past
+        seed: Any = rng.bit_generator.seed_seq
+        numbers = np.random.default_rng(seed).random(len(past))
+        return tuple(turn for turn, number in zip(past, numbers, strict=True) if number >= self.p)

@@ -18,7 +18,7 @@ class TextChannel:
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text."""
         sentences = []
-        if percept.joint is not None:
+        if percept.joint is not None and percept.outcome is not None:
             sentences.append(f"{percept.joint} {'moved' if percept.outcome == 'moved' else 'did not move'}.")
         if percept.positions is not None:
             there = [label for label, position in zip(task.joints, percept.positions, strict=True) if position]

@@ -16,9 +16,9 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
 from lockprobe.plan import Plan
-from lockprobe.seams import Channel
+from lockprobe.seams import Channel, Intervention
 
-__all__ = ["MODALITIES", "SYMBOLIC", "camera", "channels_for", "check_distinct", "is_pictured", "taken_in"]
+__all__ = ["MODALITIES", "SYMBOLIC", "camera", "check_distinct", "interventions_for", "is_pictured", "taken_in"]
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 
@@ -76,10 +76,22 @@ def check_distinct(modalities: Iterable[str]) -> None:
             raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 
 
-def channels_for(plan: Plan) -> tuple[Channel, ...]:
-    """What stands between the box and the agent in one trial."""
+def interventions_for(plan: Plan) -> tuple[Intervention, ...]:
+    """What acts in one trial, in order; last comes how the box is shown.
+
+    Raises:
+        BadValue: If its condition changes reports where pictures are shown, or flips them beside its flip rate.
+    """
     eye = camera(plan.modality)
-    return (OutcomeFlip(p=plan.p, persistence=plan.flip), TextChannel()) if eye is None else (eye,)
+    if eye is not None:
+        if any(isinstance(one, Channel) for one in plan.condition):
+            raise BadValue("condition", plan.key, f"none that changes reports: with {plan.modality} there are none")
+        return (*plan.condition, eye)
+    flips = any(isinstance(one, OutcomeFlip) for one in plan.condition)
+    if flips and plan.p:
+        raise BadValue("p", plan.p, "0 with a condition that flips reports itself")
+    own = () if flips else (OutcomeFlip(p=plan.p, persistence=plan.flip),)
+    return (*own, *plan.condition, TextChannel())
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from lockprobe.seams import Agent, Calling, Plant
 from lockprobe.studies.album import Album
 from lockprobe.studies.calls import Calls
 from lockprobe.studies.journal import Timing
-from lockprobe.studies.modality import channels_for
+from lockprobe.studies.modality import interventions_for
 from lockprobe.trial import Place, here, play
 
 __all__ = ["own_thread", "play_timed"]
@@ -90,7 +90,7 @@ async def play_timed(
         trial = await play(
             plan,
             plant=plant,
-            interventions=channels_for(plan),
+            interventions=interventions_for(plan),
             agent=agent,
             on_step=lambda step: on_step(plan.key, step),
             keep=None if pictures is None else Album(pictures).keep,

@@ -1,0 +1,128 @@
+"""Contracts as functions: what every intervention has to keep, to be called from the tests of whoever writes one.
+
+::
+
+    from lockprobe.testing import check_intervention
+
+    def test_delay():
+        check_intervention(Delay(lag=2))
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lockprobe.interventions.catalogue import condition, place_of, spec_of
+from lockprobe.jsonline import trial_to_json
+from lockprobe.record import Briefing, Moment, Percept, Task, Trial, Turn
+from lockprobe.seams import Intervention
+from lockprobe.studies.single import run_trial
+
+__all__ = ["check_intervention"]
+
+AGENTS = ("random", "human-inspired", "cognitive:perseverant")
+"""Who plays where a whole trial is looked at."""
+
+
+def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -> None:
+    """Hold an intervention against its contract.
+
+    It is a frozen dataclass that acts at exactly one place; it can be named by a spec, and its settings survive JSON;
+    it keeps nothing between calls; it draws equally often whatever its dose; at dose 0 every agent plays byte for byte
+    as in truth.
+
+    Args:
+        one: The intervention, with the settings to be tested.
+        doses: Values of its dose between which draws are compared; not used where it has none.
+
+    Raises:
+        AssertionError: If it breaks one of these; the message says which.
+    """
+    kind: Any = type(one)
+    name, place = kind.__name__, place_of(kind)
+    assert is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen, f"{name} is no frozen dataclass"  # noqa: B009, PT018
+    assert condition(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
+    settings = {part.name: getattr(one, part.name) for part in fields(kind)}
+    assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"
+    dose = getattr(kind, "dose", None)
+    same = [one] if dose is None else [one, *(replace(one, **{dose: value}) for value in doses)]  # type: ignore[type-var]
+    calls = _calls(place)
+    for other in same:
+        first, again = (_answers(other, place, calls) for _ in range(2))
+        assert first == again, f"{spec_of(other)} answers differently when it is asked again: it keeps something"
+    states = {_state_after(other, place, calls) for other in same}
+    assert len(states) == 1, f"{name} does not draw equally often at every dose"
+    if dose is not None:
+        _check_nothing_happens(replace(one, **{dose: 0}))  # type: ignore[type-var]
+
+
+def _check_nothing_happens(none: Intervention) -> None:
+    for agent in AGENTS:
+        for seed in (1, 2, 3):
+            truth, changed = (run_trial(agent=agent, seed=seed, condition=acting) for acting in ((), (none,)))
+            assert _unnamed(truth) == _unnamed(changed), f"{agent} does not play as in truth under {spec_of(none)}"
+
+
+def _unnamed(trial: Trial) -> bytes:
+    """The record without the name of the condition."""
+    return trial_to_json(replace(trial, key="", channels=(), interventions=()))
+
+
+@dataclass(frozen=True)
+class _Witness:
+    """Notes what an intervention at its place would be given, and changes nothing."""
+
+    seen: list[tuple[object, ...]] = field(default_factory=list)
+
+
+class _Told(_Witness):
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        self.seen.append((percept, past, task))
+        return percept
+
+
+class _Asked(_Witness):
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        self.seen.append((briefing, past, task))
+        return briefing
+
+
+class _Remembered(_Witness):
+    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+        self.seen.append((past, task))
+        return past
+
+
+class _Done(_Witness):
+    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
+        self.seen.append((joint, past, task))
+        return joint
+
+
+_WITNESSES: dict[str, Callable[[], Any]] = {"told": _Told, "asked": _Asked, "remembered": _Remembered, "done": _Done}
+_METHODS = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
+
+
+def _calls(place: str) -> list[tuple[object, ...]]:
+    """What an intervention at this place is given in one trial."""
+    witness = _WITNESSES[place]()
+    run_trial(agent="random", condition=(witness,), max_steps=30, box="chain-7")
+    calls: list[tuple[object, ...]] = witness.seen
+    return calls
+
+
+def _answers(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> list[object]:
+    rng = np.random.default_rng(7)
+    return [getattr(one, _METHODS[place])(*call, rng) for call in calls]
+
+
+def _state_after(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> str:
+    rng = np.random.default_rng(7)
+    for call in calls:
+        getattr(one, _METHODS[place])(*call, rng)
+    return str(rng.bit_generator.state)

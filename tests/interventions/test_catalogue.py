@@ -1,0 +1,199 @@
+"""Interventions by spec: those that ship, those of a package, and those of nobody."""
+
+import json
+from dataclasses import dataclass
+
+import pytest
+
+from lockprobe.errors import UserMistake
+from lockprobe.interventions.burst import Burst
+from lockprobe.interventions.catalogue import SHIPPED, condition, place_of, spec_of
+from lockprobe.interventions.delay import Delay
+from lockprobe.interventions.drop import Drop
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.force import Force
+from lockprobe.interventions.forget import Forget
+from lockprobe.interventions.history import History
+from lockprobe.interventions.nudge import Nudge
+from lockprobe.interventions.remark import Remark
+from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.warn import Warn
+from lockprobe.studies.single import run_trial
+from lockprobe.testing import check_intervention
+
+ONES = (
+    OutcomeFlip(p=0.4, persistence="sticky"), Drop(p=0.3), Delay(lag=2), Burst(p=0.4, length=4.0), Warn(rate=0.2),
+    Nudge(after=3), Remark(after=0), History(last=3), Forget(p=0.5), Tremble(p=0.2), Force(at=4),
+)  # fmt: skip
+
+
+def test_every_one_that_ships_is_tried_here():
+    assert {type(one) for one in ONES} == set(SHIPPED.values())
+
+
+@pytest.mark.parametrize("one", ONES, ids=spec_of)
+def test_it_keeps_its_contract(one):
+    check_intervention(one, doses=(0, 0.5) if type(one) is Burst else (0, 1))
+
+
+def test_a_condition_is_read_in_order_and_written_again():
+    spec = "flip?p=0.4&persistence=sticky + nudge?after=3 + tremble?p=0.1"
+    assert " + ".join(map(spec_of, condition(spec))) == spec
+    assert condition("truth") == condition("") == ()
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("lie", "no intervention is called 'lie'"),
+        ("flip?q=1", "no option of flip is called 'q'"),
+        ("flip?p=2", "expected a number from 0 to 1"),
+        ("flip?p", "expected options as name"),
+        ("nudge?after=1", "expected a number of copies from 2"),
+        ("burst?p=0.9&length=2", "at most 0.666667 in runs of 2"),
+        ("python:nowhere:Nothing", "importable class"),
+        ("python:json:JSONDecoder", "a frozen dataclass"),
+        ("history?last=-1", "a whole number from 0"),
+        ("flip?p=0.1 +", "no intervention is called ''"),
+    ],
+)
+def test_what_is_none_is_refused_in_one_line(spec, said):
+    with pytest.raises(UserMistake, match=said.replace("?", r"\?")) as refused:
+        condition(spec)
+    assert "\n" not in str(refused.value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Louder:
+    """Ends every report with an exclamation mark of its own kind."""
+
+    marks: int = 1
+
+    def brief(self, briefing, past, task, rng):
+        return briefing
+
+
+@dataclass(frozen=True)
+class Both:
+    """Acts at two places."""
+
+    def brief(self, briefing, past, task, rng):
+        return briefing
+
+    def act(self, joint, past, task, rng):
+        return joint
+
+
+def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
+    (made,) = condition(f"python:{__name__}:Louder?marks=3")
+    assert made == Louder(marks=3)
+    assert spec_of(made) == f"python:{__name__}:Louder?marks=3"
+    check_intervention(made)
+    with pytest.raises(UserMistake, match="exactly one of perceive, brief, recall, act"):
+        place_of(Both)
+
+
+class _Point:
+    name, value = "louder", f"{__name__}:Louder"
+
+
+def test_a_package_adds_its_own_by_an_entry_point(monkeypatch):
+    monkeypatch.setattr("lockprobe.interventions.catalogue.entry_points", lambda group: [_Point()])
+    assert condition("louder?marks=2") == (Louder(marks=2),)
+    assert spec_of(Louder(marks=2)) == "louder?marks=2"
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Draws as often as its dose says."""
+
+    dose = "p"
+    p: float = 0.0
+
+    def act(self, joint, past, task, rng):
+        rng.random(int(10 * self.p))
+        return joint
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Keeps something between calls."""
+
+    def act(self, joint, past, task, rng):
+        SEEN.append(joint)
+        return task.joints[len(SEEN) % len(task.joints)]
+
+
+SEEN: list[str] = []
+
+
+@dataclass(frozen=True)
+class Always:
+    """Acts at dose 0."""
+
+    dose = "p"
+    p: float = 0.0
+
+    def act(self, joint, past, task, rng):
+        return task.joints[0]
+
+
+@pytest.mark.parametrize(
+    ("one", "said"), [(Draws(p=0.5), "equally often"), (Counts(), "keeps something"), (Always(), "as in truth")]
+)
+def test_the_contract_finds_who_breaks_it(one, said):
+    with pytest.raises(AssertionError, match=said):
+        check_intervention(one)
+
+
+def test_one_intervention_has_the_same_luck_whatever_else_acts():
+    alone, beside = (
+        run_trial(agent="random", condition=spec) for spec in ("tremble?p=0.5", "drop?p=0.9 + tremble?p=0.5")
+    )
+    assert alone.actions == beside.actions
+    assert any(step.chosen for step in alone.steps)
+
+
+def test_a_flip_in_a_condition_is_the_flip_of_a_study():
+    by_p, by_spec = run_trial(p=0.4, seed=5), run_trial(condition="flip?p=0.4", seed=5)
+    assert by_p.steps == by_spec.steps
+    assert by_p.channels == by_spec.channels
+    with pytest.raises(UserMistake, match="flips reports itself"):
+        run_trial(p=0.2, condition="flip?p=0.4")
+
+
+def test_reports_cannot_be_changed_where_pictures_are_shown():
+    with pytest.raises(UserMistake, match="with rgb there are none"):
+        run_trial(agent="viewer", plant="fast-twin", modality="rgb", condition="drop?p=0.1")
+
+
+def test_the_command_lists_them(lockprobe_command):
+    rows = [json.loads(line) for line in lockprobe_command("interventions", "--json").splitlines()]
+    assert {row["spec"] for row in rows} == set(SHIPPED)
+    assert {row["spec"]: row["dose"] for row in rows}["tremble"] == "p"
+    assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=PLACES.index)
+
+
+PLACES = ["told", "asked", "remembered", "done"]
+
+
+@pytest.fixture
+def lockprobe_command(capsys, monkeypatch):
+    from lockprobe.cli import main
+
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["lockprobe", *arguments])
+        with pytest.raises(SystemExit):
+            main()
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_numbers_of_a_stream_do_not_depend_on_the_dose():
+    def slips(p):
+        return {step.step for step in run_trial(agent="random", condition=f"tremble?p={p}").steps if step.chosen}
+
+    few, many = slips(0.2), slips(0.9)
+    shared = range(1, 1 + min(len(run_trial(agent="random", condition=f"tremble?p={p}").steps) for p in (0.2, 0.9)))
+    assert few & set(shared) <= many
