@@ -23,7 +23,7 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.modality import channels_for
+from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.montecarlo.plain import play_plainly, policy_of, world_of
 from lockprobe.studies.montecarlo.populations import Population, population
 from lockprobe.studies.montecarlo.propagation import propagate
@@ -57,7 +57,7 @@ def closed_loop(agent: str, trials: int) -> int:
         steps = 0
         for plan in study.plans(agent):
             plant = SymbolicPlant(plan.box)
-            steps += len((await play(plan, plant=plant, channels=channels_for(plan), agent=player)).steps)
+            steps += len((await play(plan, plant=plant, interventions=interventions_for(plan), agent=player)).steps)
         return steps
 
     return asyncio.run(all_trials())

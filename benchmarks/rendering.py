@@ -20,8 +20,8 @@ import mujoco
 import numpy as np
 
 import lockprobe
-from lockprobe.interventions.camera import CameraChannel
 from lockprobe.errors import BadValue
+from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.fast_twin import FastTwin
@@ -122,13 +122,13 @@ def measure(
     pair = median_ms(look, frames)
     channel = CameraChannel(depth="turbo")
     task = Task(joints=tuple("ABCD"), target="A", budget=20)
-    whole = median_ms(lambda: channel.perceive(Percept(look=look), None, task, rng), frames)
+    whole = median_ms(lambda: channel.perceive(Percept(look=look), (), task, rng), frames)
     print(first.renderer)
     plant = FastTwin(scene.box, labels=task.joints, settings=settings, rng=np.random.default_rng(3))
     attempts = itertools.cycle((0, 3, 2, 1, 0, 0, 1, 2, 3))
     looked = lambda: Percept(look=plant.attempt(next(attempts)).look)  # noqa: E731
-    channel.perceive(looked(), None, task, rng)
-    twin = median_ms(lambda: channel.perceive(looked(), None, task, rng), frames)
+    channel.perceive(looked(), (), task, rng)
+    twin = median_ms(lambda: channel.perceive(looked(), (), task, rng), frames)
     plant.close()
     rows = (("colours and depth", pair), ("RGB-D observation", whole), ("fast-twin attempt and observation", twin))
     for what, (clock, processors) in rows:

@@ -55,7 +55,7 @@ def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Per
     made = resolve_plant(plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
     watcher = Watcher()
     try:
-        played = asyncio.run(play(plan, plant=made, channels=[CameraChannel(depth=depth)], agent=watcher))
+        played = asyncio.run(play(plan, plant=made, interventions=[CameraChannel(depth=depth)], agent=watcher))
     finally:
         made.close()
     return played, plan, watcher.shown
