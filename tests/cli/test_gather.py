@@ -81,7 +81,7 @@ def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, tmp_p
     if by == "dataset":
         source = tmp_path / "dataset"
         status, said, _ = lockprobe("export", people, "--format", "psych-ds", "--out", source)
-        assert (status, len(said.splitlines())) == (0, 5)
+        assert (status, len(said.splitlines())) == (0, 6)
     status, said, _ = lockprobe("import", played, source)
     assert status == 0
     assert "2 trials taken, 0 were there, 0 were not finished. New agents: participant. 2 participants." in said
