@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from typing import Protocol, TypeVar
@@ -231,6 +231,9 @@ def stream_names(interventions: Sequence[Intervention]) -> list[str]:
     return names
 
 
+_NOTHING_SAID = Briefing()
+
+
 class _Loop:
     """The state of one trial while it runs."""
 
@@ -255,9 +258,10 @@ class _Loop:
             (one, plan.stream(name)) for one, name in zip(interventions, stream_names(interventions), strict=True)
         ]
         self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
-        self._prompts = [(one, rng) for one, rng in streams if isinstance(one, Prompt)]
-        self._memories = [(one, rng) for one, rng in streams if isinstance(one, Memory)]
-        self._actuators = [(one, rng) for one, rng in streams if isinstance(one, Actuator)]
+        others = [(one, rng) for one, rng in streams if not isinstance(one, Channel)]
+        self._prompts = [(one, rng) for one, rng in others if isinstance(one, Prompt)]
+        self._memories = [(one, rng) for one, rng in others if isinstance(one, Memory)]
+        self._actuators = [(one, rng) for one, rng in others if isinstance(one, Actuator)]
         self._rng = plan.stream("agent")
         self._joints = plan.box.names
         self._task = names.task(plan)
@@ -274,7 +278,7 @@ class _Loop:
         self._moments = (first,)
         self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
 
-    def _tell(self, snapshot: Snapshot) -> Moment:
+    def _tell(self, snapshot: Snapshot, chosen: str | None = None, attempted: str | None = None) -> Moment:
         percept = self._names.percept(snapshot)
         was = percept
         if percept.look is not None:
@@ -283,7 +287,8 @@ class _Loop:
         with _boundary(ChannelFault):
             for channel, rng in self._channels:
                 percept = channel.perceive(percept, self._moments, self._task, rng)
-        return Moment(was=was, told=replace(percept, look=None))
+        told = percept if percept.look is None else replace(percept, look=None)
+        return Moment(was=was, told=told, chosen=chosen, attempted=attempted)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -293,8 +298,8 @@ class _Loop:
 
     def _situation(self) -> Situation:
         """What the agent may use now: what is remembered, what it was told, and what it is asked."""
-        turns, briefing = self._turns, Briefing()
-        with _boundary(ChannelFault):
+        turns, briefing = self._turns, _NOTHING_SAID
+        with _boundary(ChannelFault) if self._memories or self._prompts else nullcontext():
             for memory, rng in self._memories:
                 turns = memory.recall(turns, self._task, rng)
             for prompt, rng in self._prompts:
@@ -304,6 +309,8 @@ class _Loop:
     def _attempted(self, chosen: str) -> str:
         """The label of the joint that is really attempted."""
         joint = chosen
+        if not self._actuators:
+            return joint
         with _boundary(ChannelFault):
             for actuator, rng in self._actuators:
                 joint = actuator.act(joint, self._moments, self._task, rng)
@@ -325,7 +332,7 @@ class _Loop:
         joint = self._names.index(label)
         with _boundary(PlantFault):
             snapshot = await self._at(partial(self._plant.attempt, joint))
-        moment = replace(await self._at(partial(self._tell, snapshot)), chosen=decision.joint, attempted=label)
+        moment = await self._at(partial(self._tell, snapshot, decision.joint, label))
         step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
         self.steps.append(step)
         told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)

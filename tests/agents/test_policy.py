@@ -49,11 +49,27 @@ def situation(reports, positions=True):
     return Situation(task=TASK, past=past, percept=percepts[-1])
 
 
+def turn(percept):
+    return Turn(percept=percept, decision=Decision(joint="A"))
+
+
+def test_a_report_of_positions_alone_tells_what_moved():
+    opening, first = Percept(positions=(True, False, False)), Percept(joint="A", positions=(True, True, False))
+    silent = Percept(joint="B")
+    assert tell(TASK, first, [turn(opening)]) == Told(joint=1, moved=True, shifted=0b010)
+    assert tell(TASK, first, [turn(opening), turn(first), turn(silent)]) == Told(joint=1, moved=False, shifted=0b010)
+    assert tell(TASK, silent, [turn(opening)]) is None
+    assert tell(TASK, first, [turn(silent)]) is None  # where it stood before is not known
+    assert tell(TASK, opening, []) is None
+
+
 def test_a_report_in_numbers():
     opening = Percept(positions=(True, False, False))
     percept = Percept(joint="A", outcome="moved", positions=(True, True, False))
-    assert tell(TASK, percept, (opening,)) == Told(joint=1, moved=True, shifted=0b010)
-    assert tell(TASK, Percept(joint="C", outcome="blocked"), (Percept(),)) == Told(joint=0, moved=False, shifted=None)
+    assert tell(TASK, percept, [turn(opening)]) == Told(joint=1, moved=True, shifted=0b010)
+    assert tell(TASK, Percept(joint="C", outcome="blocked"), [turn(Percept())]) == Told(
+        joint=0, moved=False, shifted=None
+    )
     assert (view_of(TASK).joints, view_of(TASK).target) == (3, 2)
 
 

@@ -9,7 +9,7 @@ thousand (:mod:`lockprobe.studies.montecarlo`), and fitted (:mod:`lockprobe.fit`
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.senses import refuse_pictures
@@ -59,7 +59,7 @@ def view_of(task: Task) -> View:
     return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
 
 
-def tell(task: Task, percept: Percept, earlier: Sequence[Percept]) -> Told | None:
+def tell(task: Task, percept: Percept, past: Sequence[Turn]) -> Told | None:
     """A percept in numbers; None where it says nothing of a joint.
 
     Where positions are told and no outcome, the joint moved if it is told to stand elsewhere than it was last told to.
@@ -67,26 +67,26 @@ def tell(task: Task, percept: Percept, earlier: Sequence[Percept]) -> Told | Non
     Args:
         task: The task.
         percept: What is told.
-        earlier: What was told before, newest first; the oldest tells where the joints started, where it is the first
-            look. Where that is no longer remembered, they are taken to have started at 0.
+        past: The exchanges before it that are remembered, oldest first. The first look tells where the joints started;
+            where it is no longer remembered, they are taken to have started at 0.
     """
     if percept.joint is None:
         return None
-    joint = task.joints.index(percept.joint)
-    known = next((before.positions for before in earlier if before.positions is not None), None)
+    joint, positions = task.joints.index(percept.joint), percept.positions
     if percept.outcome is not None:
         moved = percept.outcome == "moved"
-    elif percept.positions is not None and known is not None:
-        moved = percept.positions[joint] != known[joint]
     else:
-        return None
+        known = (turn.percept.positions for turn in reversed(past))
+        last = next((told for told in known if told is not None), None)
+        if positions is None or last is None:
+            return None
+        moved = positions[joint] != last[joint]
     shifted = None
-    if percept.positions is not None:
-        first = earlier[-1] if earlier and earlier[-1].joint is None else None
-        start = (False,) * len(percept.positions) if first is None else first.positions
+    if positions is not None:
+        first = past[0].percept if past and past[0].percept.joint is None else None
+        start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
-            pairs = enumerate(zip(percept.positions, start, strict=True))
-            shifted = sum((now != then) << j for j, (now, then) in pairs)
+            shifted = sum((now != then) << j for j, (now, then) in enumerate(zip(positions, start, strict=True)))
     return Told(joint=joint, moved=moved, shifted=shifted)
 
 
@@ -168,20 +168,19 @@ class Policy(Generic[Memory]):
         known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
         if known is not None and known.task == task and known.past == past[:-1]:
             view = known.view
-            memory = self._heard(view, known.memory, situation)
+            memory = self._heard(view, known.memory, task, situation.percept, past)
         else:
             view = view_of(task)
             memory = self.begin(view)
             for done, turn in enumerate(past):
-                memory = self._heard(view, memory, replace(situation, past=past[:done], percept=turn.percept))
-            memory = self._heard(view, memory, situation)
+                memory = self._heard(view, memory, task, turn.percept, past[:done])
+            memory = self._heard(view, memory, task, situation.percept, past)
         self.__dict__["_recalled"] = _Recalled(task, past, view, memory)
         return view, memory
 
-    def _heard(self, view: View, memory: Memory, situation: Situation) -> Memory:
-        """The memory after the newest report; the same where it says nothing."""
-        earlier = tuple(turn.percept for turn in reversed(situation.past))
-        told = tell(situation.task, situation.percept, earlier)
+    def _heard(self, view: View, memory: Memory, task: Task, percept: Percept, past: Sequence[Turn]) -> Memory:
+        """The memory after a report; the same where it says nothing."""
+        told = tell(task, percept, past)
         return memory if told is None else self.remember(view, memory, told)
 
 
