@@ -193,6 +193,16 @@ def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
     ]
 
 
+def test_every_best_flip_rate_says_whose_it_is(tmp_path):
+    agents = ["cognitive:perseverant", "cognitive:random-map?window=1&avoid=last"]
+    content = results(write_study(tmp_path, small_study(agents, (0.0, 0.2, 0.4, 0.6), 1, 10)))
+    assert None in [fit["binomial"]["order"] for fit in content["fits"]]  # one without a model has its name too
+    page = _page("report", content, {"fig4-corrected": {"svg": b"<svg/>"}})
+    caption = page.partition("may be the best.")[2].partition("</figcaption>")[0]
+    named = re.findall(r"<code>(.*?)</code>:(?: AICc prefers order \d\.)? Success is highest", caption)
+    assert len(named) == caption.count("Success is highest") == 2
+
+
 def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
     study = replace(small_study(["random"], (0.0,), 1, 3), box=box("chain-7"))
     content = results(write_study(tmp_path / "study", study))
