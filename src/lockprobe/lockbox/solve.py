@@ -116,19 +116,18 @@ def _blind_curve(box: Lockbox, budget: int, *, repeats: bool) -> tuple[float, ..
     """Propagates the distribution over (configuration, last joint) step by step; what is solved leaves it."""
     space = space_of(box)
     n, numbers = space.joints, np.arange(2**space.joints)
+    afterwards = np.where(space.may_move, numbers[:, None] ^ (1 << np.arange(n)), numbers[:, None])
+    opens = space.may_move[:, space.target]
     mass = np.zeros((numbers.size, n + 1))  # the last column: no joint was attempted before
     mass[space.start, n] = 1.0
     others = np.array([n if repeats else max(n - 1, 1)] * n + [n])  # among how many joints it chooses
     curve = [0.0]
     for _ in range(budget):
-        each, after, solved = mass / others, np.zeros_like(mass), curve[-1]
-        for joint in range(n):
-            chosen = each.sum(axis=1) if repeats else each.sum(axis=1) - each[:, joint]
-            moves = space.may_move[:, joint]
-            if joint == space.target:
-                solved += float(chosen[moves].sum())
-                chosen = np.where(moves, 0.0, chosen)
-            after[np.where(moves, numbers ^ (1 << joint), numbers), joint] += chosen
-        mass = after
-        curve.append(solved)
+        each = mass / others
+        chosen = each.sum(axis=1)[:, None] - (0.0 if repeats else each[:, :n])  # the probability of each joint
+        chosen = np.broadcast_to(chosen, (numbers.size, n)).copy()
+        curve.append(curve[-1] + float(chosen[opens, space.target].sum()))
+        chosen[opens, space.target] = 0.0
+        mass = np.zeros_like(mass)
+        mass[afterwards, np.arange(n)] = chosen  # a move can be taken back: no two configurations lead to one
     return tuple(curve)
