@@ -107,3 +107,13 @@ def test_what_is_quick_imports_nothing_heavy(arguments, not_imported):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stderr.split("\n")[-2] == "[]"
+
+
+def test_a_quick_command_leaves_no_setting_behind(lockprobe, monkeypatch):
+    """A report's last digits depend on how many threads its processes have; all must have equally many."""
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    assert lockprobe("box", "show")[0] == 0
+    assert "OPENBLAS_NUM_THREADS" not in os.environ
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    assert lockprobe("box", "show")[0] == 0
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "3"

@@ -6,7 +6,8 @@ import difflib
 import io
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -43,6 +44,9 @@ COMMANDS = {
 
 _COMPLETING = "_LOCKPROBE_COMPLETE"
 """Environment variable by which a shell asks for completions."""
+
+_SMALL = ("box", "loops")
+"""Commands that do little with numbers, and start no process."""
 
 STUDIES = ("flips", "modalities", "mechanisms.toml")
 """Studies that somebody may type where a command belongs."""
@@ -102,7 +106,6 @@ def _print_version(asked: bool) -> None:
 
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small here: more threads only cost time
     try:
         status = _called()
     except KeyboardInterrupt:  # while modules are imported, or where a command has nothing to say about it
@@ -121,7 +124,8 @@ def _called() -> int | None:
     _writable_streams()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        return _status(_chosen(asked)(standalone_mode=False))
+        with _one_thread() if asked in _SMALL else nullcontext():
+            return _status(_chosen(asked)(standalone_mode=False))
     except UserMistake as mistake:
         return _complain(str(mistake))
     except TyperException as mistake:
@@ -133,6 +137,23 @@ def _called() -> int | None:
         return 0
     except OSError as error:
         return _complain(f"{error.filename or 'writing'}: {error.strerror or error}")
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """NumPy starts no threads if it is imported here, which take as long as all its work on a few small matrices.
+
+    Nothing stays set: a report is the same to the last digit only where all its processes have equally many threads.
+    """
+    name = "OPENBLAS_NUM_THREADS"
+    before = os.environ.get(name)
+    os.environ[name] = before or "1"
+    try:
+        yield
+    finally:
+        os.environ.pop(name)
+        if before is not None:
+            os.environ[name] = before
 
 
 def _chosen(asked: str) -> Typer:
