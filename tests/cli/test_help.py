@@ -1,5 +1,6 @@
 """What a newcomer types first: help, the version, a name that is nearly right."""
 
+import os
 import re
 import subprocess
 import sys
