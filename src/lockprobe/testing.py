@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.interventions.catalogue import condition, place_of, spec_of
+from lockprobe.interventions.catalogue import PLACES, condition, place_of, spec_of
 from lockprobe.jsonline import trial_to_json
 from lockprobe.record import Briefing, Moment, Percept, Task, Trial, Turn
 from lockprobe.seams import Intervention
@@ -105,7 +105,6 @@ class _Done(_Witness):
 
 
 _WITNESSES: dict[str, Callable[[], Any]] = {"told": _Told, "asked": _Asked, "remembered": _Remembered, "done": _Done}
-_METHODS = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 
 
 def _calls(place: str) -> list[tuple[object, ...]]:
@@ -118,11 +117,11 @@ def _calls(place: str) -> list[tuple[object, ...]]:
 
 def _answers(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> list[object]:
     rng = np.random.default_rng(7)
-    return [getattr(one, _METHODS[place])(*call, rng) for call in calls]
+    return [getattr(one, PLACES[place])(*call, rng) for call in calls]
 
 
 def _state_after(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> str:
     rng = np.random.default_rng(7)
     for call in calls:
-        getattr(one, _METHODS[place])(*call, rng)
+        getattr(one, PLACES[place])(*call, rng)
     return str(rng.bit_generator.state)

@@ -34,7 +34,6 @@ class Burst:
     """
 
     name: ClassVar[str] = "burst"
-    place: ClassVar[str] = "told"
     dose: ClassVar[str] = "p"
     p: float = 0.0
     length: float = 3.0

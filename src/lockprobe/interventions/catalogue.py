@@ -28,12 +28,12 @@ from lockprobe.interventions.remark import Remark
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.warn import Warn
 from lockprobe.options import read_options, with_options
-from lockprobe.seams import Actuator, Channel, Intervention, Memory, Prompt
+from lockprobe.seams import Intervention
 
 __all__ = ["PLACES", "SHIPPED", "TRUTH", "condition", "kinds", "place_of", "spec_of"]
 
-PLACES = {"told": Channel, "asked": Prompt, "remembered": Memory, "done": Actuator}
-"""Where an intervention can act -> the Protocol that it has there."""
+PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
+"""Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
 
 TRUTH = "truth"
 """The condition in which nothing acts."""
@@ -101,10 +101,9 @@ def place_of(kind: type[Any]) -> str:
     Raises:
         BadValue: If that is none of them, or more than one.
     """
-    methods = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
-    found = [place for place, method in methods.items() if callable(getattr(kind, method, None))]
+    found = [place for place, method in PLACES.items() if callable(getattr(kind, method, None))]
     if len(found) != 1:
-        raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(methods.values())}")
+        raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")
     return found[0]
 
 

@@ -30,7 +30,6 @@ class Delay:
     """
 
     name: ClassVar[str] = "delay"
-    place: ClassVar[str] = "told"
     dose: ClassVar[str] = "lag"
     lag: int = 1
 

@@ -29,7 +29,6 @@ class Drop:
     """
 
     name: ClassVar[str] = "drop"
-    place: ClassVar[str] = "told"
     dose: ClassVar[str] = "p"
     p: float = 0.0
 

@@ -39,7 +39,6 @@ class OutcomeFlip:
     """
 
     name: ClassVar[str] = "flip"
-    place: ClassVar[str] = "told"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = "channel"
     p: float = 0.0

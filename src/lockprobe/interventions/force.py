@@ -29,7 +29,6 @@ class Force:
     """
 
     name: ClassVar[str] = "force"
-    place: ClassVar[str] = "done"
     at: int = 0
 
     def __post_init__(self) -> None:

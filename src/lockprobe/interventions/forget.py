@@ -30,7 +30,6 @@ class Forget:
     """
 
     name: ClassVar[str] = "forget"
-    place: ClassVar[str] = "remembered"
     dose: ClassVar[str] = "p"
     p: float = 0.0
 

@@ -29,7 +29,6 @@ class History:
     """
 
     name: ClassVar[str] = "history"
-    place: ClassVar[str] = "remembered"
     last: int = 5
 
     def __post_init__(self) -> None:

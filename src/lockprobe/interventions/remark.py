@@ -32,7 +32,6 @@ class Remark:
     """
 
     name: ClassVar[str] = "remark"
-    place: ClassVar[str] = "asked"
     after: int = 2
 
     def __post_init__(self) -> None:

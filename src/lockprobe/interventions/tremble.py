@@ -30,7 +30,6 @@ class Tremble:
     """
 
     name: ClassVar[str] = "tremble"
-    place: ClassVar[str] = "done"
     dose: ClassVar[str] = "p"
     p: float = 0.0
 

@@ -29,7 +29,6 @@ class Warn:
     """
 
     name: ClassVar[str] = "warn"
-    place: ClassVar[str] = "asked"
     rate: float | None = None
 
     def __post_init__(self) -> None:
