@@ -8,7 +8,7 @@ the same seed gives the same bytes. How a record is written is :mod:`lockprobe.j
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from lockprobe.call import Usage
@@ -147,6 +147,14 @@ class Briefing:
 
     remark: str = ""
     warning: str = ""
+
+    def remarking(self, text: str) -> Briefing:
+        """The same with one more remark."""
+        return replace(self, remark=f"{self.remark} {text}".lstrip())
+
+    def warning_of(self, text: str) -> Briefing:
+        """The same with one more warning."""
+        return replace(self, warning=f"{self.warning} {text}".lstrip())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

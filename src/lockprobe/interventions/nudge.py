@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.analysis.loops import onset
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from lockprobe.record import Briefing, Moment, Task
 
-__all__ = ["Nudge", "check_copies", "loops_completed"]
+__all__ = ["Nudge", "loops_completed"]
 
 NUDGE = "Note: you are repeating the same series of actions; consider trying another one."
 
@@ -42,17 +42,7 @@ class Nudge:
         """The briefing with the sentence, where it is due."""
         if not loops_completed(past, self.after):
             return briefing
-        return replace(briefing, remark=" ".join(filter(None, (briefing.remark, NUDGE))))
-
-
-def check_copies(after: int) -> None:
-    """Refuse a number of copies that makes no loop; 0 stands for always.
-
-    Raises:
-        BadValue: If it is none.
-    """
-    if after < 0 or after == 1:
-        raise BadValue("after", after, "a number of copies from 2, or 0 for always")
+        return briefing.remarking(NUDGE)
 
 
 def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from lockprobe.interventions.nudge import check_copies, loops_completed
+from lockprobe.errors import BadValue
+from lockprobe.interventions.nudge import loops_completed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,10 +36,11 @@ class Remark:
     after: int = 2
 
     def __post_init__(self) -> None:
-        check_copies(self.after)
+        if self.after < 0 or self.after == 1:
+            raise BadValue("after", self.after, "a number of copies from 2, or 0 for always")
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the sentence, where it is due."""
         if not (len(past) > 1 if self.after == 0 else loops_completed(past, self.after)):
             return briefing
-        return replace(briefing, remark=" ".join(filter(None, (briefing.remark, REMARK))))
+        return briefing.remarking(REMARK)

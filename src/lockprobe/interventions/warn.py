@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.validation import check_probability
@@ -39,4 +39,4 @@ class Warn:
         """The briefing with the warning."""
         often = "sometimes" if self.rate is None else f"with probability {self.rate:g}"
         said = f"What you are told of your last action is {often} false."
-        return replace(briefing, warning=" ".join(filter(None, (briefing.warning, said))))
+        return briefing.warning_of(said)
