@@ -23,7 +23,7 @@ from seated import (
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.opening import practice_plan, words_to_read
+from lockprobe.people.opening import words_to_read
 from lockprobe.people.reception import Reception
 from lockprobe.people.scenes import Box
 from lockprobe.people.words import TEXTS
@@ -108,17 +108,6 @@ def test_what_cannot_be_had_is_said_before_anybody_comes(tmp_path, study, settin
     with pytest.raises(error):
         begun(tmp_path / "new", study, Experiment(**settings))
     assert not (tmp_path / "new" / "people").exists()
-
-
-def test_the_practice_is_another_box_with_true_reports_for_everybody_the_same():
-    study = people_study(p=(0.4,), layout="shuffled", max_steps=9)
-    plan = practice_plan(study, Experiment(practice="chain-2"))
-    assert (plan.p, plan.box.name, plan.budget, plan.modality) == (0.0, "chain-2", 9, "symbolic")
-    assert plan == practice_plan(study, Experiment(practice="chain-2"))
-    assert plan.seed != study.seed
-    assert practice_plan(study, short()) is None
-    pictured = people_study(p=(0.0,), plant="fast-twin", modalities=("rgb",))
-    assert practice_plan(pictured, Experiment()).modality == "rgb"
 
 
 def forgotten(directory, lines=1):

@@ -7,7 +7,6 @@ is a trial like any other in which one joint was attempted, told truly: so it lo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 from lockprobe.lockbox.box import Joint, JointKind, Lockbox
@@ -15,9 +14,9 @@ from lockprobe.options import PEOPLE
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.held import Held
 from lockprobe.people.looking import panel_to_show
+from lockprobe.people.practice import plan_beside
 from lockprobe.people.scenes import Panel
-from lockprobe.plan import Names, Plan
-from lockprobe.seeds import integer_seed
+from lockprobe.plan import Names
 from lockprobe.studies.study import Study
 from lockprobe.trial import Place, here
 
@@ -63,7 +62,7 @@ async def examples_of(study: Study, experiment: Experiment, place: Place = here)
     """
     found: dict[str, Shown] = {}
     for modality in study.modalities_of(PEOPLE):
-        plan = _plan(study, modality)
+        plan = plan_beside(study, "example", example_box(study), modality)
         held = await Held.begin(plan, place=place)
         try:
             if held.situation is None:
@@ -75,19 +74,3 @@ async def examples_of(study: Study, experiment: Experiment, place: Place = here)
         finally:
             await held.close()
     return found
-
-
-def _plan(study: Study, modality: str) -> Plan:
-    example = replace(
-        study,
-        name="example",
-        agents=(PEOPLE,),
-        box=example_box(study),
-        p=(0.0,),
-        modalities=(modality,),
-        repetitions=1,
-        trials=1,
-        seed=integer_seed(study.seed, "people", "example"),
-        layout="fixed",
-    )
-    return example.plan(PEOPLE, 0.0, 1, 1, modality)

@@ -12,7 +12,6 @@ from lockprobe.agents.participant import participant_spec
 from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.inputs import read_input
-from lockprobe.lockbox.families import box as named_box
 from lockprobe.options import PEOPLE
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Entry
@@ -21,15 +20,14 @@ from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_exp
 from lockprobe.people.held import Played
 from lockprobe.people.journey import Journey, fingerprint
 from lockprobe.people.kept import kept_diaries
+from lockprobe.people.practice import practice_plan
 from lockprobe.people.responses import Attempt
 from lockprobe.people.seat import Seat, Table
 from lockprobe.people.telling import Texts
 from lockprobe.people.withdrawal import finish_withdrawal, put
 from lockprobe.people.words import LANGUAGES, TEXTS, Words, read_words, words_file
-from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
-from lockprobe.seeds import integer_seed
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.settings import read_study
@@ -37,7 +35,7 @@ from lockprobe.studies.stage import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial import here
 
-__all__ = ["opened", "practice_plan", "seats_on_disk", "words_to_read"]
+__all__ = ["opened", "seats_on_disk", "words_to_read"]
 
 _MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_per_minute", *SECRET}
 """Settings that change nothing of what somebody is shown in a box; of the language the texts themselves count."""
@@ -115,30 +113,6 @@ def _check(study: Study, experiment: Experiment) -> None:
     for check in experiment.checks:
         if check.after > boxes:
             raise BadValue("checks, after", check.after, f"at most {boxes}, the boxes of a participant")
-
-
-def practice_plan(study: Study, experiment: Experiment) -> Plan | None:
-    """The practice box as a trial: the same for everybody, and all that is told of it is true; None without.
-
-    Raises:
-        UnknownName: If there is no such box.
-    """
-    if not experiment.practice:
-        return None
-    modality = study.modalities_of(PEOPLE)[0]
-    practice = replace(
-        study,
-        name="practice",
-        agents=(PEOPLE,),
-        box=named_box(experiment.practice),
-        p=(0.0,),
-        modalities=(modality,),
-        repetitions=1,
-        trials=1,
-        seed=integer_seed(study.seed, "people", "practice"),
-        layout="fixed",
-    )
-    return practice.plan(PEOPLE, 0.0, 1, 1, modality)
 
 
 async def seats_on_disk(table: Table) -> list[Seat]:
