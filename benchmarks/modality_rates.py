@@ -25,6 +25,7 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect
 from lockprobe.analysis.proportions import ALPHA, proportion
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.record import Trial
 from lockprobe.studies.stage import play_timed
@@ -35,7 +36,7 @@ MODALITIES = ("rgb", "rgbd", "symbolic")
 
 def played(agent: str, trials: int) -> list[Trial]:
     """Trials of an agent that is told the truth, all of different luck."""
-    study = Study(name="flips", agents=(agent,), box=box(), p=(0.0,), repetitions=1, trials=trials)
+    study = Study(name="flips", agents=(agent,), box=box(), conditions=flips((0.0,)), repetitions=1, trials=trials)
 
     async def play_all() -> list[Trial]:
         return [

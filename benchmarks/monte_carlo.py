@@ -21,6 +21,7 @@ import gymnasium
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.modality import interventions_for
@@ -50,7 +51,7 @@ def cpu_seconds(work: Callable[[], object], repeats: int = 3) -> float:
 
 def closed_loop(agent: str, trials: int) -> int:
     """Trials as ``lockprobe.run_trial`` plays them, with records; how many steps they had."""
-    study = Study(name="flips", agents=(agent,), box=box(), p=(0.3,), repetitions=1, trials=trials)
+    study = Study(name="flips", agents=(agent,), box=box(), conditions=flips((0.3,)), repetitions=1, trials=trials)
     player = resolve(agent).make()
 
     async def all_trials() -> int:

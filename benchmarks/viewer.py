@@ -16,6 +16,7 @@ import numpy as np
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.interventions.camera import CameraChannel, Depth
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -44,9 +45,7 @@ def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Per
         study="",
         agent="random",
         box=box(),
-        modality="rgbd",
-        p=0,
-        flip="transient",
+        condition=flips((0,), modalities=("rgbd",))[0],
         repetition=1,
         trial=trial,
         seed=1,

@@ -286,7 +286,7 @@ def joined(directory, who):
 def plan_of(directory, study, who, number):
     """What somebody plays as a box, from 1."""
     slot = joined(directory, who).slots[number - 1]
-    return study.plan("participant", slot.p, slot.repetition, slot.trial, slot.modality)
+    return study.plan("participant", study.condition(slot.p, slot.modality), slot.repetition, slot.trial)
 
 
 def stream_of(directory, study, who, number):

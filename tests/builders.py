@@ -6,10 +6,13 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.checksum import with_checksum
 from lockprobe.errors import Boundary
+from lockprobe.interventions.condition import SYMBOLIC, flips
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
 from lockprobe.record import Decision, Fact, Outcome, Step, Trial, TrialError
@@ -105,6 +108,11 @@ def make_trial(
     )
 
 
+def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "transient", **settings: Any) -> Study:
+    """A study of flip rates, shown as ``modalities`` say, with the other settings as they are."""
+    return Study(conditions=flips(p, flip, settings.pop("modalities", SYMBOLIC)), **settings)
+
+
 def modality_study(
     agents: Sequence[str] = ("viewer", "human-inspired"),
     modalities: Sequence[str] = ("rgb", "rgbd", "symbolic"),
@@ -116,11 +124,10 @@ def modality_study(
         name="modalities",
         agents=tuple(agents),
         box=box("chain-4"),
-        p=(0.0,),
+        conditions=flips((0.0,), modalities=modalities),
         repetitions=1,
         trials=trials,
         plant="fast-twin",
-        modalities=tuple(modalities),
         **settings,  # type: ignore[arg-type]
     )
 
@@ -133,7 +140,12 @@ def small_study(
 ) -> Study:
     """A flip study of strategies on chain-4."""
     return Study(
-        name="flips", agents=tuple(agents), box=box("chain-4"), p=tuple(p), repetitions=repetitions, trials=trials
+        name="flips",
+        agents=tuple(agents),
+        box=box("chain-4"),
+        conditions=flips(p),
+        repetitions=repetitions,
+        trials=trials,
     )
 
 
@@ -181,7 +193,7 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
     async def play_all() -> list[Trial]:
         agent, found = resolve(strategy).make(), []
         for identity, position, p, luck in slots:
-            plan = study.plan(f"participant:{identity}", p, *luck)
+            plan = study.plan(f"participant:{identity}", study.condition(p), *luck)
             trial, _ = await play_timed(plan, agent, lambda key, step: None)
             seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
             found.append(replace(trial, facts=seen | facts))

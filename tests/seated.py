@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from builders import study_of
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.families import box
@@ -31,7 +32,7 @@ def people_study(**settings) -> Study:
         "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1,
         "trials": 4, "max_steps": 12, "seed": 7,
     }  # fmt: skip
-    return Study(**{**defaults, **settings})
+    return study_of(**{**defaults, **settings})
 
 
 def short(**settings) -> Experiment:
@@ -83,7 +84,9 @@ class Player:
         joined = diary_of(self._directory, identity)[0]
         assert isinstance(joined, Joined)
         slot = joined.slots[max(0, scene.number - 1)]
-        plan = self._study.plan("participant", slot.p, slot.repetition, slot.trial, slot.modality)
+        plan = self._study.plan(
+            "participant", self._study.condition(slot.p, slot.modality), slot.repetition, slot.trial
+        )
         return plan.stream("agent" if scene.number else "practice")
 
 
@@ -168,7 +171,7 @@ def diaries_of(directory: Path):
 
 def without_page(study: Study, trial, spec: str):
     """The same trial as a strategy plays it without a page."""
-    plan = study.plan(trial.agent, trial.p, trial.repetition, trial.trial, trial.modality)
+    plan = study.plan(trial.agent, study.condition(trial.p, trial.modality), trial.repetition, trial.trial)
     return asyncio.run(play_timed(plan, resolve(spec).make(), lambda key, step: None))[0]
 
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import httpx
 from visitor import Visitor
 
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.words import read_words
@@ -14,7 +15,13 @@ from lockprobe.studies.study import Study
 from lockprobe.web.serving import Door, opened
 
 STUDY = Study(
-    name="flips", agents=("participant",), box=box("chain-4"), p=(0.0, 0.4), repetitions=1, trials=3, max_steps=12
+    name="flips",
+    agents=("participant",),
+    box=box("chain-4"),
+    conditions=flips((0.0, 0.4)),
+    repetitions=1,
+    trials=3,
+    max_steps=12,
 )
 QUESTIONS = {
     "questions": [{"name": "how", "question": "How?"}, {"name": "sure", "question": "?", "options": ["a", "b"]}]

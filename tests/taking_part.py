@@ -21,7 +21,7 @@ START = 1_790_000_000.25
 
 def play_as(study: Study, identity: str, slot: Slot, position: int, strategy: str = "human-inspired") -> Trial:
     """A trial of a person who plays as a strategy does."""
-    plan = study.plan(participant_spec(identity), slot.p, slot.repetition, slot.trial, slot.modality)
+    plan = study.plan(participant_spec(identity), study.condition(slot.p, slot.modality), slot.repetition, slot.trial)
     trial, _ = asyncio.run(play_timed(plan, resolve(strategy).make(), lambda key, step: None))
     facts = {"view": "panel", "words": "en 3f9a01bc22d1", "page": "1", "position": position, "design": "within"}
     return replace(trial, facts=facts)

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 from seen import PhotographedPlant
 
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Names, Plan
 
 PLAN = Plan(
-    key="test", study="test", agent="fake", box=box("chain-5"), modality="rgb", p=0.0, flip="transient",
+    key="test", study="test", agent="fake", box=box("chain-5"), condition=flips((0.0,), modalities=("rgb",))[0],
     repetition=1, trial=3, seed=1,
 )  # fmt: skip
 

@@ -9,6 +9,7 @@ from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.errors import Missing, UserMistake
+from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.jsonline import trial_from_json, trial_to_json
@@ -20,7 +21,7 @@ from lockprobe.record import Decision, TrialError
 from lockprobe.trial import play
 
 PLAN = Plan(
-    key="test", study="test", agent="fake", box=box(), modality="symbolic", p=0.0, flip="transient",
+    key="test", study="test", agent="fake", box=box(), condition=flips((0.0,))[0],
     repetition=1, trial=1, seed=1,
 )  # fmt: skip
 
@@ -66,7 +67,7 @@ def test_a_false_report_of_the_target_does_not_end_it():
 
 def test_the_agent_sees_what_is_told_and_never_the_truth():
     agent = Fake(lambda situation: Decision(joint=situation.task.joints[len(situation.past) % 4]))
-    trial = played(agent, replace(PLAN, p=0.5, trial=2), (OutcomeFlip(p=0.5), TextChannel()))
+    trial = played(agent, replace(PLAN, condition=flips((0.5,))[0], trial=2), (OutcomeFlip(p=0.5), TextChannel()))
     assert any(step.moved != step.told_moved for step in trial.steps)
     for situation, step in zip(agent.seen[1:], trial.steps, strict=False):
         assert (situation.percept.outcome == "moved") == step.told_moved
@@ -107,7 +108,7 @@ class Photograph:
 def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
     kept = {}
     agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
-    plan = replace(PLAN, shuffle=False, modality="rgb")
+    plan = replace(PLAN, shuffle=False, condition=flips((0.0,), modalities=("rgb",))[0])
     plant = PhotographedPlant(plan.box, sensed="failed")
     trial = asyncio.run(
         play(plan, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
@@ -127,7 +128,7 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
 
 def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
     agent = Fake(lambda situation: Decision(joint="ADDD"[len(situation.past)]))
-    plan = replace(PLAN, shuffle=False, modality="rgb", budget=3)
+    plan = replace(PLAN, shuffle=False, condition=flips((0.0,), modalities=("rgb",))[0], budget=3)
     trial = played(agent, plan, (Photograph(),), PhotographedPlant(plan.box, sensed="moved"))
     assert [step.moved for step in trial.steps] == [False, True, True]
     assert [step.told_moved for step in trial.steps] == [False, True, True]
@@ -141,7 +142,9 @@ class Dark(PhotographedPlant):
 
 
 def test_a_picture_that_cannot_be_taken_is_the_fault_of_the_plant():
-    trial = played(Fake(joint(0)), replace(PLAN, modality="rgb"), (Photograph(),), Dark(PLAN.box))
+    trial = played(
+        Fake(joint(0)), replace(PLAN, condition=flips((0.0,), modalities=("rgb",))[0]), (Photograph(),), Dark(PLAN.box)
+    )
     assert trial.error.boundary == "plant"
     assert trial.error.message == "RuntimeError: no light in the laboratory"
 

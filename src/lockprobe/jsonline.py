@@ -69,15 +69,17 @@ def _trial(line: bytes) -> Trial:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
-    if trial.schema != SCHEMA_VERSION:
-        raise BadValue("trial record, schema version", trial.schema, str(SCHEMA_VERSION))
+    if not 1 <= trial.schema <= SCHEMA_VERSION:
+        raise BadValue("trial record, schema version", trial.schema, f"1 to {SCHEMA_VERSION}")
     _check(trial)
     return trial
 
 
 def _check(trial: Trial) -> None:
     """Refuses what cannot have happened."""
-    if not 0 <= trial.p <= 1:  # a number that is none fails too
+    if trial.p is None and not trial.condition:
+        raise BadValue("trial record, p", trial.p, "a number from 0 to 1, or the name of another condition")
+    if trial.p is not None and not 0 <= trial.p <= 1:  # a number that is none fails too
         raise BadValue("trial record, p", trial.p, "a number from 0 to 1")
     if trial.target not in trial.joints:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
@@ -85,6 +87,8 @@ def _check(trial: Trial) -> None:
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
     if not len(trial.steps) <= trial.budget <= LONGEST:
         raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
+    if trial.placed is not None:
+        raise BadValue("trial record", "placed", "no place on an axis: that is an analysis's")
     if trial.replays < 0:
         raise BadValue("trial record, replays", trial.replays, "0 or more")
     _check_pictures("trial record", trial.opening_pictures)

@@ -8,11 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.box import Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.record import Percept, Snapshot, Task
-from lockprobe.seams import Intervention
 from lockprobe.seeds import trial_stream
 
 __all__ = ["LABELS", "Names", "Plan", "drawn_orders"]
@@ -30,9 +29,7 @@ class Plan:
         study: Name of the study.
         agent: Agent spec.
         box: The box.
-        modality: How it is shown.
-        p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
+        condition: What acts, and how the box is shown.
         repetition: From 1.
         trial: From 1.
         seed: Seed of the study.
@@ -41,16 +38,14 @@ class Plan:
         shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
             labels run along the panel, and a model's preference for a name or a place is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
-        condition: Interventions beside the flip, in the order in which they act.
+        named: Whether the record says the condition by its name, as in studies of other things than flips.
     """
 
     key: str
     study: str
     agent: str
     box: Lockbox
-    modality: str
-    p: float
-    flip: FlipKind
+    condition: Condition
     repetition: int
     trial: int
     seed: int
@@ -58,7 +53,17 @@ class Plan:
     plant: str = "symbolic"
     shuffle: bool = True
     assessment: bool = True
-    condition: tuple[Intervention, ...] = ()
+    named: bool = False
+
+    @property
+    def modality(self) -> str:
+        """How the box is shown."""
+        return self.condition.modality
+
+    @property
+    def p(self) -> float | None:
+        """Flip probability, [0, 1], where nothing but flips acts."""
+        return self.condition.p
 
     def stream(self, name: str) -> np.random.Generator:
         """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""

@@ -37,7 +37,8 @@ __all__ = [
     "Turn",
 ]
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""The newest layout of a record. Version 1 knows flips alone; a record says 2 where it needs what came with it."""
 
 Outcome = Literal["moved", "blocked"]
 """What an attempt did to the attempted joint."""
@@ -278,8 +279,8 @@ class Trial:
         facts: What the agent was: model name, file hash, runtime, sampling settings.
         box: Name of the box.
         modality: How the box was shown.
-        p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
+        p: Flip probability, [0, 1], where nothing but flips acted; None under any other condition.
+        flip: Kind of outcome flip; empty where other things than flips acted.
         channels: What stood between the box and the agent's eyes, in order, each with its settings.
         repetition: From 1.
         trial: From 1.
@@ -297,8 +298,10 @@ class Trial:
         opening_pictures: File names of the pictures taken before the first step, by kind.
         assessment: Whether the agent was asked what its last action had done.
         interventions: What else acted, in order, each with its settings: on what was asked, remembered or done.
+        condition: The name of its condition, where the study has others than flip rates; else empty.
         replays: How often it was played anew, on request, after an error of its agent's; the earlier records stay.
         schema: Version of this layout.
+        placed: The dose at which an analysis counts it, where that is not its flip rate. It is on no record.
     """
 
     key: str
@@ -307,7 +310,7 @@ class Trial:
     facts: Mapping[str, Fact]
     box: str
     modality: str
-    p: float
+    p: float | None
     flip: str
     channels: tuple[Mapping[str, Fact], ...]
     repetition: int
@@ -326,8 +329,10 @@ class Trial:
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     assessment: bool = True
     interventions: tuple[Mapping[str, Fact], ...] = ()
+    condition: str = ""
     replays: int = 0
-    schema: int = SCHEMA_VERSION
+    schema: int = 1
+    placed: float | None = None
 
     def __repr__(self) -> str:
         ending = f"error at {self.error.boundary}" if self.error else self.ending
@@ -361,8 +366,13 @@ class Trial:
         )
 
     @property
-    def condition(self) -> str:
-        """The readable name of its condition, for example ``flips/random/p=0.4``."""
+    def dose(self) -> float:
+        """Where it stands on the axis that is looked at: its flip rate, unless an analysis placed it on another."""
+        return self.placed if self.placed is not None else self.p or 0.0
+
+    @property
+    def cell(self) -> str:
+        """Its agent under its condition, as a readable name, for example ``flips/random/p=0.4``."""
         return self.key.rsplit("/rep=", 1)[0]
 
     @property

@@ -29,6 +29,7 @@ from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.record import (
+    SCHEMA_VERSION,
     Briefing,
     Decision,
     Ending,
@@ -151,7 +152,7 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         box=plan.box.name,
         modality=plan.modality,
         p=plan.p,
-        flip=plan.flip,
+        flip=plan.condition.flip.persistence if plan.condition.flip else "",
         channels=(),
         repetition=plan.repetition,
         trial=plan.trial,
@@ -165,6 +166,8 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         steps=(),
         ending=ending,
         assessment=plan.assessment,
+        condition=plan.condition.label if plan.named else "",
+        schema=SCHEMA_VERSION if plan.named else 1,
     )
 
 

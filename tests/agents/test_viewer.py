@@ -13,6 +13,7 @@ from lockprobe.agents.heuristic import HumanInspired
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.errors import BadValue
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
@@ -48,9 +49,7 @@ def played(agent, channels, trial=1):
         study="s",
         agent="",
         box=box(),
-        modality="rgb",
-        p=0,
-        flip="transient",
+        condition=flips((0,), modalities=("rgb",))[0],
         repetition=1,
         trial=trial,
         seed=1,
@@ -197,7 +196,14 @@ def test_a_strategy_that_cannot_see_says_so(spec):
 def test_names_are_those_of_the_listing():
     """Handles come in the order in which joints are listed, as positions do."""
     plan = Plan(
-        key="k", study="s", agent="", box=box(), modality="rgb", p=0, flip="transient", repetition=1, trial=5, seed=1
+        key="k",
+        study="s",
+        agent="",
+        box=box(),
+        condition=flips((0,), modalities=("rgb",))[0],
+        repetition=1,
+        trial=5,
+        seed=1,
     )
     assert Names(plan).listing != tuple("ABCD")
     trial = played(resolve(f"viewer:{SPEC}?acuity=80").make(), [Photographer()], trial=5)

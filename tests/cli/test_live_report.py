@@ -8,6 +8,7 @@ import pytest
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli import live_report
 from lockprobe.cli.live_report import FIRST_PAUSE, LiveReport
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Silent, run
@@ -95,7 +96,14 @@ def test_a_run_is_watched_as_before_and_a_machine_that_starts_no_process_goes_on
 
     monkeypatch.setattr(live_report, "subprocess", SimpleNamespace(Popen=none_left, DEVNULL=None))
     small = Study(
-        name="trial", agents=("random",), box=box(), p=(0.0,), repetitions=1, trials=2, max_steps=2, plant="fast-twin"
+        name="trial",
+        agents=("random",),
+        box=box(),
+        conditions=flips((0.0,)),
+        repetitions=1,
+        trials=2,
+        max_steps=2,
+        plant="fast-twin",
     )
     observer = Watching()
     with Journal.open(tmp_path, small) as journal:

@@ -15,6 +15,7 @@ from lockprobe.environment.agent import LearnedAgent
 from lockprobe.errors import BadFile, BadValue, Missing, UnknownName
 from lockprobe.export import tidy_rows
 from lockprobe.film import files
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.stage import play_timed
@@ -30,7 +31,9 @@ def made(monkeypatch):
 
 @pytest.fixture
 def directory(tmp_path):
-    return write_study(tmp_path / "study", small_study(p=(0.0,), repetitions=1, trials=1))
+    return write_study(
+        tmp_path / "study", small_study(conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1)
+    )
 
 
 def replay(*arguments):
@@ -93,8 +96,8 @@ class Target(LearnedAgent):
 
 def test_what_was_seen_needs_no_simulation(tmp_path, made):
     study = Study(
-        name="modalities", agents=("viewer",), box=box("chain-4"), p=(0.0,), repetitions=1, trials=1, max_steps=3,
-        plant="fast-twin?width=120&height=90", modalities=("rgb",),
+        name="modalities", agents=("viewer",), box=box("chain-4"), conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1, max_steps=3,
+        plant="fast-twin?width=120&height=90",
     )  # fmt: skip
     with Journal.open(tmp_path / "study", study) as journal:
         for plan in study.plans("viewer"):

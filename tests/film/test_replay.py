@@ -11,6 +11,7 @@ from PIL import Image
 from lockprobe import run_trial
 from lockprobe.errors import BadFile, BadValue, PlantFault
 from lockprobe.film.replay import film_trial, plan_of
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.plants import catalogue
 from lockprobe.record import TrialError
@@ -26,7 +27,14 @@ def made(monkeypatch):
 
 def played(plant="symbolic", **asked):
     study = Study(
-        name="trial", agents=(AGENT,), box=box("chain-4"), p=(0.4,), seed=3, repetitions=1, trials=1, plant=plant
+        name="trial",
+        agents=(AGENT,),
+        box=box("chain-4"),
+        conditions=flips((0.4,)),
+        seed=3,
+        repetitions=1,
+        trials=1,
+        plant=plant,
     )
     trial = run_trial(agent=AGENT, p=0.4, seed=3, plant=plant, **asked)
     return trial, plan_of(study, trial)
@@ -71,7 +79,7 @@ def test_what_differs_from_the_record_is_said(tmp_path):
 
 def test_a_robot_is_filmed_while_it_moves(tmp_path):
     study = Study(
-        name="trial", agents=(AGENT,), box=box("chain-4"), p=(0.0,), repetitions=1, trials=1, max_steps=1,
+        name="trial", agents=(AGENT,), box=box("chain-4"), conditions=flips((0.0,)), repetitions=1, trials=1, max_steps=1,
         plant="twin?pose_error=0.002&force_noise=0.3",
     )  # fmt: skip
     trial = run_trial(agent=AGENT, max_steps=1, plant=study.plant)
@@ -107,7 +115,9 @@ def test_a_trial_that_broke_is_filmed_up_to_there(tmp_path, monkeypatch):
 def test_a_trial_that_the_settings_do_not_describe_is_refused(tmp_path):
     trial, plan = played()
     for other in (replace(trial, key="trial/none"), replace(trial, labels=trial.labels[::-1])):
-        study = Study(name="trial", agents=(AGENT,), box=box("chain-4"), p=(0.4,), seed=3, repetitions=1, trials=1)
+        study = Study(
+            name="trial", agents=(AGENT,), box=box("chain-4"), conditions=flips((0.4,)), seed=3, repetitions=1, trials=1
+        )
         with pytest.raises(BadFile, match="its settings do not describe the trial"):
             plan_of(study, other)
     with pytest.raises(BadValue, match="speed: got 17, expected a whole number from 1 to 16"):

@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.errors import UserMistake
 from lockprobe.interventions.burst import Burst
-from lockprobe.interventions.catalogue import SHIPPED, condition, place_of, spec_of
+from lockprobe.interventions.catalogue import SHIPPED, interventions_of, place_of, spec_of
 from lockprobe.interventions.delay import Delay
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
@@ -38,8 +38,8 @@ def test_it_keeps_its_contract(one):
 
 def test_a_condition_is_read_in_order_and_written_again():
     spec = "flip?p=0.4&persistence=sticky + nudge?after=3 + tremble?p=0.1"
-    assert " + ".join(map(spec_of, condition(spec))) == spec
-    assert condition("truth") == condition("") == ()
+    assert " + ".join(map(spec_of, interventions_of(spec))) == spec
+    assert interventions_of("truth") == interventions_of("") == ()
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_a_condition_is_read_in_order_and_written_again():
 )
 def test_what_is_none_is_refused_in_one_line(spec, said):
     with pytest.raises(UserMistake, match=said.replace("?", r"\?")) as refused:
-        condition(spec)
+        interventions_of(spec)
     assert "\n" not in str(refused.value)
 
 
@@ -85,7 +85,7 @@ class Both:
 
 
 def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
-    (made,) = condition(f"python:{__name__}:Louder?marks=3")
+    (made,) = interventions_of(f"python:{__name__}:Louder?marks=3")
     assert made == Louder(marks=3)
     assert spec_of(made) == f"python:{__name__}:Louder?marks=3"
     check_intervention(made)
@@ -99,7 +99,7 @@ class _Point:
 
 def test_a_package_adds_its_own_by_an_entry_point(monkeypatch):
     monkeypatch.setattr("lockprobe.interventions.catalogue.entry_points", lambda group: [_Point()])
-    assert condition("louder?marks=2") == (Louder(marks=2),)
+    assert interventions_of("louder?marks=2") == (Louder(marks=2),)
     assert spec_of(Louder(marks=2)) == "louder?marks=2"
 
 
@@ -163,7 +163,7 @@ def test_a_flip_in_a_condition_is_the_flip_of_a_study():
 
 
 def test_reports_cannot_be_changed_where_pictures_are_shown():
-    with pytest.raises(UserMistake, match="with rgb there are none"):
+    with pytest.raises(UserMistake, match="none that changes reports: rgb has none"):
         run_trial(agent="viewer", plant="fast-twin", modality="rgb", condition="drop?p=0.1")
 
 

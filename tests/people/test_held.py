@@ -9,12 +9,13 @@ from seen import PhotographedPlant
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.interventions.condition import flips
 from lockprobe.people.held import Held, Played
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 
 STUDY = people_study(layout="shuffled")
-PLAN = STUDY.plan(participant_spec("3f9a01bc"), 0.4, 1, 2)
+PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.condition(0.4), 1, 2)
 
 
 def steps_of(trial):
@@ -154,7 +155,7 @@ def test_letting_go_of_it_lets_go_of_its_plant(plant):
 def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
     monkeypatch.setattr("lockprobe.studies.stage.resolve_plant", lambda spec: source)
-    plan = replace(PLAN, modality="rgb", p=0.0)
+    plan = replace(PLAN, condition=flips((0.0,), modalities=("rgb",))[0])
 
     async def looked() -> None:
         held = await Held.begin(plan, pictures=tmp_path)

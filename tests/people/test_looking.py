@@ -7,6 +7,7 @@ import pytest
 from seated import people_study, percept_of
 from seen import PhotographedPlant
 
+from lockprobe.interventions.condition import flips
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.held import Held
 from lockprobe.people.looking import box_to_show, panel_to_show, view_of_modality
@@ -14,7 +15,7 @@ from lockprobe.plan import Names
 from lockprobe.plants import catalogue
 
 STUDY = people_study(layout="shuffled", flip="sticky")
-PLAN = STUDY.plan("participant", 0.4, 1, 3)
+PLAN = STUDY.plan("participant", STUDY.condition(0.4), 1, 3)
 
 
 def after(joints, plan=PLAN):
@@ -55,7 +56,7 @@ def test_as_text_it_has_no_places():
 
 
 def test_where_no_positions_are_told_none_are_shown():
-    plan = replace(PLAN, flip="outcome-only")
+    plan = replace(PLAN, condition=flips((0.4,), "outcome-only")[0])
     situation = after([1, 1], plan)
     panel = panel_to_show(plan, situation, "panel")
     assert {line.ones for line in shown(situation, plan).history} == {None}
@@ -98,7 +99,7 @@ def camera(monkeypatch):
 
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])
 def test_pictures_are_shown_as_they_are_and_say_themselves_what_happened(camera, modality, pictures):
-    plan = replace(PLAN, modality=modality, p=0.0)
+    plan = replace(PLAN, condition=flips((0.0,), modalities=(modality,))[0])
     situation = after([1, 1], plan)
     box = shown(situation, plan)
     assert (box.panel.view, box.panel.told, box.panel.outcome, len(box.panel.pictures)) == (

@@ -11,6 +11,7 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.report import results, write_report
 from lockprobe.report.page import _page
@@ -172,7 +173,9 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
         for p, solved in ((0.0, 5 if rises else 25), (0.4, 25 if rises else 5))
         for i in range(30)
     ]
-    study = Study(name="flips", agents=agents, box=box("chain-4"), p=(0.0, 0.4), repetitions=1, trials=30, seed=1)
+    study = Study(
+        name="flips", agents=agents, box=box("chain-4"), conditions=flips((0.0, 0.4)), repetitions=1, trials=30, seed=1
+    )
     directory = write_study(tmp_path, study, trials)
     write_report(directory)
     content = json.loads((directory / "results.json").read_text())

@@ -16,6 +16,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.interventions.condition import flips
 from lockprobe.studies.calls import ASKED, CALLS, read_calls
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
@@ -216,7 +217,7 @@ def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
     (tmp_path / "people" / "aaaa01.jsonl").touch()
     with (
         pytest.raises(SettingsChanged, match=r"\(p is \[0.0\] there, \[0.4\] asked\)"),
-        Journal.open(tmp_path, replace(people, agents=("random",), p=(0.4,))),
+        Journal.open(tmp_path, replace(people, agents=("random",), conditions=flips((0.4,)))),
     ):
         pass
     with Journal.open(tmp_path, replace(people, agents=("random",))):

@@ -1,26 +1,18 @@
 """From a modality's spec to what stands between box and agent."""
 
-from dataclasses import replace
-
 import pytest
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
-from lockprobe.lockbox.families import box
-from lockprobe.plan import Plan
 from lockprobe.studies import modality
 from lockprobe.studies.modality import camera, check_distinct, interventions_for, is_pictured, taken_in
 
-PLAN = Plan(
-    key="k", study="s", agent="random", box=box("chain-4"), modality="symbolic", p=0.3, flip="sticky", repetition=1,
-    trial=1, seed=1,
-)  # fmt: skip
-
 
 def test_reports_are_flipped_and_put_into_words():
-    assert interventions_for(PLAN) == (OutcomeFlip(p=0.3, persistence="sticky"), TextChannel())
+    assert interventions_for(flips((0.3,), "sticky")[0]) == (OutcomeFlip(p=0.3, persistence="sticky"), TextChannel())
 
 
 @pytest.mark.parametrize(
@@ -34,7 +26,7 @@ def test_reports_are_flipped_and_put_into_words():
 )
 def test_pictures_come_from_the_camera_alone(spec, eye):
     assert is_pictured(spec)
-    assert interventions_for(replace(PLAN, modality=spec)) == (eye,)
+    assert interventions_for(flips((0.0,), "sticky", (spec,))[0]) == (eye,)
 
 
 def test_a_report_needs_no_camera():

@@ -7,6 +7,7 @@ import pytest
 from builders import make_trial, small_study, strip_checksums, write_study
 
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.interventions.condition import flips
 from lockprobe.jsonline import trial_from_json, trial_from_line, trial_to_json, trial_to_line
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import left_out, load
@@ -56,7 +57,7 @@ def test_what_no_value_of_a_record_says_its_identity_says(tmp_path):
 
 
 def test_records_of_a_study_that_was_added_to_are_of_it():
-    more = replace(STUDY, agents=("random", "round-robin"), p=(0.0, 0.1), trials=9, repetitions=3)
+    more = replace(STUDY, agents=("random", "round-robin"), conditions=flips((0.0, 0.1)), trials=9, repetitions=3)
     assert more.record_identity == STUDY.record_identity
     assert record_identity({**STUDY.settings(), "added": {"x": "today"}, "layout": "fixed"}) == STUDY.record_identity
     assert replace(STUDY, seed=2).record_identity != STUDY.record_identity

@@ -34,7 +34,7 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
             plant=f"fast-twin?{size}",
         )
     )
-    first, both = (plan.plan(plan.agents[0], 0.0, 1, 1, modality) for modality in ("rgb", "rgbd"))
+    first, both = (plan.plan(plan.agents[0], plan.condition(0.0, modality), 1, 1) for modality in ("rgb", "rgbd"))
     for shown, pictures in ((first, 1), (both, 2)):
         prompt = Prompt(shown, Settings(images=images), ModelFacts(picture_tokens=500))
         text = Prompt(shown, Settings(images=images), ModelFacts(picture_tokens=1))
@@ -46,7 +46,7 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
 def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality, images):
     settings = Settings(images=images)
     plan = study(Request(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
-    shown = plan.plan(SPEC, 0.0, 1, 1, modality)
+    shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
     whole = made_up(shown, '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}')
     talks = requests(whole, images)
     prompt = Prompt(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
@@ -59,7 +59,7 @@ def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality,
 def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, images):
     settings, facts = Settings(images=images), ModelFacts(picture_tokens=1600)
     plan = study(Request(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
-    shown = plan.plan(SPEC, 0.0, 1, 1, modality)
+    shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
     asked = [at_most(talk, settings, facts) for talk in requests(made_up(shown, reply("x" * 4000)), images)]
     most = Prompt(shown, settings, facts).most(11, 5)
     assert most.calls == 5 * 10
@@ -75,5 +75,7 @@ def test_larger_pictures_can_take_more():
     plan = study(Request(study="modalities", agent=[SPEC], modality=["rgb"], trials=1, plant="fast-twin?width=1025"))
     usual = study(Request(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
     facts = ModelFacts(picture_tokens=1600)
-    most, less = (Prompt(one.plan(SPEC, 0.0, 1, 1, "rgb"), Settings(), facts).most(1, 1) for one in (plan, usual))
+    most, less = (
+        Prompt(one.plan(SPEC, one.condition(0.0, "rgb"), 1, 1), Settings(), facts).most(1, 1) for one in (plan, usual)
+    )
     assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))

@@ -213,7 +213,7 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
         loop = asyncio.get_running_loop()
         with stage.own_thread() as place:
             planned = study(Request(agent=["random"], p=[0], trials=3))
-            plans = [planned.plan("random", 0.0, 1, trial, "symbolic") for trial in (1, 2, 3)]
+            plans = [planned.plan("random", planned.condition(0.0), 1, trial) for trial in (1, 2, 3)]
             timed = (stage.play_timed(plan, InTurn(), lambda key, step: None, place=place) for plan in plans)
             return await asyncio.gather(*timed)
 
@@ -245,7 +245,8 @@ def test_a_run_that_is_ended_waits_for_what_a_plant_is_doing_and_then_closes_it(
             return Decision(joint=situation.task.joints[0])
 
     async def ended():
-        plan = study(Request(agent=["random"], p=[0], trials=1)).plan("random", 0.0, 1, 1, "symbolic")
+        planned = study(Request(agent=["random"], p=[0], trials=1))
+        plan = planned.plan("random", planned.conditions[0], 1, 1)
         with stage.own_thread() as place:
             task = asyncio.ensure_future(stage.play_timed(plan, First(), lambda key, step: None, place=place))
             assert await asyncio.to_thread(begun.wait, 10)

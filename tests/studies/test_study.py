@@ -8,6 +8,7 @@ import pytest
 from builders import make_trial, modality_study, play_study, small_study
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.interventions.condition import Condition, flips
 from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
 from lockprobe.studies.study import joined_agents
@@ -50,12 +51,14 @@ def test_the_default_plays_references_beside_the_embedded_model():
 
 def test_identity_changes_with_every_setting():
     changes = {
-        "agents": ("round-robin",), "p": (0.0,), "flip": "sticky", "repetitions": 1, "trials": 3, "max_steps": 10,
+        "agents": ("round-robin",), "repetitions": 1, "trials": 3, "max_steps": 10,
         "seed": 2, "shuffle": False, "box": study(Request(agent=["random"], box="chain-3")).box,
         "layout": "shuffled", "plant": "fast-twin",
     }  # fmt: skip
-    identities = {replace(STUDY, **{name: value}).identity for name, value in changes.items()}
-    assert len(identities | {STUDY.identity}) == len(changes) + 1
+    acting = [flips((0.0,)), flips((0.0, 0.4), "sticky"), (Condition(),), (Condition(name="mine"),)]
+    changed = [{name: value} for name, value in changes.items()] + [{"conditions": one} for one in acting]
+    identities = {replace(STUDY, **change).identity for change in changed}
+    assert len(identities | {STUDY.identity}) == len(changed) + 1
 
 
 def test_identities_are_pinned():
@@ -168,7 +171,7 @@ def test_the_deal_depends_on_seed_and_trial_and_not_on_condition_or_agent():
 def test_a_shuffled_trial_records_its_own_panel():
     trials = play_study(SHUFFLED)
     for trial in trials:
-        box = SHUFFLED.plan(trial.agent, trial.p, trial.repetition, trial.trial).box
+        box = SHUFFLED.plan(trial.agent, SHUFFLED.condition(trial.p), trial.repetition, trial.trial).box
         assert trial.joints == box.names
         configuration = box.initial
         for step in trial.steps:
@@ -253,13 +256,13 @@ def test_a_trial_of_another_modality_is_not_one_of_the_study():
     assert MODAL.asks_for(trial)
     assert not MODAL.asks_for(replace(trial, modality="rgbd"))
     assert not MODAL.asks_for(make_trial([3, 2], agent="random", modality="rgb", study="modalities"))
-    assert not replace(MODAL, modalities=("rgbd", "symbolic")).asks_for(trial)
+    assert not replace(MODAL, conditions=flips((0.0,), modalities=("rgbd", "symbolic"))).asks_for(trial)
 
 
 def test_modalities_are_settings_that_came_later():
     assert "modalities" not in STUDY.settings()
     assert MODAL.settings()["modalities"] == ["rgb", "rgbd", "symbolic"]
-    assert replace(MODAL, modalities=("rgb",)).identity != MODAL.identity
+    assert replace(MODAL, conditions=flips((0.0,), modalities=("rgb",))).identity != MODAL.identity
 
 
 def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():

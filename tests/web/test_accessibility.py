@@ -8,6 +8,7 @@ import pytest
 from axe_playwright_python.async_playwright import Axe
 from browser import ADMIN_TOKEN, browser, needs_a_browser, new_tab, plan_of, served, trials_of
 
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.people.words import read_words
 from lockprobe.studies.study import Study
@@ -15,21 +16,28 @@ from lockprobe.studies.study import Study
 pytestmark = needs_a_browser
 
 STUDY = Study(
-    name="flips", agents=("participant",), box=box("chain-4"), p=(0.4,), repetitions=1, trials=2, seed=11, max_steps=4
+    name="flips",
+    agents=("participant",),
+    box=box("chain-4"),
+    conditions=flips((0.4,)),
+    repetitions=1,
+    trials=2,
+    seed=11,
+    max_steps=4,
 )
 LARGE = Study(
     name="flips",
     agents=("participant",),
     box=box("random-8-3"),
-    p=(0.4,),
+    conditions=flips((0.4,)),
     repetitions=1,
     trials=2,
     seed=11,
     max_steps=2,
 )
 PICTURES = Study(
-    name="modalities", agents=("participant",), box=box("chain-4"), p=(0.0,), repetitions=1, trials=2, max_steps=2,
-    plant="fast-twin?width=160&height=120", modalities=("rgbd",),
+    name="modalities", agents=("participant",), box=box("chain-4"), conditions=flips((0.0,), modalities=("rgbd",)), repetitions=1, trials=2, max_steps=2,
+    plant="fast-twin?width=160&height=120",
 )  # fmt: skip
 CHECK = {"after": 0, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}
 ASKED = [{"name": "how", "question": "How?"}, {"name": "which", "question": "Which?", "options": ["one", "two"]}]

@@ -21,10 +21,10 @@ from browser import (
     trials_of,
     without_the_page,
 )
+from builders import study_of
 from seated import diaries_of
 
 from lockprobe.lockbox.families import box
-from lockprobe.studies.study import Study
 
 pytestmark = needs_a_browser
 
@@ -40,7 +40,7 @@ ARGUMENTS = ("flips", "--p", "0,0.4", "--repetitions", 1, "--seed", 7)
 
 
 def a_study(**settings):
-    return Study(**{
+    return study_of(**{
         "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1, "trials": 4,
         "seed": 7, **settings,
     })  # fmt: skip

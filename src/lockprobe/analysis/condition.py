@@ -94,10 +94,10 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
     return ConditionSummary(
-        key=first.condition,
+        key=first.cell,
         agent=first.group,
         modality=first.modality,
-        p=first.p,
+        p=first.dose,
         success=share_of(found.solved, found.person, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,

@@ -88,7 +88,7 @@ def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
         [[one[label] for label in trial.listing] for one, trial in zip(meant, played, strict=True)],
     ]
     return Actions(
-        p=np.array([trial.p for trial in played], dtype=np.float64),
+        p=np.array([trial.dose for trial in played], dtype=np.float64),
         joints=tuple(np.array([*map(box.names.index, trial.actions)], dtype=np.int64) for trial in played),
         ways=np.array(ways, dtype=np.int64).reshape(3, len(played), len(box.joints)),
         budget=max((trial.budget for trial in played), default=0),

@@ -122,7 +122,7 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
     pairs = [_pair(one, two) for one, two in combinations(found, 2)]
     return ModalityEffect(
         agent=first.group,
-        p=first.p,
+        p=first.dose,
         modalities=tuple(modality for modality, _ in found),
         direction=direction,
         p_value=p_value,

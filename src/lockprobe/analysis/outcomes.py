@@ -152,7 +152,7 @@ def broken_off(trials: Sequence[Trial]) -> Outcomes:
 def _columns(counted: Sequence[Trial]) -> Outcomes:
     people = [trial.agent if trial.agent != trial.group else "" for trial in counted]
     return Outcomes(
-        p=np.array([trial.p for trial in counted], dtype=np.float64),
+        p=np.array([trial.dose for trial in counted], dtype=np.float64),
         repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
         trial=np.array([trial.trial for trial in counted], dtype=np.int64),
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),

@@ -52,7 +52,7 @@ def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
     return Pace(
         first=(first[0].group, first[0].modality),
         second=(second[0].group, second[0].modality),
-        p=first[0].p,
+        p=first[0].dose,
         hazard_ratio=found.hazard_ratio if found else None,
         p_value=found.p_value if found else None,
         independent=plain.p_value if plain else None,

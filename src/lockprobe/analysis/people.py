@@ -100,7 +100,7 @@ def people(trials: Sequence[Trial]) -> People | None:
     if not own:
         return None
     sizes = Counter(trial.agent for trial in own)
-    conditions = dict.fromkeys((trial.modality, trial.p) for trial in sorted(own, key=lambda t: t.p))
+    conditions = dict.fromkeys((trial.modality, trial.dose) for trial in sorted(own, key=lambda t: t.dose))
     modalities = dict.fromkeys(modality for modality, _ in conditions)
     first = [trial for trial in own if trial.facts.get("position") == 1]
     return People(
@@ -111,7 +111,7 @@ def people(trials: Sequence[Trial]) -> People | None:
         success=_success(own),
         first=proportion(sum(trial.solved for trial in first), len(first)),
         positions=tuple(_positions(own)),
-        at=tuple(_at([t for t in own if (t.modality, t.p) == one], *one) for one in conditions),
+        at=tuple(_at([t for t in own if (t.modality, t.dose) == one], *one) for one in conditions),
         over=tuple(_at([t for t in own if t.modality == one], one, None) for one in modalities),
         relative=tuple(relative_steps(counted, own, conditions)),
         saw={

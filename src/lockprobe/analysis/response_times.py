@@ -49,9 +49,9 @@ def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], floa
     found = []
     for modality in dict.fromkeys(trial.modality for trial in own):
         shown = [trial for trial in own if trial.modality == modality]
-        values = sorted({trial.p for trial in shown})
+        values = sorted({trial.dose for trial in shown})
         for p in (*values, *([None] if len(values) > 1 else [])):
-            members = [trial for trial in shown if p in (None, trial.p)]
+            members = [trial for trial in shown if p in (None, trial.dose)]
             choices = {
                 (trial.key, step.step): times[trial.key, step.step]
                 for trial in members

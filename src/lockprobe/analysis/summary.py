@@ -13,6 +13,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.habits import blind_twin
 from lockprobe.analysis.heeding import ignores_reports
@@ -41,6 +42,7 @@ __all__ = [
     "AgentSummary",
     "Each",
     "StudySummary",
+    "is_reference",
     "summarise",
 ]
 
@@ -62,7 +64,7 @@ class Each(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSummary:
-    """One agent, shown the box in one way, over all p.
+    """One agent, shown the box in one way, over all doses of one axis.
 
     Attributes:
         agent: Agent spec.
@@ -70,13 +72,14 @@ class AgentSummary:
         shown: The same in words, where it has to be said; empty for reports if it was shown nothing else.
         reference: Whether it is there to be compared with.
         blind: Whether its trials are the same at every p, so that its conditions are copies of each other.
-        conditions: By p, ascending.
+        conditions: By dose, ascending.
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
         peak: Where success is highest, and how sure that is.
         inference: The tests, the valid ones and the paper's.
         contrast: Success at the lowest p against the p farthest from it; None with one p, or if blind.
+        axis: What its conditions differ in.
     """
 
     agent: str
@@ -91,6 +94,7 @@ class AgentSummary:
     peak: Peak
     inference: Inference
     contrast: Contrast | None
+    axis: Axis = FLIPS
 
     @property
     def name(self) -> str:
@@ -121,6 +125,7 @@ class StudySummary:
         modalities: What the way of showing the box does, for every agent that was shown it in several.
         verdicts: What a robot took for true; None without a robot.
         people: Who of people played, and agents beside them; None without people.
+        axis: What conditions differ in.
     """
 
     agents: tuple[AgentSummary, ...]
@@ -131,6 +136,7 @@ class StudySummary:
     modalities: tuple[ModalityEffect, ...]
     verdicts: Verdicts | None
     people: People | None
+    axis: Axis = FLIPS
 
     @property
     def conditions(self) -> tuple[ConditionSummary, ...]:
@@ -143,7 +149,9 @@ class StudySummary:
         return tuple(agent for agent in self.agents if not agent.reference) or self.agents
 
 
-def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each = map) -> StudySummary:
+def summarise(
+    trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each = map, axis: Axis = FLIPS
+) -> StudySummary:
     """All numbers of a study. The order of an agent's trials does not matter.
 
     Args:
@@ -151,20 +159,21 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
         box: The box, for what blind agents and the optimum reach on it, and for the odds ratio after a loop that a
             blind agent with the same action habits has on it.
         each: Works on one agent after the other, or on several at once.
+        axis: What the conditions differ in; each trial stands at its dose.
 
     Raises:
-        BadValue: If the trials are of several boxes.
+        BadValue: If the trials are of several boxes, or a flip rate is no probability.
     """
     boxes = sorted({trial.box for trial in trials} | ({box.name} if box else set()))
     if len(boxes) > 1:
         raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
     for trial in trials:
-        if not 0 <= trial.p <= 1:
-            raise BadValue(f"flip rate of {trial.key}", trial.p, "a number from 0 to 1")
+        if axis == FLIPS and not 0 <= trial.dose <= 1:
+            raise BadValue(f"flip rate of {trial.key}", trial.dose, "a number from 0 to 1")
     place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
 
     def group(trial: Trial) -> tuple[int, float]:
-        return place[trial.group, trial.modality], trial.p
+        return place[trial.group, trial.modality], trial.dose
 
     reference = reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
@@ -172,7 +181,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
     shown = Counter(agent for agent, _ in place)
     jobs: list[Callable[[], Any]] = [
         lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
-        *(partial(_agent, members, reference, box, several=shown[members[0].group] > 1) for members in by_agent),
+        *(partial(_agent, members, reference, box, axis, several=shown[members[0].group] > 1) for members in by_agent),
     ]
     compared, *found = each(call, jobs)
     agents = _courses_corrected(tuple[AgentSummary, ...](found))
@@ -186,6 +195,7 @@ def summarise(trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each
         modalities=_modalities(by_agent),
         verdicts=verdicts(trials),
         people=people(ordered),
+        axis=axis,
     )
 
 
@@ -214,11 +224,16 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
         agent=first.group,
         modality=first.modality,
         head=_head(first.group),
-        reference=_head(first.group) in _REFERENCES,
+        reference=is_reference(first.group),
         counted=outcomes(trials),
         broken=broken_off(trials),
         budget=max(trial.budget for trial in trials),
     )
+
+
+def is_reference(agent: str) -> bool:
+    """Whether an agent stands in a study to be compared with."""
+    return _head(agent) in _REFERENCES
 
 
 def _head(agent: str) -> str:
@@ -229,7 +244,7 @@ def _head(agent: str) -> str:
 def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
     """Every two agents that share their lowest p."""
     lowest = _lowest(by_agent)
-    found = [pace(first, second) for first, second in combinations(lowest, 2) if first[0].p == second[0].p]
+    found = [pace(first, second) for first, second in combinations(lowest, 2) if first[0].dose == second[0].dose]
     return tuple(compared for compared in found if compared)
 
 
@@ -237,26 +252,30 @@ def _modalities(by_agent: Sequence[Sequence[Trial]]) -> tuple[ModalityEffect, ..
     """Every agent that was shown the box in several ways, at the lowest p."""
     lowest = _lowest(by_agent)
     agents = dict.fromkeys(members[0].group for members in lowest)
-    least = min((members[0].p for members in lowest), default=0.0)
-    groups = [[members for members in lowest if (members[0].group, members[0].p) == (name, least)] for name in agents]
+    least = min((members[0].dose for members in lowest), default=0.0)
+    groups = [
+        [members for members in lowest if (members[0].group, members[0].dose) == (name, least)] for name in agents
+    ]
     return tuple(effect for group in groups if (effect := modality_effect(group)))
 
 
 def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
-    return [[trial for trial in members if trial.p == members[0].p] for members in by_agent]
+    return [[trial for trial in members if trial.dose == members[0].dose] for members in by_agent]
 
 
-def _agent(trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None, *, several: bool) -> AgentSummary:
+def _agent(
+    trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None, axis: Axis, *, several: bool
+) -> AgentSummary:
     """One agent, shown the box in one way; and whether others of its trials were shown it in another."""
     first = trials[0]
     conditions = tuple(
-        condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.p)
+        condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.dose)
     )
     blind = ignores_reports(trials)
     distinct = conditions[:1] if blind else conditions
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
-    looked_at = [trial for trial in trials if trial.p in shown]
+    looked_at = [trial for trial in trials if trial.dose in shown]
     counted = outcomes(looked_at)
     draws = resample(counted, _stream(first, "bootstrap"))
     twin = blind_twin(looked_at, box, _stream(first, "blind"))
@@ -264,8 +283,8 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, box: Lockbox | 
     return AgentSummary(
         agent=first.group,
         modality=first.modality,
-        shown=spoken(first.modality) if several or first.modality != "symbolic" else "",
-        reference=_head(first.group) in _REFERENCES,
+        shown=", ".join(filter(None, (_shown(first.modality, several=several), axis.rest))),
+        reference=is_reference(first.group),
         blind=blind,
         conditions=conditions,
         success_fit=trend_fit(shares, "success", draws.success),
@@ -274,7 +293,12 @@ def _agent(trials: Sequence[Trial], reference: Reference | None, box: Lockbox | 
         peak=peak(counted, _stream(first, "peak")),
         inference=inference,
         contrast=None if blind else contrast(conditions, inference.difference),
+        axis=axis,
     )
+
+
+def _shown(modality: str, *, several: bool) -> str:
+    return spoken(modality) if several or modality != "symbolic" else ""
 
 
 def _stream(first: Trial, use: str) -> np.random.Generator:

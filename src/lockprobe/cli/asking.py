@@ -18,6 +18,7 @@ __all__ = [
     "Batch",
     "BoxName",
     "Budget",
+    "Conditions",
     "Connections",
     "EstimateOnly",
     "Flip",
@@ -33,6 +34,7 @@ __all__ = [
     "Retries",
     "Seed",
     "Shuffle",
+    "Sweeps",
     "Timeout",
     "Trials",
     "Workers",
@@ -44,6 +46,10 @@ _AGENTS = "Agent spec; may be repeated (flips: llm:local, random, round-robin, h
 _TRIALS = "Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."
 _PLANT = "What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."
 _MODALITY = "How the box is shown: symbolic (flips), rgb, rgbd, rgbd?depth=height; may be repeated (modalities: all)."
+_CONDITION = (
+    "What acts, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated. lockprobe interventions lists them."
+)
+_SWEEP = "One condition for each dose: 'tremble?p=0,0.1,0.2'; may be repeated."
 _LAYOUT = "fixed (flips): one panel for all trials; shuffled (modalities): joints dealt anew to it in every trial."
 _ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."
 _BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
@@ -79,6 +85,8 @@ MaxSteps = Annotated[int | None, typer.Option(help="Budget of a trial in steps (
 Flip = Annotated[str | None, typer.Option(help="A false report is transient, sticky or outcome-only (transient).")]
 PlantSpec = Annotated[str | None, typer.Option(help=_PLANT)]
 Modalities = Annotated[list[str] | None, typer.Option(help=_MODALITY)]
+Conditions = Annotated[list[str] | None, typer.Option(help=_CONDITION)]
+Sweeps = Annotated[list[str] | None, typer.Option(help=_SWEEP)]
 Layout = Annotated[LayoutKind | None, typer.Option(help=_LAYOUT)]
 Shuffle = Annotated[
     bool | None, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial (--shuffle).")

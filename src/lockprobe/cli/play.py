@@ -17,6 +17,7 @@ from lockprobe.cli.person import Ended, Left, Person, ViewKind
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
+from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import DEFAULT_BOX, find_box
@@ -58,10 +59,10 @@ def play(
     if record is not None:
         _check_record(record)
     study = Study(
-        name="trial", agents=(PEOPLE,), box=find_box(box), p=(p,), flip=flip, repetitions=1, trials=1,
+        name="trial", agents=(PEOPLE,), box=find_box(box), conditions=flips((p,), flip), repetitions=1, trials=1,
         max_steps=max_steps, seed=seed, shuffle=shuffle, layout=layout, assessment=assessment,
     )  # fmt: skip
-    plan = study.plan(participant_spec("local"), p, 1, 1)
+    plan = study.plan(participant_spec("local"), study.conditions[0], 1, 1)
     screen = Screen()
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
     try:

@@ -35,6 +35,10 @@ STEPS_PER_MINUTE = 300.0
 """What the embedded model was measured to play on two cores; only for the first guess of the time."""
 
 
+_KINDS = {"flips": "Flip study", "modalities": "Modality study"}
+"""What the paper's studies are called."""
+
+
 def minutes(trials: int) -> int:
     """A first guess of how long the embedded model needs for so many trials, in whole minutes."""
     return max(1, round(trials * STEPS_PER_TRIAL / STEPS_PER_MINUTE))
@@ -49,6 +53,8 @@ def told(step: Step) -> str:
 
 def _conditions(study: Study) -> str:
     """How the box is shown, and how often reports are false, as far as the study varies it."""
+    if not study.of_flips:
+        return f"{count(len(study.conditions), 'condition')}: {'; '.join(one.label for one in study.conditions)}"
     p = f"flip rate {', '.join(f'{p:g}' for p in study.p)}"
     if not study.has_pictures:
         return p
@@ -114,7 +120,7 @@ class Plain:
             self.say(_of_people(study, journal))
             return
         short = is_short(study)
-        kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, f"Study {study.name}")
+        kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
         self.say(
             f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
             f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')} of "

@@ -55,6 +55,8 @@ def run(
     flip: asking.Flip = None,
     plant: asking.PlantSpec = None,
     modality: asking.Modalities = None,
+    condition: asking.Conditions = None,
+    sweep: asking.Sweeps = None,
     layout: asking.Layout = None,
     shuffle: asking.Shuffle = None,
     assessment: asking.Assessment = None,
@@ -77,6 +79,8 @@ def run(
     the human-inspired strategy, in a few minutes on two cores. modalities: what pictures do. RGB, RGB-D and reports,
     10 trials each, on a simulated box with a camera; without options a scripted agent, human-inspired and random.
 
+    --condition and --sweep vary anything else that lockprobe interventions lists, with the truth as control.
+
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: every trial broke, or a condition has no valid trial.
     """
@@ -91,6 +95,8 @@ def run(
         "flip": flip,
         "plant": plant,
         "modality": modality or None,
+        "condition": condition or None,
+        "sweep": sweep or None,
         "layout": layout,
         "shuffle": shuffle,
         "assessment": assessment,

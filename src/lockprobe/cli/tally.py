@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.amounts import spent_in_words
+from lockprobe.interventions.condition import SYMBOLIC
 from lockprobe.record import Trial
 from lockprobe.studies.calls import Calls
-from lockprobe.studies.modality import SYMBOLIC
 from lockprobe.studies.records import LeftOut
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
@@ -72,7 +72,8 @@ class Tally:
             self._count(trial)
 
     def _count(self, trial: Trial) -> None:
-        condition = trial.modality if self._shows and not trial.p else f"{_RATE}{trial.p:g}"
+        flipped = "" if trial.p is None else f"{_RATE}{trial.p:g}"
+        condition = trial.condition or (trial.modality if self._shows and not trial.p else flipped)
         self.ended[condition] += trial.ending != "error"
         self.solved[condition] += trial.solved
 

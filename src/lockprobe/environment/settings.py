@@ -13,6 +13,7 @@ import numpy as np
 from lockprobe.environment.observation import sizes
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
@@ -103,9 +104,7 @@ class Settings:
             study="lockbox",
             agent="gymnasium",
             box=self.box,
-            modality=self.observation,
-            p=flip.p,
-            flip=flip.persistence,
+            condition=Condition(interventions=(flip,), modality=self.observation),
             repetition=repetition,
             trial=trial,
             seed=seed,

@@ -49,6 +49,10 @@ def sample_id(trial: Trial | Plan) -> str:
     return trial.key.removeprefix(f"{trial.study}/{group_of(trial.agent)}/")
 
 
+def _flip(plan: Plan) -> str:
+    return "" if plan.condition.flip is None else plan.condition.flip.persistence
+
+
 def metadata_of(trial: Trial | Plan) -> dict[str, object]:
     """What sets a trial apart from the others of its log, and what they share that changes what is seen."""
     return {
@@ -57,7 +61,7 @@ def metadata_of(trial: Trial | Plan) -> dict[str, object]:
         "repetition": trial.repetition,
         "trial": trial.trial,
         "modality": trial.modality,
-        "flip": trial.flip,
+        "flip": trial.flip if isinstance(trial, Trial) else _flip(trial),
         "box": trial.box if isinstance(trial, Trial) else trial.box.name,
         "max_steps": trial.budget,
         "seed": trial.seed,

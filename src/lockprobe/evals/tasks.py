@@ -161,7 +161,7 @@ def _sample(plan: Plan) -> Sample:
     pictures = 0 if eye is None else 1 + (eye.depth != "none")
     return Sample(
         id=sample_id(plan),
-        input=instructions(task, positions=plan.flip != "outcome-only", pictures=pictures),
+        input=instructions(task, positions=plan.condition.tells_positions, pictures=pictures),
         target=task.target,
         metadata=metadata_of(plan),
     )

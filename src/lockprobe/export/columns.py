@@ -48,7 +48,13 @@ COLUMN: Mapping[str, Column] = {
     "agent": Column("Who played, as Lockprobe names agents: participant:ID for people, strategies and models by spec."),
     "box": Column("Name of the lockbox."),
     "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
-    "p": Column("Flip rate: how often, independently in every step, the report said the opposite.", "", 0, 1, "number"),
+    "p": Column(
+        "Flip rate: how often, independently in every step, the report said the opposite; empty where else acted.",
+        "",
+        0,
+        1,
+        "number",
+    ),
     "repetition": _count("Repetition of the study, from 1."),
     "trial": _count(
         "Trial within repetition and condition, from 1. Trials of one repetition and number share their luck."
@@ -68,6 +74,8 @@ COLUMN: Mapping[str, Column] = {
     ),
     "target": _mark("whether this step moved the target joint, which opens the box."),
     "ending": Column("How the trial ended: solved, budget (steps ran out), error (broken, no failure to solve)."),
+    "condition": Column("The condition, where other things than flip rates were varied: its name, or what acted."),
+    "chosen": Column("The joint that had been chosen, where an intervention had another one attempted; else empty."),
     "panel": Column("The joints in the panel order of the trial, where panels differ between trials."),
     "verdict": Column("What a robot took to have happened: moved, blocked or failed. Empty without a robot."),
     "position": _count(

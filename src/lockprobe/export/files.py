@@ -14,7 +14,7 @@ from lockprobe.atomic_file import atomic_file, atomic_files
 from lockprobe.errors import Missing
 from lockprobe.export.columns import as_bits, column, dictionary
 from lockprobe.export.tidy import NO_TIMES, Cell, Times, tidy_columns, tidy_rows
-from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
+from lockprobe.export.trials import trial_columns, trial_rows
 from lockprobe.record import Trial
 
 __all__ = [
@@ -58,7 +58,7 @@ def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -
         times: The response times of people, for steps.
     """
     if name == "trials":
-        return Rows("One row a trial.", TRIAL_COLUMNS, trial_rows(trials))
+        return Rows("One row a trial.", trial_columns(trials), trial_rows(trials))
     return Rows("One row a step, truth beside told.", tidy_columns(trials, times), tidy_rows(trials, times))
 
 

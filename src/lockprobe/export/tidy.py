@@ -47,7 +47,9 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     A trial that broke before its first step has no row. In a modality with pictures ``told_moved`` is what the picture
     shows: the truth.
 
-    Columns that come last, and only where they say something: ``panel``, the joints in the panel order of the trial,
+    Columns that come last, and only where they say something: ``condition``, its name, in studies of other things than
+    flip rates, where ``p`` is empty unless nothing but flips acted; ``chosen``, the joint that the agent had chosen,
+    where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
     blocked or failed), where one played; ``rt_ms``, from when a step was shown to when its joint was chosen, in
     milliseconds of the browser's monotonic clock, where people played.
@@ -61,6 +63,8 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     for trial in trials:
         for step in trial.steps:
             last: dict[str, Cell] = {
+                "condition": trial.condition,
+                "chosen": step.chosen or "",
                 "panel": " ".join(trial.joints),
                 "verdict": str(step.sensed.get("verdict", "")),
                 "rt_ms": times.get((trial.key, step.step), ""),
@@ -70,7 +74,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "agent": trial.agent,
                 "box": trial.box,
                 "modality": trial.modality,
-                "p": trial.p,
+                "p": "" if trial.p is None else trial.p,
                 "repetition": trial.repetition,
                 "trial": trial.trial,
                 "step": step.step,
@@ -92,6 +96,11 @@ def _dealt_anew(trials: Sequence[Trial]) -> bool:
 
 def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
     """The columns of the tidy rows of these trials: :data:`COLUMNS`, and those that come last."""
-    judged = any("verdict" in step.sensed for trial in trials for step in trial.steps)
-    more = ("panel",) * _dealt_anew(trials) + ("verdict",) * judged + ("rt_ms",) * bool(times)
-    return (*COLUMNS, *more)
+    says = {
+        "condition": any(trial.condition for trial in trials),
+        "chosen": any(step.chosen for trial in trials for step in trial.steps),
+        "panel": _dealt_anew(trials),
+        "verdict": any("verdict" in step.sensed for trial in trials for step in trial.steps),
+        "rt_ms": bool(times),
+    }
+    return (*COLUMNS, *(name for name, something in says.items() if something))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from lockprobe.analysis.loops import measure
 from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.export.tidy import Cell
 from lockprobe.record import Trial
 
-__all__ = ["TRIAL_COLUMNS", "trial_rows"]
+__all__ = ["TRIAL_COLUMNS", "trial_columns", "trial_rows"]
 
 TRIAL_COLUMNS = (
     "key",
@@ -34,11 +34,17 @@ TRIAL_COLUMNS = (
 """Names of the columns, in order; :data:`lockprobe.export.columns.COLUMN` says what stands in each."""
 
 
+def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and their conditions where they have names."""
+    return (*TRIAL_COLUMNS, *(("condition",) if any(trial.condition for trial in trials) else ()))
+
+
 def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
     """One row per trial, one that broke before its first step too.
 
     ``solved`` is 1 or 0, and empty where the trial ended as an error, which is no failure to solve.
-    ``misinterpretations`` counts the claims that contradict what had been told.
+    ``misinterpretations`` counts the claims that contradict what had been told. In studies of other things than flip
+    rates the last column is ``condition``, and ``p`` is empty unless nothing but flips acted.
 
     Args:
         trials: The trials.
@@ -50,6 +56,7 @@ def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
     """
     trials = list(trials)
     loops = measure([trial.actions for trial in trials])
+    named = any(trial.condition for trial in trials)
     for place, trial in enumerate(trials):
         said = trial_claims(trial)
         yield {
@@ -57,7 +64,7 @@ def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
             "agent": trial.agent,
             "box": trial.box,
             "modality": trial.modality,
-            "p": trial.p,
+            "p": "" if trial.p is None else trial.p,
             "repetition": trial.repetition,
             "trial": trial.trial,
             "ending": trial.ending,
@@ -71,4 +78,5 @@ def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
             "any_loop": int(loops.any_loop[place]),
             "loop_coverage": float(loops.share[place]) if trial.steps else "",
             "error": trial.error.boundary if trial.error else "",
+            **({"condition": trial.condition} if named else {}),
         }

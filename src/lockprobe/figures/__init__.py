@@ -4,7 +4,7 @@ Drawing only: every number comes from a :class:`lockprobe.analysis.summary.Study
 axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` all of a study, ``render`` files.
 """
 
-from lockprobe.figures.compose import drawings, panels, pictures, render, single
+from lockprobe.figures.compose import condition_drawings, drawings, panels, pictures, render, single
 from lockprobe.figures.corrected import (
     draw_relative_success,
     draw_success_by_p_corrected,
@@ -24,6 +24,7 @@ from lockprobe.figures.people import draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
 __all__ = [
+    "condition_drawings",
     "draw_changes",
     "draw_course",
     "draw_differences",

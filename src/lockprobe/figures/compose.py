@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.corrected import (
     draw_relative_success,
@@ -24,6 +25,7 @@ from lockprobe.figures.corrected import (
 )
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import change_rows, difference_rows, draw_changes, draw_differences, shown
+from lockprobe.figures.effects import draw_effects, effect_rows
 from lockprobe.figures.forest import height
 from lockprobe.figures.frame import FAINT, SMALL
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
@@ -36,7 +38,7 @@ from lockprobe.figures.paper import (
 from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 
-__all__ = ["drawings", "panels", "pictures", "render", "single"]
+__all__ = ["condition_drawings", "drawings", "panels", "pictures", "render", "single"]
 
 _COLUMN = 3.5
 """Width of a panel in inches."""
@@ -106,6 +108,26 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     if len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
     return {name: draw for name, draw in drawn.items() if name not in left_out}
+
+
+def condition_drawings(effects: Sequence[Effects], series: Sequence[StudySummary]) -> dict[str, Callable[[], Figure]]:
+    """The pictures of a study of conditions by file name, before they are drawn.
+
+    Args:
+        effects: Each agent's conditions against their control.
+        series: The numbers over one dose each.
+    """
+    rows = max((effect_rows(one) for one in effects), key=len, default=[])
+    drawn: dict[str, Callable[[], Figure]] = {}
+    if rows:
+        drawn["effects"] = lambda: _sheet((draw_effects,), effects, [height(rows)], "")
+    for number, result in enumerate(series, 1):
+        by_dose = partial(draw_success_by_p_corrected, reference=result.reference)
+        shown = [agent for agent in result.agents if any(condition.success.n for condition in agent.conditions)]
+        if shown:
+            drawn[f"series-{number}-success"] = partial(panels, by_dose, shown)
+            drawn[f"series-{number}-loops"] = partial(panels, draw_loops_beside_chance, shown)
+    return drawn
 
 
 def single(

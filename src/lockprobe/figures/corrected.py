@@ -142,7 +142,7 @@ def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
         if condition in named:
             labels.append((condition.curve.share[-1], "all $p$" if agent.blind else f"$p$ = {condition.p:g}", colour))
     step_axis(axes, len(counted[0].curve.share) - 1, "solved by this step")
-    title(axes, heading(agent), f"{counts(counted)} per flip rate; shade: pointwise 95 % band")
+    title(axes, heading(agent), f"{counts(counted)} per {agent.axis.name}; shade: pointwise 95 % band")
     return label_right(axes, labels)
 
 
@@ -171,7 +171,7 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
         )
         axes.fill_between(curve.p, curve.low, curve.high, color=style.colour, alpha=0.14, linewidth=0, zorder=1)
     share_axis(axes, "success rate")
-    p_axis(axes, agent.conditions)
+    p_axis(axes, agent.conditions, axis=agent.axis)
     if several:
         _peak(axes, agent)
     if reference is not None:
@@ -183,7 +183,7 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
     return title(
         axes,
         heading(agent),
-        f"{counts(counted)} per flip rate" + (f"; model of order {found.order} (AICc)" if curve else ""),
+        f"{counts(counted)} per {agent.axis.name}" + (f"; model of order {found.order} (AICc)" if curve else ""),
         _rises_and_falls(agent) if several else "",
     )
 
@@ -192,7 +192,7 @@ def _rises_and_falls(agent: AgentSummary) -> str:
     """Whether success rises and then falls, by the test that is concluded from."""
     found = agent.inference.lines.p_value
     if found is None:
-        return "rises and then falls? not tested: that takes three flip rates"
+        return f"rises and then falls? not tested: that takes three {agent.axis.name}s"
     return f"rises and then falls? two-lines test: {p_value(found)}"
 
 
@@ -209,7 +209,7 @@ def _peak(axes: Axes, agent: AgentSummary) -> None:
             markersize=4.5,
             color=INK,
             zorder=3,
-            label="may be the best flip rate (95 % set)",
+            label=f"may be the best {agent.axis.name} (95 % set)",
         )
     if found.best is not None and found.honest is not None:
         low, high = axes.get_xlim()

@@ -19,7 +19,7 @@ def draw_course(axes: Axes, agent: AgentSummary) -> None:
     """Success and loop rate by flip probability, with the course that the tests bear out."""
     share_axis(axes, "share of trials")
     played = [condition for condition in agent.conditions if condition.success.n]
-    p_axis(axes, agent.conditions)
+    p_axis(axes, agent.conditions, axis=agent.axis)
     x = [condition.p for condition in played]
     for style, shares, label in (
         (_SUCCESS, [condition.success for condition in played], "solved"),
@@ -28,5 +28,5 @@ def draw_course(axes: Axes, agent: AgentSummary) -> None:
         means(axes, x, shares, style, line=True)
         bars(axes, x, shares, style, label=label)
     found = agent.inference.course
-    kind = "the same at every flip rate" if agent.blind else found.kind if found else ""
-    title(axes, agent_label(agent), f"{kind}; {counts(played)} per flip rate")
+    kind = f"the same at every {agent.axis.name}" if agent.blind else found.kind if found else ""
+    title(axes, agent_label(agent), f"{kind}; {counts(played)} per {agent.axis.name}")

@@ -10,8 +10,8 @@ from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rivals.comparison import Comparison
 from lockprobe.analysis.rivals.exchange import BlockMean
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.figures.forest import Row, forest
-from lockprobe.figures.frame import FAINT, SMALL, agent_label, minus, title
+from lockprobe.figures.forest import Row, differences, interval
+from lockprobe.figures.frame import agent_label, title
 from lockprobe.figures.looks import SUBJECTS
 
 __all__ = ["SHOWN", "change_rows", "difference_rows", "draw_changes", "draw_differences", "shown"]
@@ -48,7 +48,7 @@ def change_rows(result: StudySummary) -> list[Row]:
 
 def draw_differences(axes: Axes, result: StudySummary) -> None:
     """Differences in success over all p."""
-    _draw(axes, difference_rows(result))
+    differences(axes, difference_rows(result))
     left = len([one for one in result.comparisons if one.among == shown(result)[0].among]) - len(shown(result))
     title(
         axes, "share solved over all flip rates", f"the first {SHOWN} pairs, {left} more in the tables" if left else ""
@@ -57,7 +57,7 @@ def draw_differences(axes: Axes, result: StudySummary) -> None:
 
 def draw_changes(axes: Axes, result: StudySummary) -> None:
     """How differently the success of two agents changes with p."""
-    _draw(axes, change_rows(result))
+    differences(axes, change_rows(result))
     title(axes, "change from the lowest flip rate to where it is clearest")
 
 
@@ -65,27 +65,10 @@ def _row(result: StudySummary, one: Comparison, mean: BlockMean, *, shown: bool,
     names = {(agent.agent, agent.modality): agent_label(agent) for agent in result.agents}
     return Row(
         name=f"{names[one.second]}\n\N{MINUS SIGN} {names[one.first]}",
-        said=where + _said(mean),
+        said=where + interval(mean.value, mean.low, mean.high),
         value=mean.value,
         low=mean.low,
         high=mean.high,
         colour=SUBJECTS[0],
         face=SUBJECTS[0] if shown else "white",
-    )
-
-
-def _draw(axes: Axes, rows: Sequence[Row]) -> None:
-    ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
-    reach = max([*(abs(end) for end in ends), 0.1]) * 1.06
-    forest(axes, rows, (-reach, reach), levels=((0.0, FAINT, "-"),))
-    axes.set_xlabel("difference, points", fontsize=SMALL)
-    ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]
-    ticks = [tick for tick in ticks if abs(tick) <= reach]
-    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0") for tick in ticks])
-
-
-def _said(mean: BlockMean) -> str:
-    said = f"{100 * mean.value:+.0f}"
-    return minus(
-        said if mean.low is None or mean.high is None else f"{said} [{100 * mean.low:+.0f}, {100 * mean.high:+.0f}]"
     )

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 
-from lockprobe.figures.frame import FAINT, INK, SMALL
+from lockprobe.figures.frame import FAINT, INK, SMALL, minus
 from lockprobe.figures.looks import Dash, Marker
 
-__all__ = ["Row", "forest", "height"]
+__all__ = ["Row", "differences", "forest", "height", "interval"]
 
 _BAR, _LINE = 0.17, 0.165
 """Height of a bar and of a line of text, in inches."""
@@ -114,6 +114,33 @@ def forest(
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.spines["bottom"].set(color="#888888", linewidth=0.7)
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
+
+
+def differences(axes: Axes, rows: Sequence[Row], label: str = "difference, points") -> None:
+    """Draw differences of shares around a line at none, on an axis in points.
+
+    Args:
+        axes: Where.
+        rows: What; values lie in [-2, 2].
+        label: What stands below the axis.
+    """
+    ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
+    reach = max([*(abs(end) for end in ends), 0.1]) * 1.06
+    forest(axes, rows, (-reach, reach), levels=((0.0, FAINT, "-"),))
+    axes.set_xlabel(label, fontsize=SMALL)
+    ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]
+    ticks = [tick for tick in ticks if abs(tick) <= reach]
+    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0") for tick in ticks])
+
+
+def interval(value: float, low: float | None, high: float | None) -> str:
+    """A difference and its interval in points.
+
+    >>> interval(0.27, 0.02, 0.5)
+    '+27 [+2, +50]'
+    """
+    said = f"{100 * value:+.0f}"
+    return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]")
 
 
 def _write(axes: Axes, i: int, row: Row, left: float, inches: float) -> None:

@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
+from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.looks import Dash
@@ -36,6 +37,7 @@ __all__ = [
     "p_axis",
     "p_value",
     "percent",
+    "safe_name",
     "share_axis",
     "shortened",
     "step_axis",
@@ -88,12 +90,16 @@ def p_value(value: float | None) -> str:
 
 def agent_label(agent: AgentSummary, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
-    font = get_font(findfont(mpl.font_manager.FontProperties()))
-    name = "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in agent.agent)
     extra = f" ({agent.shown})" if agent.shown else ""
-    name = shortened(name, longest - len(extra))
+    return safe_name(shortened(agent.agent, longest - len(extra)) + extra)
+
+
+def safe_name(name: str) -> str:
+    """A name that is safe to set: in glyphs that exist, and never read as a formula."""
+    font = get_font(findfont(mpl.font_manager.FontProperties()))
+    name = "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in name)
     hidden = " " if name.startswith("_") else ""  # a legend leaves out what begins with an underscore
-    return (hidden + name + extra).replace("$", r"\$")
+    return (hidden + name).replace("$", r"\$")
 
 
 def shortened(name: str, longest: int) -> str:
@@ -119,8 +125,8 @@ def _width(text: str) -> float:
 
 
 def heading(agent: AgentSummary) -> str:
-    """Its name, and whether it acted the same at every flip rate."""
-    return agent_label(agent) + (", the same at every flip rate" if agent.blind else "")
+    """Its name, and whether it acted the same at every dose."""
+    return agent_label(agent) + (f", the same at every {agent.axis.name}" if agent.blind else "")
 
 
 def share_axis(axes: Axes, label: str) -> None:
@@ -132,17 +138,17 @@ def share_axis(axes: Axes, label: str) -> None:
     _plain(axes)
 
 
-def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.0) -> None:
-    """The horizontal axis of Figs. 4 and 5b: flip rate, a tick at every value played, named where it fits.
+def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.0, axis: Axis = FLIPS) -> None:
+    """The horizontal axis of Figs. 4 and 5b: flip rate, or another dose, a tick at every value played.
 
-    With a single one there is no axis, and its name says which.
+    A tick is named where its name fits. With a single value there is no axis, and its name says which.
     """
     values = sorted({condition.p for condition in conditions}) or [0.0]
     margin = (0.06 * (values[-1] - values[0]) or 0.1) + shift
     axes.set_xlim(values[0] - margin, values[-1] + margin)
     if len(values) == 1:
         axes.set_xticks([])
-        axes.set_xlabel(f"flip rate $p$ = {values[0]:g}", fontsize=SMALL, color=INK)
+        axes.set_xlabel(f"{axis.label} = {values[0]:g}", fontsize=SMALL, color=INK)
         return
     names, free = [], values[0]
     for value in values:
@@ -151,7 +157,7 @@ def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.
         names.append(name if value - width / 2 >= free or value == values[0] else "")
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
-    axes.set_xlabel("flip rate $p$", fontsize=SMALL, color=INK)
+    axes.set_xlabel(axis.label, fontsize=SMALL, color=INK)
 
 
 def step_axis(axes: Axes, budget: int, label: str) -> None:

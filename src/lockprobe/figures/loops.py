@@ -108,7 +108,7 @@ def draw_loops_beside_chance(axes: Axes, agent: AgentSummary) -> None:
     style = Style(colour=ACCENT, marker="o", dash="-", lead=True)
     bars(axes, x, [behaviour.loops for behaviour in found], style)
     share_axis(axes, "share of trials with a loop")
-    p_axis(axes, agent.conditions)
+    p_axis(axes, agent.conditions, axis=agent.axis)
     low, high = axes.get_xlim()
     _blind_agents(axes, x, [b.chance_uniform for b in found], [b.chance_no_repeat for b in found])
     for side, marker, levels in (
@@ -128,7 +128,7 @@ def draw_loops_beside_chance(axes: Axes, agent: AgentSummary) -> None:
     return title(
         axes,
         heading(agent),
-        f"{counts(counted)} per flip rate; bars: 95 % Wilson intervals",
+        f"{counts(counted)} per {agent.axis.name}; bars: 95 % Wilson intervals",
         "chance: grey; \N{MULTIPLICATION SIGN}: same transitions; +: shuffled",
     )
 

@@ -70,7 +70,7 @@ def _groups(
     """The trials of each agent, or of each agent at each p."""
     there = sorted({trial.group for trial in trials})
     asked = there if agents is None else list(dict.fromkeys(agents))
-    known = sorted({trial.p for trial in trials})
+    known = sorted({trial.dose for trial in trials})
     kept = known if p is None else sorted(set(p))
     for agent in asked:
         if agent not in there:
@@ -81,7 +81,7 @@ def _groups(
     groups = []
     for agent in asked:
         for values in [[value] for value in kept] if by_p else [kept]:
-            mine = [trial for trial in trials if trial.group == agent and trial.p in values]
+            mine = [trial for trial in trials if trial.group == agent and trial.dose in values]
             if mine:
                 groups.append((agent, mine))
     if not groups:
@@ -128,7 +128,7 @@ def fit_agent(
     shown = predicts(rows[0])
     fit = AgentFit(
         agent=agent,
-        p=tuple(sorted({trial.p for trial in used})),
+        p=tuple(sorted({trial.dose for trial in used})),
         trials=len(used),
         left_out=len(trials) - len(counted),
         passed_over=len(counted) - len(used),

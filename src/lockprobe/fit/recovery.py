@@ -25,7 +25,8 @@ from lockprobe.fit.maximum import maximum
 from lockprobe.fit.result import Parameter
 from lockprobe.fit.rivals import RIVALS, chosen_rivals
 from lockprobe.fit.subjects import WORLDS, World
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.interventions.condition import flips
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
@@ -144,15 +145,13 @@ def simulate(agent: str | Agent, design: Design, seed: int) -> list[Trial]:
             study="recovery",
             agent=spec,
             box=design.box,
-            modality="symbolic",
-            p=p,
-            flip=design.flip,
+            condition=condition,
             repetition=repetition,
             trial=trial,
             seed=seed,
             budget=design.budget,
         )
-        for p in design.p
+        for p, condition in zip(design.p, flips(design.p, design.flip), strict=True)
         for repetition in range(1, design.repetitions + 1)
         for trial in range(1, design.trials + 1)
     ]
@@ -162,7 +161,7 @@ def simulate(agent: str | Agent, design: Design, seed: int) -> list[Trial]:
             await play(
                 plan,
                 plant=SymbolicPlant(plan.box),
-                interventions=(OutcomeFlip(p=plan.p, persistence=plan.flip),),
+                interventions=plan.condition.made(),
                 agent=player,
             )
             for plan in plans

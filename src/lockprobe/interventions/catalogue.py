@@ -30,7 +30,7 @@ from lockprobe.interventions.warn import Warn
 from lockprobe.options import read_options, with_options
 from lockprobe.seams import Intervention
 
-__all__ = ["PLACES", "SHIPPED", "TRUTH", "condition", "kinds", "place_of", "spec_of"]
+__all__ = ["PLACES", "SHIPPED", "TRUTH", "interventions_of", "kinds", "place_of", "spec_of"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
@@ -59,10 +59,10 @@ def kinds() -> dict[str, type[Any]]:
     return found
 
 
-def condition(spec: str) -> tuple[Intervention, ...]:
+def interventions_of(spec: str) -> tuple[Intervention, ...]:
     """The interventions of a condition, in the order in which they act.
 
-    >>> [type(one).__name__ for one in condition("tremble?p=0.1 + nudge?after=2")]
+    >>> [type(one).__name__ for one in interventions_of("tremble?p=0.1 + nudge?after=2")]
     ['Tremble', 'Nudge']
 
     Args:
@@ -78,10 +78,10 @@ def condition(spec: str) -> tuple[Intervention, ...]:
 
 
 def spec_of(intervention: Intervention) -> str:
-    """The spec from which :func:`condition` makes an intervention; options at their defaults are left out.
+    """The spec from which :func:`interventions_of` makes an intervention: its dose, and options not at their defaults.
 
     >>> spec_of(Tremble(p=0.1)), spec_of(OutcomeFlip())
-    ('tremble?p=0.1', 'flip')
+    ('tremble?p=0.1', 'flip?p=0')
     """
     kind = type(intervention)
     known = {named: name for name, named in kinds().items()}
@@ -90,7 +90,7 @@ def spec_of(intervention: Intervention) -> str:
     options = {
         field.name: _word(getattr(intervention, field.name))
         for field in settings
-        if getattr(intervention, field.name) != _default(field)
+        if field.name == getattr(kind, "dose", "") or getattr(intervention, field.name) != _default(field)
     }
     return f"{name}?{urlencode(options)}" if options else name
 
@@ -147,4 +147,4 @@ def _default(field: Field[Any]) -> object:
 def _word(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)

@@ -21,7 +21,7 @@ def key_of(study: Study, kept: Kept, box: int | None) -> str:
     if not box or box > len(kept.joined.slots):
         return ""
     slot: Slot = kept.joined.slots[box - 1]
-    return study.plan(kept.spec, slot.p, slot.repetition, slot.trial, slot.modality).key
+    return study.plan(kept.spec, study.condition(slot.p, slot.modality), slot.repetition, slot.trial).key
 
 
 def acts_of_steps(

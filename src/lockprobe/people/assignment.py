@@ -25,22 +25,22 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.seeds import generator
 from lockprobe.studies.study import Study
 
-__all__ = ["Condition", "Given", "assigned", "boxes_each", "conditions_of", "williams"]
+__all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "williams"]
 
-Condition = tuple[float, str]
+Cell = tuple[float, str]
 """Flip probability and modality."""
 
 Luck = tuple[int, int]
 """Repetition and trial."""
 
-Rests = Counter[tuple[Condition, ...]]
+Rests = Counter[tuple[Cell, ...]]
 """What people were given beyond whole rows, and how many were given it so."""
 
 _CLOSED = 1e12
 """The price of a trial that is taken."""
 
 
-def conditions_of(study: Study) -> tuple[Condition, ...]:
+def conditions_of(study: Study) -> tuple[Cell, ...]:
     """The conditions that people play."""
     return tuple((p, modality) for modality in study.modalities_of(PEOPLE) for p in study.p)
 
@@ -48,8 +48,12 @@ def conditions_of(study: Study) -> tuple[Condition, ...]:
 def boxes_each(study: Study, experiment: Experiment) -> int:
     """How many boxes a participant plays as long as there are enough: never more than there is luck for.
 
+    >>> from lockprobe.interventions.condition import flips
     >>> from lockprobe.lockbox.families import box
-    >>> study = Study(name="flips", agents=("participant",), box=box("chain-4"), p=(0.0, 0.4), trials=5, repetitions=1)
+    >>> conditions = flips((0.0, 0.4))
+    >>> study = Study(
+    ...     name="flips", agents=("participant",), box=box("chain-4"), conditions=conditions, trials=5, repetitions=1
+    ... )
     >>> boxes_each(study, Experiment()), boxes_each(study, Experiment(design="between", trials_each=9))
     (2, 5)
     """
@@ -69,10 +73,10 @@ class Given:
         gone: How many of these each luck has.
     """
 
-    orders: Counter[tuple[Condition, ...]] = field(default_factory=Counter)
-    boxes: Counter[Condition] = field(default_factory=Counter)
-    taken: set[tuple[Condition, Luck]] = field(default_factory=set)
-    taken_of: Counter[Condition] = field(default_factory=Counter)
+    orders: Counter[tuple[Cell, ...]] = field(default_factory=Counter)
+    boxes: Counter[Cell] = field(default_factory=Counter)
+    taken: set[tuple[Cell, Luck]] = field(default_factory=set)
+    taken_of: Counter[Cell] = field(default_factory=Counter)
     gone: Counter[Luck] = field(default_factory=Counter)
 
     def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
@@ -118,13 +122,13 @@ def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, 
     return _with_luck(order, study, given)
 
 
-def _condition(slot: Slot) -> Condition:
+def _condition(slot: Slot) -> Cell:
     return slot.p, slot.modality
 
 
-def _one(conditions: Sequence[Condition], length: int, before: Given, left: Counter[Condition]) -> list[Condition]:
+def _one(conditions: Sequence[Cell], length: int, before: Given, left: Counter[Cell]) -> list[Cell]:
     """The condition of which fewest boxes were played, of those of which most is left up to the length asked for."""
-    people: Counter[Condition] = Counter()
+    people: Counter[Cell] = Counter()
     for order, number in before.orders.items():
         if order:
             people[order[0]] += number
@@ -132,9 +136,7 @@ def _one(conditions: Sequence[Condition], length: int, before: Given, left: Coun
     return [found] * min(length, left[found])
 
 
-def _each(
-    conditions: Sequence[Condition], length: int, before: Given, left: Counter[Condition], seed: int
-) -> list[Condition]:
+def _each(conditions: Sequence[Cell], length: int, before: Given, left: Counter[Cell], seed: int) -> list[Cell]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least."""
     size = len(conditions)
     shuffled = [conditions[i] for i in generator(seed, "people", "orders").permutation(size)]
@@ -151,13 +153,13 @@ def _each(
 
 
 def _least(
-    conditions: Sequence[Condition],
+    conditions: Sequence[Cell],
     count: int,
-    theirs: Counter[Condition],
-    boxes: Counter[Condition],
+    theirs: Counter[Cell],
+    boxes: Counter[Cell],
     rests: Rests,
-    left: Counter[Condition],
-) -> list[Condition]:
+    left: Counter[Cell],
+) -> list[Cell]:
     """So many more conditions for somebody, one after the other, as long as any are left.
 
     Args:
@@ -169,13 +171,13 @@ def _least(
             least often together with what is found already.
         left: How many trials are left of each.
     """
-    found: Counter[Condition] = Counter()
+    found: Counter[Cell] = Counter()
     for _ in range(count):
         have = theirs + found
         open_ones = [one for one in conditions if left[one] > have[one]]
         if not open_ones:
             break
-        together: Counter[Condition] = Counter()
+        together: Counter[Cell] = Counter()
         for rest, number in rests.items():
             for one in rest:
                 together[one] += number * sum(other in rest for other in found)
@@ -183,13 +185,13 @@ def _least(
     return list(found.elements())
 
 
-def _in_places(rest: list[Condition], before: Rests) -> list[Condition]:
+def _in_places(rest: list[Cell], before: Rests) -> list[Cell]:
     """The same in such an order that each stands where it has stood least before."""
     if not rest:
         return []
     from scipy.optimize import linear_sum_assignment
 
-    stood: Counter[tuple[int, Condition]] = Counter()
+    stood: Counter[tuple[int, Cell]] = Counter()
     for order, number in before.items():
         for at in enumerate(order):
             stood[at] += number
@@ -197,7 +199,7 @@ def _in_places(rest: list[Condition], before: Rests) -> list[Condition]:
     return [rest[i] for i in linear_sum_assignment(price)[1].tolist()]
 
 
-def _with_luck(order: Sequence[Condition], study: Study, given: Given) -> tuple[Slot, ...]:
+def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot, ...]:
     """A different luck for each place of an order, from what is free.
 
     Luck that is left in most conditions goes first: then what is left in the end can still be given to somebody.

@@ -134,7 +134,7 @@ async def seats_on_disk(table: Table) -> list[Seat]:
         for box, ending in journey.endings.items():
             slot = journey.joined.slots[box - 1]
             agent = participant_spec(journey.identity)
-            plan = table.study.plan(agent, slot.p, slot.repetition, slot.trial, slot.modality)
+            plan = table.study.plan(agent, table.study.condition(slot.p, slot.modality), slot.repetition, slot.trial)
             if ending == "error":
                 continue
             played, began, ended = _steps(diary, box)

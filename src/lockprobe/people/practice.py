@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.options import PEOPLE
@@ -40,11 +41,10 @@ def plan_beside(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
         name=name,
         agents=(PEOPLE,),
         box=box,
-        p=(0.0,),
-        modalities=(modality,),
+        conditions=flips((0.0,), modalities=(modality,)),
         repetitions=1,
         trials=1,
         seed=integer_seed(study.seed, "people", name),
         layout="fixed",
     )
-    return alone.plan(PEOPLE, 0.0, 1, 1, modality)
+    return alone.plan(PEOPLE, alone.conditions[0], 1, 1)

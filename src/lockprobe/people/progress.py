@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from lockprobe.people.assignment import Condition, conditions_of
+from lockprobe.people.assignment import Cell, conditions_of
 from lockprobe.people.diary import Slot
 from lockprobe.people.journey import Journey
 from lockprobe.studies.study import Study
@@ -122,7 +122,7 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
     )
 
 
-def _condition(slot: Slot) -> Condition:
+def _condition(slot: Slot) -> Cell:
     return slot.p, slot.modality
 
 

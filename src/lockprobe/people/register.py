@@ -129,7 +129,7 @@ class Register:
     def finished(self) -> set[Slot]:
         """Trials of people that are on record, whoever played them."""
         return {
-            Slot(p=trial.p, modality=trial.modality, repetition=trial.repetition, trial=trial.trial)
+            Slot(p=trial.dose, modality=trial.modality, repetition=trial.repetition, trial=trial.trial)
             for trial in self._table.journal.trials.values()
             if group_of(trial.agent) == PEOPLE and not trial.owed_again
         }

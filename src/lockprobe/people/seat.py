@@ -259,7 +259,9 @@ class Seat:
             "history_open": experiment.history_open,
             "feedback": experiment.feedback,
         }
-        return self._table.study.plan(agent, slot.p, slot.repetition, slot.trial, slot.modality), facts
+        return self._table.study.plan(
+            agent, self._table.study.condition(slot.p, slot.modality), slot.repetition, slot.trial
+        ), facts
 
     def _is_played(self) -> bool:
         """Whether somebody elsewhere has finished the trial in which they stand, and it was taken in here."""

@@ -84,7 +84,9 @@ class Arriving:
         study, lost = read_study(self._directory), 0
         for kept in (self._coming.get(identity, kept) for identity, kept in self._here.items()):
             for box, slot in enumerate(kept.joined.slots, 1):
-                trial = trials.get(study.plan(kept.spec, slot.p, slot.repetition, slot.trial, slot.modality).key)
+                trial = trials.get(
+                    study.plan(kept.spec, study.condition(slot.p, slot.modality), slot.repetition, slot.trial).key
+                )
                 if trial is None or trial.owed_again or box in kept.over:
                     continue
                 lost += trial.agent in self._played_there - {kept.spec}

@@ -11,7 +11,7 @@ from lockprobe.analysis.misinterpretation import claims
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 
-__all__ = ["examples"]
+__all__ = ["example", "examples"]
 
 
 def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[dict[str, Any]]:
@@ -31,7 +31,7 @@ def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[dict[str, A
         ("Most misinterpretations", wrong),
     ):
         for trial in (candidate for candidate in candidates[:1] if candidate.key not in chosen):
-            chosen[trial.key] = _example(why, trial)
+            chosen[trial.key] = example(why, trial)
     return list(chosen.values())
 
 
@@ -41,7 +41,8 @@ def _farthest_first(trials: list[Trial], agent: AgentSummary) -> list[Trial]:
     return sorted(trials, key=lambda trial: trial.p != p)
 
 
-def _example(why: str, trial: Trial) -> dict[str, Any]:
+def example(why: str, trial: Trial) -> dict[str, Any]:
+    """One trial, step by step, and why it is worth reading."""
     return {
         "why": why,
         "key": trial.key,
@@ -71,6 +72,7 @@ def _steps(trial: Trial) -> list[dict[str, Any]]:
                 "step": step.step,
                 "state": step.state,
                 "joint": step.joint,
+                "chosen": step.chosen,
                 "moved": step.moved,
                 "told_moved": step.told_moved,
                 "claimed": claim.claimed if claim else None,

@@ -23,6 +23,8 @@ from lockprobe.analysis.speaking import test_said
 from lockprobe.atomic_file import write_file
 from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
+from lockprobe.report.condition_tables import effect_table, interaction_rows_table, table_of_conditions
+from lockprobe.report.conditions import condition_numbers, read_conditions
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
     comparison_table,
@@ -31,7 +33,7 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_table,
 )
 from lockprobe.report.people import people_steps_table, people_table, positions_table
-from lockprobe.report.pictures import CAPTIONS, Pictures, drawings
+from lockprobe.report.pictures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
 from lockprobe.report.results import numbers, read
 from lockprobe.report.seen import embedded
 from lockprobe.report.sharing import shared, uncollected
@@ -48,6 +50,7 @@ from lockprobe.report.tables import (
     table1,
     table1_corrected,
 )
+from lockprobe.studies.settings import read_study
 
 __all__ = ["write_report"]
 
@@ -78,27 +81,41 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
+    planned = read_study(directory)
     with uncollected(), shared(directory, processes) as each:
-        study = read(directory, tell=tell, each=each)
+        if planned.of_flips:
+            study = read(directory, tell=tell, each=each)
+            draw = drawings(study.summary)
+            jobs: list[Callable[[], Any]] = [partial(numbers, study), *draw.values()]
+        else:
+            played = read_conditions(directory, planned, tell=tell, each=each)
+            draw = condition_pictures(played.effects, [summary for _, summary in played.series])
+            jobs = [partial(condition_numbers, played), *draw.values()]
         tell("drawing the figures")
-        draw = drawings(study.summary)
-        jobs: list[Callable[[], Any]] = [partial(numbers, study), *draw.values()]
         content, *done = each(operator.call, jobs)
     found = dict(zip(draw, done, strict=True))
-    drawn: Pictures = {name: found[name] for name in CAPTIONS if name in found}
+    drawn = {name: found[name] for name in (CAPTIONS if planned.of_flips else draw) if name in found}
     _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    for name, forms in drawn.items():
-        for form, picture in forms.items():
-            _write(directory / "figures" / f"{name}.{form}", picture)
-    for name in CAPTIONS.keys() - drawn.keys():
-        for form in ("png", "svg"):
-            (directory / "figures" / f"{name}.{form}").unlink(missing_ok=True)
-    for name, table in _tables(content).items():
+    _write_pictures(directory / "figures", drawn)
+    for name, table in (_tables if planned.of_flips else _condition_tables)(content).items():
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
-    for name in ("claims", "audit", "report"):
-        _write(directory / f"{name}.html", _page(name, content, drawn, embedded(directory, content["seen"])))
+    photographs = embedded(directory, content["seen"])
+    if planned.of_flips:
+        for name in ("claims", "audit", "report"):
+            _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
+    else:
+        _write(directory / "report.html", _condition_page(content, drawn, photographs))
     return directory / "report.html"
+
+
+def _write_pictures(directory: Path, drawn: Pictures) -> None:
+    for name, forms in drawn.items():
+        for form, picture in forms.items():
+            _write(directory / f"{name}.{form}", picture)
+    for name in CAPTIONS.keys() - drawn.keys():
+        for form in ("png", "svg"):
+            (directory / f"{name}.{form}").unlink(missing_ok=True)
 
 
 def _write(path: Path, content: str | bytes) -> None:
@@ -142,7 +159,8 @@ def _of_people(content: Content) -> dict[str, Table]:
     }
 
 
-def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
+def _templates() -> Any:
+    """The templates of the pages. What is put in is escaped."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -155,26 +173,57 @@ def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str
     )
     environment.filters |= {"minus": minus, "test_said": test_said, "breakable": _breakable}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
+    return environment
+
+
+def _condition_page(content: Content, drawn: Pictures, photographs: Mapping[str, str]) -> str:
+    return str(
+        _templates()
+        .get_template("conditions.html.jinja")
+        .render(
+            content=content,
+            photographs=photographs,
+            images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
+            captions=CONDITION_CAPTIONS,
+            tables=_condition_tables(content),
+        )
+    )
+
+
+def _condition_tables(content: Content) -> dict[str, Table]:
+    return {
+        "effects": effect_table(content["effects"]),
+        "interactions": interaction_rows_table(content["interactions"]),
+        "conditions": table_of_conditions(content["conditions"]),
+    }
+
+
+def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
     several_p = len({row["p"] for row in content["conditions"]}) > 1
     tested = {(t["label"], t["question"]) for t in content["tests"] if t["recommended"] and t["p_value"] is not None}
-    return environment.get_template(f"{name}.html.jinja").render(
-        content=content,
-        several_p=several_p,
-        not_asked=any(row["not_asked"] for row in content["leaderboard"]),
-        photographs=photographs or {},
-        images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
-        captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
-        caveat=LENGTH_CAVEAT,
-        fits=[fit for fit in content["fits"] if fit["agent"] in content["subjects"]],
-        tests=[
-            test
-            for test in content["tests"]
-            if test["agent"] in content["subjects"] and (several_p or (test["label"], test["question"]) in tested)
-        ],
-        claims=[list(rows) for _, rows in groupby(content["claims"], key=lambda row: row["quote"])],
-        audit=_audit(content["audit"]["rates"]),
-        tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
+    rendered = (
+        _templates()
+        .get_template(f"{name}.html.jinja")
+        .render(
+            content=content,
+            several_p=several_p,
+            not_asked=any(row["not_asked"] for row in content["leaderboard"]),
+            photographs=photographs or {},
+            images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
+            captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
+            caveat=LENGTH_CAVEAT,
+            fits=[fit for fit in content["fits"] if fit["agent"] in content["subjects"]],
+            tests=[
+                test
+                for test in content["tests"]
+                if test["agent"] in content["subjects"] and (several_p or (test["label"], test["question"]) in tested)
+            ],
+            claims=[list(rows) for _, rows in groupby(content["claims"], key=lambda row: row["quote"])],
+            audit=_audit(content["audit"]["rates"]),
+            tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
+        )
     )
+    return str(rendered)
 
 
 def _image(svg: bytes) -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
+from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import StudySummary
 
-__all__ = ["CAPTIONS", "Pictures", "drawings"]
+__all__ = ["CAPTIONS", "CONDITION_CAPTIONS", "Pictures", "condition_pictures", "drawings"]
 
 Pictures = dict[str, dict[str, bytes]]
 
@@ -65,6 +66,14 @@ CAPTIONS = {
 }
 """What every figure shows, by file name."""
 
+CONDITION_CAPTIONS = {
+    "effects": "Circles: share of trials solved under each condition less that under the control, in pairs of trials "
+    "that share their luck. Squares: how much more the second of two interventions changes it where the first acts "
+    "too. Bars: intervals, corrected for the number of conditions (squares: 95 %, not corrected); filled where the "
+    "test and the interval show a difference.",
+}
+"""The same of a study of conditions."""
+
 
 def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]:
     """Every figure by name, to be drawn as PNG and SVG by whoever calls it; none if no trial has ended.
@@ -77,6 +86,24 @@ def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]
 
     names = sorted(figures.drawings(summary), key=_LONGEST.index)
     return {name: partial(_draw, summary, name) for name in names}
+
+
+def condition_pictures(
+    effects: Sequence[Effects], series: Sequence[StudySummary]
+) -> dict[str, Callable[[], dict[str, bytes]]]:
+    """Every figure of a study of conditions by name, to be drawn as PNG and SVG by whoever calls it."""
+    from lockprobe import figures
+
+    return {
+        name: partial(_draw_condition, effects, series, name) for name in figures.condition_drawings(effects, series)
+    }
+
+
+def _draw_condition(effects: Sequence[Effects], series: Sequence[StudySummary], name: str) -> dict[str, bytes]:
+    from lockprobe import figures
+
+    figure = figures.condition_drawings(effects, series)[name]()
+    return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 
 def _draw(summary: StudySummary, name: str) -> dict[str, bytes]:

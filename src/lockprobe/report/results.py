@@ -53,7 +53,18 @@ from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import read_study
 
-__all__ = ["RESULTS_VERSION", "LoadedStudy", "numbers", "read", "results"]
+__all__ = [
+    "RESULTS_VERSION",
+    "LoadedStudy",
+    "agent_facts",
+    "broken_rows",
+    "left_out_row",
+    "numbers",
+    "plain_json",
+    "plant_facts",
+    "read",
+    "results",
+]
 
 RESULTS_VERSION = 2
 """Version of the layout of ``results.json``."""
@@ -164,15 +175,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "study": dict(study.settings),
         "joints": len(study.settings.get("box", {}).get("joints", [])),
         "progress": {"planned": study.planned, "finished": study.finished, "partial": study.partial},
-        "left_out": {
-            "errors": sum(trial.ending == "error" for trial in study.trials),
-            "replayed_on_request": sum(trial.replays > 0 for trial in study.trials),
-            "replaced_after_an_error": study.journal.replaced,
-            "repeated": study.journal.repeated,
-            "unfinished_lines": study.journal.unfinished_lines,
-            "not_asked_for": study.foreign,
-            "foreign": study.journal.foreign,
-        },
+        "left_out": left_out_row(study.trials, study.journal, study.foreign),
         "panel_said": study.panel,
         "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
         "findings": [finding(agent) for agent in summary.subjects],
@@ -203,35 +206,64 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "claims": [claim_row(row) for row in claim_rows(summary)],
         "detectors": labelled(detector_rows(_members(study)), names),
         "examples": examples(summary, study.trials),
-        "errors": _errors(study.trials),
-        "agents": _facts(chain.from_iterable(_told(trial) for trial in study.trials)),
-        "plants": _facts((str(study.settings.get("plant")), _known(trial.plant)) for trial in study.trials),
+        "errors": broken_rows(study.trials),
+        "agents": agent_facts(study.trials),
+        "plants": plant_facts(study.trials, study.settings),
         "seen": seen(study.trials),
         "subjects": list(dict.fromkeys(agent.agent for agent in summary.subjects)),
         "audit": shipped(),
     }
-    plain: dict[str, Any] = _plain(content)
+    plain: dict[str, Any] = plain_json(content)
     return plain
+
+
+def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) -> dict[str, int]:
+    """What is on record and in no number, and what was played twice.
+
+    Args:
+        trials: Those that the settings ask for.
+        journal: What the journal leaves out.
+        not_asked_for: Trials that the settings do not ask for.
+    """
+    return {
+        "errors": sum(trial.ending == "error" for trial in trials),
+        "replayed_on_request": sum(trial.replays > 0 for trial in trials),
+        "replaced_after_an_error": journal.replaced,
+        "repeated": journal.repeated,
+        "unfinished_lines": journal.unfinished_lines,
+        "not_asked_for": not_asked_for,
+        "foreign": journal.foreign,
+    }
+
+
+def agent_facts(trials: Iterable[Trial]) -> dict[str, dict[str, str]]:
+    """What every agent was, as it says itself."""
+    return _facts(chain.from_iterable(_told(trial) for trial in trials))
+
+
+def plant_facts(trials: Iterable[Trial], settings: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """What the plant was, as it says itself."""
+    return _facts((str(settings.get("plant")), _known(trial.plant)) for trial in trials)
 
 
 def _members(study: LoadedStudy) -> list[Any]:
     """Every condition of the agents that the study is about, with its trials."""
     return [
-        (condition, [t for t in study.trials if t.condition == condition.key])
+        (condition, [t for t in study.trials if t.cell == condition.key])
         for agent in study.summary.subjects
         for condition in agent.conditions
         if condition.success.n
     ]
 
 
-def _plain(value: Any) -> Any:
+def plain_json(value: Any) -> Any:
     """The value with nulls for what is not a number, and lists for tuples."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
+        return {key: plain_json(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [plain_json(inner) for inner in value]
     return value
 
 
@@ -263,7 +295,7 @@ def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
     return {name: value for name, value in facts.items() if value is not None}
 
 
-def _errors(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+def broken_rows(trials: Sequence[Trial]) -> list[dict[str, Any]]:
     """Broken trials by agent and boundary, with the first message, and whether they are owed again."""
     broken = [(trial, trial.error) for trial in trials if trial.error is not None]
     counts = Counter((trial.group, str(error.boundary)) for trial, error in broken)

@@ -136,6 +136,8 @@ def _are_of_a_study(settings: Mapping[str, object]) -> bool:
     match settings:
         case {"agents": list(), "p": list(), "repetitions": int(), "trials": int()}:
             return True
+        case {"agents": list(), "conditions": list(), "repetitions": int(), "trials": int()}:
+            return True
         case _:
             return False
 

@@ -16,6 +16,7 @@ from lockprobe.agents.llm.knowledge import Price, facts_of
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.agents.llm.size import tokens
 from lockprobe.call import Call, Usage
+from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.record import Trial
 from lockprobe.studies.sizes import HYPOTHESIS, Prompt, Request, reply
@@ -98,8 +99,13 @@ def most_of_one_call(study: Study, agent: str) -> float:
     facts = facts_of(name)
     if facts.price is None:
         return 0.0
-    shown = (study.plan(agent, study.p[0], 1, 1, modality) for modality in study.modalities_of(agent))
+    shown = (study.plan(agent, condition, 1, 1) for condition in _first_of_each_modality(study, agent))
     return min(most_dollars(Prompt(plan, settings, facts).first(), facts.price) for plan in shown)
+
+
+def _first_of_each_modality(study: Study, agent: str) -> Iterable[Condition]:
+    """What changes the size of requests most is how the box is shown."""
+    return {one.modality: one for one in reversed(study.conditions_of(agent))}.values()
 
 
 class _Agent:
@@ -117,8 +123,8 @@ class _Agent:
             if key in self._shown and not trial.owed_again
         }
         self._prompts = {
-            shown: Prompt(study.plan(agent, study.p[0], 1, 1, shown), self._settings, self._facts)
-            for shown in study.modalities_of(agent)
+            condition.modality: Prompt(study.plan(agent, condition, 1, 1), self._settings, self._facts)
+            for condition in _first_of_each_modality(study, agent)
         }
         self._made: Counter[str] = Counter()
         self._reached: Counter[str] = Counter()

@@ -12,18 +12,13 @@ from functools import lru_cache
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.condition import MODALITIES, SYMBOLIC, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
-from lockprobe.plan import Plan
 from lockprobe.seams import Channel, Intervention
 
 __all__ = ["MODALITIES", "SYMBOLIC", "camera", "check_distinct", "interventions_for", "is_pictured", "taken_in"]
-
-MODALITIES = ("symbolic", "rgb", "rgbd")
-
-SYMBOLIC = ("symbolic",)
-"""The modalities of a study that has no pictures."""
 
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 
@@ -76,22 +71,19 @@ def check_distinct(modalities: Iterable[str]) -> None:
             raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 
 
-def interventions_for(plan: Plan) -> tuple[Intervention, ...]:
-    """What acts in one trial, in order; last comes how the box is shown.
+def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
+    """What acts in a trial, in order; last comes how the box is shown.
 
     Raises:
-        BadValue: If its condition changes reports where pictures are shown, or flips them beside its flip rate.
+        BadValue: If it changes reports where pictures are shown.
     """
-    eye = camera(plan.modality)
-    if eye is not None:
-        if any(isinstance(one, Channel) for one in plan.condition):
-            raise BadValue("condition", plan.key, f"none that changes reports: with {plan.modality} there are none")
-        return (*plan.condition, eye)
-    flips = any(isinstance(one, OutcomeFlip) for one in plan.condition)
-    if flips and plan.p:
-        raise BadValue("p", plan.p, "0 with a condition that flips reports itself")
-    own = () if flips else (OutcomeFlip(p=plan.p, persistence=plan.flip),)
-    return (*own, *plan.condition, TextChannel())
+    acting, eye = condition.made(), camera(condition.modality)
+    if eye is None:
+        return (*acting, TextChannel())
+    acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
+    if any(isinstance(one, Channel) for one in acting):
+        raise BadValue("condition", condition.label, f"none that changes reports: {condition.modality} has none")
+    return (*acting, eye)
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

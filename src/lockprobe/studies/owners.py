@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from lockprobe.interventions.condition import MODALITIES, SYMBOLIC
 from lockprobe.options import spec_name
-from lockprobe.studies.modality import MODALITIES, SYMBOLIC
 from lockprobe.studies.study import Study
 
 __all__ = ["Owners"]
@@ -18,12 +18,15 @@ class Owners:
 
     def __init__(self, study: Study) -> None:
         self._study = f"{study.name}/"
+        self._of_flips = study.of_flips
         self._shows = study.modalities != SYMBOLIC  # only then a key says how the box is shown
         shown = [f"/{modality}" for modality in study.modalities] if self._shows else [""]
         self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
 
     def of(self, key: str) -> str:
         """The agent. Specs hold slashes; one of another study counts as what stands in its place."""
+        if not self._of_flips:
+            return key.removeprefix(self._study).rpartition("/rep=")[0].rpartition("/")[0] or key
         named = key.removeprefix(self._study).rpartition("/p=")[0]
         if named in self._agents:
             return self._agents[named]

@@ -67,4 +67,4 @@ ROBOT = "fast-twin"
 
 def is_short(study: Study) -> bool:
     """Whether a study has the short extent."""
-    return (study.p, study.repetitions, study.trials) == (SHORT.p, SHORT.repetitions, SHORT.trials)
+    return study.of_flips and (study.p, study.repetitions, study.trials) == (SHORT.p, SHORT.repetitions, SHORT.trials)

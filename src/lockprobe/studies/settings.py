@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.interventions.condition import Condition, Recorded, flips
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
@@ -23,14 +24,28 @@ LONGEST_ARGUMENT = 2**17
 Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
+class _Intervention(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    spec: Text
+    dose: str = ""
+
+
+class _Condition(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    name: Annotated[str, Field(max_length=1000)]
+    interventions: list[_Intervention]
+    modality: Text
+
+
 class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     identity: int
     study: Text
     agents: list[Annotated[str, Field(min_length=1, max_length=LONGEST_ARGUMENT)]]
     box: dict[str, Any]
-    p: list[Annotated[float, Field(ge=0, le=1)]]
-    flip: Text
+    p: list[Annotated[float, Field(ge=0, le=1)]] | None = None
+    flip: Text = "transient"
+    conditions: list[_Condition] = []
     repetitions: Count
     trials: Count
     max_steps: Count
@@ -74,8 +89,7 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             name=found.study,
             agents=tuple(found.agents),
             box=box_from_data(found.box, path),
-            p=tuple(found.p),
-            flip=found.flip,  # type: ignore[arg-type] # checked by the study itself
+            conditions=_conditions(found),
             repetitions=found.repetitions,
             trials=found.trials,
             max_steps=found.max_steps,
@@ -83,8 +97,21 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             shuffle=found.shuffle,
             plant=found.plant,
             layout=found.layout,  # type: ignore[arg-type] # checked by the study itself
-            modalities=tuple(found.modalities),
             assessment=found.assessment,
         )
     except (BadValue, UnknownName) as error:
         raise BadFile(path, str(error)) from None
+
+
+def _conditions(found: _Settings) -> tuple[Condition, ...]:
+    """Flip rates as they always stood there, or other conditions, of which nothing is imported."""
+    if found.p is not None:
+        return flips(found.p, found.flip, found.modalities)  # type: ignore[arg-type] # checked by the flip itself
+    return tuple(
+        Condition(
+            interventions=tuple(Recorded(spec=act.spec, dose=act.dose) for act in one.interventions),
+            modality=one.modality,
+            name=one.name,
+        )
+        for one in found.conditions
+    )

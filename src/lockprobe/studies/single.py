@@ -10,17 +10,17 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue
-from lockprobe.interventions.catalogue import condition as read_condition
-from lockprobe.interventions.catalogue import spec_of
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.condition import Condition, flips, read_condition
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import box as named_box
+from lockprobe.options import spec_name
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seams import Agent, Closable, Intervention
-from lockprobe.studies.modality import interventions_for, taken_in
+from lockprobe.studies.modality import taken_in
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import LayoutKind, Study
 
@@ -42,7 +42,7 @@ def run_trial(
     plant: str = "symbolic",
     modality: str = "symbolic",
     assessment: bool = True,
-    condition: str | Sequence[Intervention] = "",
+    condition: str | Condition | Sequence[Intervention] = "",
     pictures: Path | str | None = None,
 ) -> Trial:
     """Play one trial here and now; a study with the same settings plays the same one.
@@ -61,8 +61,9 @@ def run_trial(
         plant: What is acted on, as its spec.
         modality: How the box is shown, as its spec.
         assessment: Whether the agent is asked what its last action did.
-        condition: What else acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), or
-            interventions; ``lockprobe interventions`` lists them.
+        condition: What acts in the trial, in place of ``p``, ``flip`` and ``modality``: specs with plus signs between
+            (``tremble?p=0.1 + nudge``), interventions, or a condition; ``lockprobe interventions`` lists them. A flip
+            rate is put in front of it.
         pictures: Directory in which the pictures that the record names are kept; without it they are lost.
 
     Raises:
@@ -71,31 +72,38 @@ def run_trial(
     spec = agent if isinstance(agent, str) else type(agent).__name__
     found = named_box(box) if isinstance(box, str) else box
     study = Study(
-        name="trial", agents=(spec,), box=found, p=(p,), flip=flip, repetitions=repetition, trials=trial,
-        max_steps=max_steps, seed=seed, shuffle=shuffle, plant=plant, layout=layout, modalities=(modality,),
-        assessment=assessment,
+        name="trial", agents=(spec,), box=found, conditions=(_condition(condition, p, flip, modality),),
+        repetitions=repetition, trials=trial, max_steps=max_steps, seed=seed, shuffle=shuffle, plant=plant,
+        layout=layout, assessment=assessment,
     )  # fmt: skip
-    plan = study.plan(spec, p, repetition, trial, modality)
-    plan = _under(plan, condition)
+    plan = study.plan(spec, study.conditions[0], repetition, trial)
     _check(plan, agent)
     once = _alone(plan, agent, None if pictures is None else Path(pictures))
     with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook runs a loop of its own in this thread
         return elsewhere.submit(asyncio.run, once).result()
 
 
-def _under(plan: Plan, condition: str | Sequence[Intervention]) -> Plan:
-    """The plan under a condition, which its key names."""
-    acting = read_condition(condition) if isinstance(condition, str) else tuple(condition)
-    if not acting:
-        return plan
-    named, flips = " + ".join(map(spec_of, acting)), f"/p={plan.p:g}/"
-    return replace(plan, condition=acting, key=plan.key.replace(flips, f"{flips}{named}/"))
+def _condition(asked: str | Condition | Sequence[Intervention], p: float, flip: FlipKind, modality: str) -> Condition:
+    """The condition that is asked for; a flip rate and a modality alone make one too."""
+    if not asked:
+        return flips((p,), flip, (modality,))[0]
+    if isinstance(asked, str):
+        asked = read_condition(asked)
+    found = asked if isinstance(asked, Condition) else Condition(interventions=tuple(asked))
+    if p == 0 and modality == "symbolic":
+        return found
+    if p and any(spec_name(spec) == OutcomeFlip.name for spec in found.specs):
+        raise BadValue("p", p, "0 with a condition that flips reports itself")
+    return replace(
+        found,
+        interventions=((OutcomeFlip(p=p, persistence=flip),) if p else ()) + found.interventions,
+        modality=found.modality if modality == "symbolic" else modality,
+    )
 
 
 def _check(plan: Plan, agent: str | Agent) -> None:
     if isinstance(agent, str) and not taken_in(agent, (plan.modality,)):
         raise BadValue("modality", plan.modality, f"symbolic for {agent}, which reads reports and looks at no pictures")
-    interventions_for(plan)
     resolve_plant(plan.plant).check(plan.box)
 
 

@@ -157,6 +157,8 @@ def _percept(plan: Plan, joints: tuple[str, ...], step: int) -> Percept:
         kinds: tuple[PictureKind, ...] = ("rgb",) if eye.depth == "none" else ("rgb", "depth")
         pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
         return Percept(joint=joint, text=f"You attempted {joint}. The picture shows the box now.", pictures=pictures)
-    positions = None if plan.flip == "outcome-only" else tuple((place + step) % 2 == 0 for place in range(len(joints)))
+    positions = (
+        tuple((place + step) % 2 == 0 for place in range(len(joints))) if plan.condition.tells_positions else None
+    )
     told = Percept(joint=joint, outcome="moved" if step % 2 else "blocked" if step else None, positions=positions)
     return TextChannel().perceive(told, (), Names(plan).task(plan), plan.stream("estimate"))

@@ -90,7 +90,7 @@ async def play_timed(
         trial = await play(
             plan,
             plant=plant,
-            interventions=interventions_for(plan),
+            interventions=interventions_for(plan.condition),
             agent=agent,
             on_step=lambda step: on_step(plan.key, step),
             keep=None if pictures is None else Album(pictures).keep,

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, field
+from itertools import pairwise, product
 from typing import Literal, get_args
 
 from lockprobe.errors import BadValue
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.interventions.condition import SYMBOLIC, Condition, Recorded
+from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.options import PEOPLE, group_of
@@ -18,7 +19,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.studies.modality import SYMBOLIC, check_distinct, is_pictured, taken_in
+from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
 
@@ -28,7 +29,7 @@ LayoutKind = Literal["fixed", "shuffled"]
 LATER: Mapping[str, object] = {"layout": "fixed", "modalities": list(SYMBOLIC), "assessment": True}
 """Settings that came later, as JSON holds them, with what they were before they could be set."""
 
-_IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "modalities"}
+_IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "modalities", "conditions"}
 """Settings that a record's key says itself."""
 
 IDENTITY_VERSION = 1
@@ -36,6 +37,7 @@ IDENTITY_VERSION = 1
 
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
+LONGEST_NAME = 100
 LIMITS = {"trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 
 
@@ -44,11 +46,11 @@ class Study:
     """Every setting that changes what is played, and none that does not.
 
     Attributes:
-        name: ``flips`` or ``modalities``.
+        name: ``flips``, ``modalities``, or a name that the experimenter gives it.
         agents: Agent specs, in the order in which they play.
         box: The box.
-        p: Flip probabilities, [0, 1], each once.
-        flip: Kind of outcome flip.
+        conditions: Each once: flip rates, as :func:`lockprobe.interventions.condition.flips` makes them, or any others.
+            An agent that reads reports plays those only that tell.
         repetitions: Times the whole is repeated; the paper's flip study has 3.
         trials: Trials per repetition and condition; the paper has 10.
         max_steps: Budget of a trial in steps; the paper has 20.
@@ -58,21 +60,19 @@ class Study:
         layout: ``fixed``, or ``shuffled``: same interlock, new layout every trial, the protocol of the human studies
             (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025). The deal depends on seed, repetition and trial,
             not on condition and agent.
-        modalities: How the box is shown, as specs of :mod:`lockprobe.studies.modality`. An agent that reads reports
-            plays those only that tell.
+        of_flips: Whether its conditions are every flip rate with every modality, as in the paper; no other has a name.
         assessment: Whether agents are asked what their last action did (the paper's always are). Asking may change
             behaviour.
 
     Raises:
-        BadValue: If a setting is out of range, or two modalities show the same.
+        BadValue: If a setting is out of range, two conditions are the same, or one cannot be played here.
         UnknownName: If there is no such plant or modality, or it has no such option.
     """
 
     name: str
     agents: tuple[str, ...]
     box: Lockbox
-    p: tuple[float, ...]
-    flip: FlipKind = "transient"
+    conditions: tuple[Condition, ...]
     repetitions: int = 3
     trials: int = 10
     max_steps: int = 20
@@ -80,39 +80,71 @@ class Study:
     shuffle: bool = True
     plant: str = "symbolic"
     layout: LayoutKind = "fixed"
-    modalities: tuple[str, ...] = SYMBOLIC
     assessment: bool = True
+    of_flips: bool = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        for setting, known in (("flip", get_args(FlipKind)), ("layout", get_args(LayoutKind))):
-            if (chosen := getattr(self, setting)) not in known:
-                raise BadValue(setting, chosen, f"one of {', '.join(known)}")
-        for value in self.p:
-            OutcomeFlip(p=value)
-        for what, values in (("p", self.p), ("agents", self.agents), ("modality", self.modalities)):
+        if self.layout not in get_args(LayoutKind):
+            raise BadValue("layout", self.layout, f"one of {', '.join(get_args(LayoutKind))}")
+        object.__setattr__(self, "of_flips", _is_every_flip_rate_with_every_modality(self.conditions))
+        rates = sorted(self.p)
+        close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
+        if close or len({f"{rate:g}" for rate in rates}) < len(rates):
+            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
+        for what, values in (("agents", self.agents), ("condition", [one.label for one in self.conditions])):
             if not values or len(set(values)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
-        close = any(second - first < CLOSEST_P for first, second in pairwise(sorted(self.p)))
-        if close or len({f"{value:g}" for value in self.p}) < len(self.p):
-            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
         for setting, largest in LIMITS.items():
             if not 1 <= (value := getattr(self, setting)) <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
         if not 0 <= self.seed <= LARGEST_SEED:
             raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
-        self._check_pictures()
+        if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
+            raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
+        if PEOPLE in self.agents and not self.of_flips:
+            other = next((one.label for one in self.conditions if one.p is None), self.conditions[-1].label)
+            raise BadValue("condition", other, "flip rates alone where people take part")
+        self._check_shown()
 
-    def _check_pictures(self) -> None:
-        """Refuses pictures where there is no camera, and where reports are to be inverted."""
+    def _check_shown(self) -> None:
+        """Refuses pictures where there is no camera, and what changes reports where there are none."""
         has_camera = resolve_plant(self.plant).has_camera
         for modality in self.modalities:
             if is_pictured(modality) and not has_camera:
                 raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {self.plant}")
-            if is_pictured(modality) and any(self.p):
-                raise BadValue(
-                    "p", list(self.p), f"0 with {modality}: a picture shows the truth, only reports can be false"
-                )
+        for condition in self.conditions:
+            if is_pictured(condition.modality) and condition.p:
+                shown = f"0 with {condition.modality}: a picture shows the truth, only reports can be false"
+                raise BadValue("p", list(self.p), shown)
+            if not any(isinstance(one, Recorded) for one in condition.interventions):
+                interventions_for(condition)
         check_distinct(self.modalities)
+
+    @property
+    def p(self) -> tuple[float, ...]:
+        """The flip rates of those conditions in which nothing else acts, each once."""
+        return tuple(dict.fromkeys(one.p for one in self.conditions if one.p is not None))
+
+    @property
+    def flip(self) -> FlipKind:
+        """The kind of outcome flip of those conditions."""
+        return next((one.flip.persistence for one in self.conditions if one.specs and one.flip), "transient")
+
+    @property
+    def modalities(self) -> tuple[str, ...]:
+        """How the box is shown, each way once."""
+        return tuple(dict.fromkeys(one.modality for one in self.conditions))
+
+    def condition(self, p: float, modality: str = "symbolic") -> Condition:
+        """The condition of a flip rate and a modality.
+
+        Raises:
+            BadValue: If the study has none.
+        """
+        for one in self.conditions:
+            if one.p == p and one.modality == modality and not one.name:
+                return one
+        raise BadValue("p", p, f"one of {', '.join(f'{rate:g}' for rate in self.p)}, shown as one of its modalities")
 
     def settings(self) -> dict[str, object]:
         """The study as JSON would hold it; equal settings mean equal trials.
@@ -126,16 +158,20 @@ class Study:
             "study": self.name,
             "agents": list(self.agents),
             "box": self.box.as_data(),
-            "p": list(self.p),
-            "flip": self.flip,
+            **self._condition_settings(),
             "repetitions": self.repetitions,
             "trials": self.trials,
             "max_steps": self.max_steps,
             "seed": self.seed,
             "shuffle": self.shuffle,
             "plant": self.plant,
-            **later,
+            **{name: value for name, value in later.items() if self.of_flips or name != "modalities"},
         }
+
+    def _condition_settings(self) -> dict[str, object]:
+        if self.of_flips:
+            return {"p": list(self.p), "flip": self.flip}
+        return {"conditions": [_settings_of(condition) for condition in self.conditions]}
 
     @property
     def identity(self) -> str:
@@ -180,29 +216,34 @@ class Study:
         """
         return taken_in(agent, self.modalities)
 
+    def conditions_of(self, agent: str) -> tuple[Condition, ...]:
+        """Those of its conditions that an agent plays.
+
+        Raises:
+            UnknownName: If there is no such agent.
+        """
+        shown = self.modalities_of(agent)
+        return tuple(one for one in self.conditions if one.modality in shown)
+
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
-        modalities = self.modalities_of(agent)
+        conditions = self.conditions_of(agent)
         for repetition in range(1, self.repetitions + 1):
             for trial in range(1, self.trials + 1):
-                for modality in modalities:
-                    for p in self.p:
-                        yield self.plan(agent, p, repetition, trial, modality)
+                for condition in conditions:
+                    yield self.plan(agent, condition, repetition, trial)
 
-    def plan(self, agent: str, p: float, repetition: int, trial: int, modality: str = "symbolic") -> Plan:
+    def plan(self, agent: str, condition: Condition, repetition: int, trial: int) -> Plan:
         """One trial of the study. Where a person plays it, it is one of those that people have together."""
         box = self.box
         if self.layout == "shuffled":
             box = redealt(box, trial_stream(self.seed, repetition, trial, "layout"))
-        shown = "" if self.modalities == SYMBOLIC else f"/{modality}"
         return Plan(
-            key=f"{self.name}/{group_of(agent)}{shown}/p={p:g}/rep={repetition}/trial={trial}",
+            key=f"{self.name}/{group_of(agent)}{self._said_in_keys(condition)}/rep={repetition}/trial={trial}",
             study=self.name,
             agent=agent,
             box=box,
-            modality=modality,
-            p=p,
-            flip=self.flip,
+            condition=condition,
             repetition=repetition,
             trial=trial,
             seed=self.seed,
@@ -210,20 +251,47 @@ class Study:
             plant=self.plant,
             shuffle=self.shuffle,
             assessment=self.assessment,
+            named=not self.of_flips,
         )
+
+    def condition_said(self, said: str) -> Condition:
+        """The condition of which a key says this between agent and repetition, for example ``p=0.4``.
+
+        Raises:
+            BadValue: If the study has none such.
+        """
+        for one in self.conditions:
+            if self._said_in_keys(one)[1:] == said:
+                return one
+        known = ", ".join(self._said_in_keys(one)[1:] for one in self.conditions)
+        raise BadValue("condition", said, f"one of {known}")
+
+    def _said_in_keys(self, condition: Condition) -> str:
+        if not self.of_flips:
+            return f"/{condition.label}"
+        shown = "" if self.modalities == SYMBOLIC else f"/{condition.modality}"
+        return f"{shown}/p={condition.p:g}"
+
+    def condition_of(self, trial: Trial) -> Condition | None:
+        """The condition of a trial on record; None if the study has none such."""
+        if trial.condition:
+            return next((one for one in self.conditions if one.label == trial.condition), None)
+        same = (one for one in self.conditions if (one.p, one.modality) == (trial.p, trial.modality))
+        return next(same, None) if trial.flip == self.flip else None
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
-        if not (group_of(trial.agent) in self.agents and trial.p in self.p):
+        condition = self.condition_of(trial)
+        if condition is None or group_of(trial.agent) not in self.agents:
             return False
         if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials):
             return False
-        if trial.modality not in self.modalities_of(trial.agent):
+        if trial.modality != condition.modality or trial.modality not in self.modalities_of(trial.agent):
             return False
-        plan = self.plan(trial.agent, trial.p, trial.repetition, trial.trial, trial.modality)
+        plan = self.plan(trial.agent, condition, trial.repetition, trial.trial)
         return (
             trial.key == plan.key
-            and (trial.study, trial.flip, trial.seed, trial.budget) == (self.name, self.flip, self.seed, self.max_steps)
+            and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
             and trial.joints == plan.box.names
             and trial.assessment == self.assessment
         )
@@ -239,7 +307,24 @@ class Study:
         return self._size_of(PEOPLE) if PEOPLE in self.agents else 0
 
     def _size_of(self, agent: str) -> int:
-        return len(self.modalities_of(agent)) * len(self.p) * self.repetitions * self.trials
+        return len(self.conditions_of(agent)) * self.repetitions * self.trials
+
+
+def _is_every_flip_rate_with_every_modality(conditions: Sequence[Condition]) -> bool:
+    flips = [one.flip for one in conditions if one.specs and one.flip is not None and not one.name]
+    if len(flips) < len(conditions) or len({flip.persistence for flip in flips}) > 1:
+        return False
+    shown, rates = (tuple(dict.fromkeys(values)) for values in ([c.modality for c in conditions], [f.p for f in flips]))
+    return [(one.modality, one.p) for one in conditions] == list(product(shown, rates))
+
+
+def _settings_of(condition: Condition) -> dict[str, object]:
+    """A condition as JSON holds it: enough to read records by, whatever of it can be imported there."""
+    acting = [
+        {"spec": spec, **({"dose": dose} if dose else {})}
+        for spec, dose in zip(condition.specs, condition.doses, strict=True)
+    ]
+    return {"name": condition.name, "interventions": acting, "modality": condition.modality}
 
 
 def record_identity(settings: Mapping[str, object]) -> str:

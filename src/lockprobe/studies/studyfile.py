@@ -4,16 +4,21 @@
 
     study = "flips"
     agent = ["llm:local", "random"]
-    p = [0, 0.4]
+    sweep = "tremble?p=0,0.1,0.2"
     trials = 5
 
+    [[condition]]
+    name = "nudged"
+    spec = "flip?p=0.4 + nudge"
+
 Every key is an option of ``lockprobe run`` of the same name. An option on the command line goes before the file.
-A study file is data from anyone: it cannot name an agent that runs code.
+A study file is data from anyone: it cannot name an agent or an intervention that runs code.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -22,11 +27,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
+from lockprobe.interventions.condition import SYMBOLIC, Condition, distinct, flips, read_condition, sweep
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import paper
-from lockprobe.studies.modality import SYMBOLIC, taken_in
+from lockprobe.studies.modality import taken_in
 from lockprobe.studies.study import LayoutKind, Study
 from lockprobe.validation import plain
 
@@ -43,12 +49,26 @@ LONGEST_SPEC = 1000
 _T = TypeVar("_T")
 
 
+def _listed(given: object) -> object:
+    """One alone as a list of one."""
+    return [given] if isinstance(given, str) else given
+
+
 Several = Annotated[
     list[str],
     Field(max_length=64),
-    BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
+    BeforeValidator(_listed),
 ]
 """One, or a list of them."""
+
+
+class Named(BaseModel):
+    """A condition of a study file, with a name that the experimenter gives it."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    spec: str
+    name: str = ""
 
 
 class Request(BaseModel):
@@ -67,10 +87,13 @@ class Request(BaseModel):
     flip: FlipKind | None = None
     plant: str | None = None
     modality: Several | None = None
+    condition: Annotated[list[Named | str], Field(max_length=1000), BeforeValidator(_listed)] | None = None
+    sweep: Several | None = None
     layout: LayoutKind | None = None
     shuffle: bool | None = None
     assessment: bool | None = None
     full: bool = False
+    name: str | None = None
 
 
 def read_request(path: Path) -> Request:
@@ -88,9 +111,11 @@ def read_request(path: Path) -> Request:
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(Request.model_fields)}" if first["type"] == "extra_forbidden" else ""
         raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
-    for spec in request.agent or ():
-        if spec.startswith("python:"):
-            raise BadFile(path, f"agent: {spec} would run code; name it on the command line with --agent")
+    acting = [one if isinstance(one, str) else one.spec for one in request.condition or ()]
+    for what, specs in (("agent", request.agent), ("condition", acting), ("sweep", request.sweep)):
+        for spec in specs or ():
+            if "python:" in spec:
+                raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
     return request
 
 
@@ -113,16 +138,22 @@ def study(request: Request | str = "flips") -> Study:
     modalities = tuple(_given(request.modality, _shown_by_default(plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
-    for what, specs in (("agent", agents), ("plant", [plant]), ("modality", modalities)):
+    acting = [one if isinstance(one, str) else one.spec for one in request.condition or ()]
+    for what, specs in (
+        ("agent", agents),
+        ("plant", [plant]),
+        ("modality", modalities),
+        ("condition", acting),
+        ("sweep", request.sweep or ()),
+    ):
         _check_lengths(what, specs)
     for spec in agents:
         resolve(spec)
     planned = Study(
-        name=request.study,
+        name=_given(request.name, request.study),
         agents=tuple(agents),
         box=find_box(_given(request.box, paper.BOX)),
-        p=extent.p if request.p is None else tuple(request.p),
-        flip=_given(request.flip, "transient"),
+        conditions=_conditions(request, extent, modalities),
         repetitions=_given(request.repetitions, extent.repetitions),
         trials=_given(request.trials, extent.trials),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
@@ -130,11 +161,44 @@ def study(request: Request | str = "flips") -> Study:
         shuffle=_given(request.shuffle, True),
         plant=plant,
         layout=_given(request.layout, paper.MODALITY_PANEL if modal else "fixed"),
-        modalities=modalities,
         assessment=_given(request.assessment, True),
     )
     planned.check_agents()
     return planned
+
+
+def _conditions(request: Request, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
+    """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each."""
+    flip: FlipKind = _given(request.flip, "transient")
+    p = extent.p if request.p is None else tuple(request.p)
+    for what, values in (("p", p), ("modality", tuple(modalities))):
+        if not values or len(set(values)) != len(values):
+            raise BadValue(what, list(values), "at least one, and every one once")
+    if request.condition is None and request.sweep is None:
+        return flips(p, flip, modalities)
+    named = [Named(spec=one) if isinstance(one, str) else one for one in request.condition or ()]
+    found = [
+        *(flips(p, flip) if request.p is not None else ()),
+        *(read_condition(one.spec, one.name) for one in named),
+        *(condition for spec in request.sweep or () for condition in sweep(spec)),
+    ]
+    return _with_controls(found, modalities)
+
+
+def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tuple[Condition, ...]:
+    """Conditions shown in every way, those that say their own only in that, each way with the truth as its control."""
+    acting = [one for one in found if one.name or not one.does_nothing]
+    named = [one for one in acting if one.does_nothing]
+    controls = named or [Condition()]
+    own = [one for one in acting if one.modality != "symbolic"]
+    everywhere = [*controls, *(one for one in acting if one not in own and one not in named)]
+    return distinct(
+        [
+            *(replace(one, modality=modality) for modality in modalities for one in everywhere),
+            *(replace(controls[0], modality=one.modality) for one in own),
+            *own,
+        ]
+    )
 
 
 def _check_lengths(what: str, specs: Sequence[str]) -> None:
@@ -144,7 +208,8 @@ def _check_lengths(what: str, specs: Sequence[str]) -> None:
 
 
 def _flips_extent(request: Request) -> paper.Extent:
-    asked = request.full or any(given is not None for given in (request.p, request.trials, request.repetitions))
+    said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
+    asked = request.full or any(given is not None for given in said)
     return paper.FULL if asked else paper.SHORT
 
 

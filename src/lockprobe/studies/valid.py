@@ -42,7 +42,7 @@ def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invali
     for agent in study.agents:
         for plan in study.plans(agent) if agent != PEOPLE else ():
             if (trial := trials.get(plan.key)) is not None:
-                played.setdefault(trial.condition, []).append(trial)
+                played.setdefault(trial.cell, []).append(trial)
     return [
         Invalid(
             condition=condition,

@@ -17,6 +17,7 @@ from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message, picture_fingerprint
 from lockprobe.call import Usage
 from lockprobe.errors import BadValue, Missing, SettingsChanged, UnknownName
+from lockprobe.interventions.condition import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
@@ -208,7 +209,14 @@ class Photographs:
 def shown(monkeypatch, answer, channel, spec=SPEC):
     """One trial of a model that is shown pictures: the trial and the requests that arrived."""
     plan = Plan(
-        key="k", study="s", agent=spec, box=box(), modality="rgb", p=0, flip="transient", repetition=1, trial=1, seed=1
+        key="k",
+        study="s",
+        agent=spec,
+        box=box(),
+        condition=flips((0,), modalities=("rgb",))[0],
+        repetition=1,
+        trial=1,
+        seed=1,
     )
 
     async def played():

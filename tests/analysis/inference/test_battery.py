@@ -99,7 +99,7 @@ def test_a_rule_without_a_p_value_holds_or_not():
 def test_p_that_is_no_probability_is_refused():
     columns = drawn("no-effect")
     for wrong in (float("nan"), float("inf"), -0.1):
-        with pytest.raises(BadValue, match="from 0 to 1"):
+        with pytest.raises(BadValue, match="a number from 0"):
             infer(replace(columns, p=np.where(columns.p == 0, wrong, columns.p)), generator(1))
 
 

@@ -95,12 +95,10 @@ def infer(
             held against; without them the null hypothesis there is an odds ratio of 1.
 
     Raises:
-        BadValue: If a p is no probability.
+        BadValue: If a dose is negative or no number.
     """
-    if not ((outcomes.p >= 0) & (outcomes.p <= 1)).all():
-        raise BadValue(
-            "flip rate of the trials", outcomes.p[~((outcomes.p >= 0) & (outcomes.p <= 1))][0], "from 0 to 1"
-        )
+    if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
+        raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
     found = _tested(outcomes, rng, blind)
     if broken is None or not len(broken):
         return found

@@ -1,0 +1,122 @@
+"""Every condition against the control, and crossed conditions against each other, for one agent.
+
+Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its P value
+are of the trials that both conditions have, corrected for the number of conditions that are compared with the control.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.analysis.inference.difference import DifferenceAt, any_difference
+from lockprobe.analysis.outcomes import Outcomes, outcomes
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.rivals.exchange import BlockMean, block_mean, sheets
+from lockprobe.analysis.series import Crossing
+from lockprobe.record import Trial
+from lockprobe.seeds import generator
+
+__all__ = ["Effect", "Effects", "Interplay", "effects"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """Success under one condition against the control.
+
+    Attributes:
+        condition: Its name.
+        difference: Success under it less success under the control, in one sample of trials.
+    """
+
+    condition: str
+    difference: DifferenceAt
+
+    @property
+    def detectable(self) -> bool:
+        """Whether it is more than chance and the number of conditions looked at would explain."""
+        return self.difference.p_value < ALPHA
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interplay:
+    """Whether an intervention does something else where another one acts too.
+
+    Attributes:
+        crossing: The four conditions.
+        change: What the second does beside the first, less what it does alone, over blocks of equal luck, [-2, 2]. Its
+            P value is by exchange of signs of whole blocks; that and the interval are not corrected.
+    """
+
+    crossing: Crossing
+    change: BlockMean
+
+    @property
+    def detectable(self) -> bool:
+        """Whether it is concluded: the test rejects and the interval leaves out 0."""
+        return self.change.p_value is not None and self.change.p_value < ALPHA and self.change.clear
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effects:
+    """What the conditions of one modality do to one agent.
+
+    Attributes:
+        agent: Agent spec.
+        modality: How the box was shown.
+        control: The condition that the others are compared with.
+        effects: The others, in the order of the study; those without a trial that the control has too are left out.
+        interplays: Every crossing of two interventions that was played.
+    """
+
+    agent: str
+    modality: str
+    control: str
+    effects: tuple[Effect, ...]
+    interplays: tuple[Interplay, ...]
+
+
+def effects(trials: Mapping[str, Sequence[Trial]], control: str, crossed: Sequence[Crossing] = ()) -> Effects | None:
+    """Compare the conditions of one agent, shown the box in one way.
+
+    Args:
+        trials: Condition -> its trials, in the order of the study.
+        control: The condition that the others are compared with; one of them.
+        crossed: Four conditions each; those that are not all here are left out.
+
+    Returns:
+        None where no two conditions have a trial in common.
+    """
+    found = {name: outcomes(members) for name, members in trials.items()}
+    first = next((one for one in trials.get(control, ())), None)
+    if first is None:
+        return None
+    others = [name for name in found if name != control]
+    places = {name: float(i) for i, name in enumerate([control, *others])}
+    together = _joined([replace(found[name], p=np.full(len(found[name]), place)) for name, place in places.items()])
+    tested = any_difference(together, generator(first.seed, "analysis", first.group, first.modality, "conditions"))
+    names = {place: name for name, place in places.items()}
+    seen = [Effect(condition=names[one.p], difference=one) for one in tested.at]
+    return Effects(
+        agent=first.group,
+        modality=first.modality,
+        control=control,
+        effects=tuple(seen),
+        interplays=tuple(one for crossing in crossed if (one := _interplay(crossing, found))),
+    )
+
+
+def _joined(groups: Sequence[Outcomes]) -> Outcomes:
+    return Outcomes(**{name: np.concatenate([getattr(one, name) for one in groups]) for name in Outcomes.__slots__})
+
+
+def _interplay(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
+    names = (crossing.neither, crossing.first, crossing.second, crossing.both)
+    if not all(name in found and len(found[name]) for name in names):
+        return None
+    _, made = sheets([replace(found[name], p=np.zeros(len(found[name]))) for name in names])
+    neither, first, second, both = (one.solved[:, :1] for one in made)
+    change = block_mean((both - first) - (second - neither), unit=2.0)
+    return Interplay(crossing=crossing, change=change) if change.pairs else None

@@ -1,0 +1,213 @@
+"""A condition: a named, ordered composition of interventions, and how the box is shown."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from lockprobe.errors import BadValue
+from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.options import read_options, spec_name
+from lockprobe.seams import Intervention
+
+__all__ = ["MODALITIES", "SYMBOLIC", "Condition", "Recorded", "distinct", "flips", "read_condition", "sweep"]
+
+MODALITIES = ("symbolic", "rgb", "rgbd")
+"""How a box can be shown; options of each stand after a question mark."""
+
+SYMBOLIC = ("symbolic",)
+"""The modalities of a study that has no pictures."""
+
+_UNSAFE = re.compile(r"[/\x00-\x1f\x7f]")
+"""What cannot stand in the key of a record."""
+
+_LONGEST = 200
+"""Characters of the name of a condition."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded:
+    """An intervention as the settings of a study name it. Nothing is imported to read settings.
+
+    Attributes:
+        spec: Its spec.
+        dose: The option that is its dose; empty where it has none.
+    """
+
+    spec: str
+    dose: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Condition:
+    """What acts in a trial, and how the box is shown (DESIGN: the empty one is the truth).
+
+    Attributes:
+        interventions: What acts, in this order.
+        modality: How the box is shown, as its spec; it acts last.
+        name: What the experimenter calls it; empty for its spec.
+        specs: The specs of the interventions, with every dose. Conditions of equal specs, modality and name are equal.
+        flip: The flip if nothing else acts (paper, Sec. 3.2), and one that does nothing in truth; None elsewhere.
+
+    Raises:
+        BadValue: If the name cannot stand in the key of a record.
+    """
+
+    interventions: tuple[Intervention | Recorded, ...] = field(default=(), compare=False)
+    modality: str = "symbolic"
+    name: str = ""
+    specs: tuple[str, ...] = field(init=False)
+    flip: OutcomeFlip | None = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        specs = tuple(one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)
+        object.__setattr__(self, "specs", specs)
+        object.__setattr__(self, "flip", _flip_alone(specs))
+        if _UNSAFE.search(self.label) or self.label != self.label.strip() or len(self.label) > _LONGEST:
+            expected = f"a name of at most {_LONGEST} characters without slashes and control characters"
+            raise BadValue("condition", self.label, expected)
+
+    @property
+    def spec(self) -> str:
+        """All that acts, with plus signs between: ``tremble?p=0.1 + nudge?after=2``; ``truth`` where nothing does."""
+        shown = () if self.modality == "symbolic" else (self.modality,)
+        return " + ".join((*self.specs, *shown)) or TRUTH
+
+    @property
+    def label(self) -> str:
+        """Its name, or its spec."""
+        return self.name or self.spec
+
+    @property
+    def doses(self) -> tuple[str, ...]:
+        """For every intervention the option that is its dose; empty text where it has none."""
+        return tuple(one.dose if isinstance(one, Recorded) else getattr(one, "dose", "") for one in self.interventions)
+
+    @property
+    def p(self) -> float | None:
+        """The flip rate, [0, 1], where nothing but flips acts; None where other things do."""
+        return None if self.flip is None else self.flip.p
+
+    @property
+    def does_nothing(self) -> bool:
+        """Whether it is the truth: nothing acts, or at dose 0. Reports without positions are not."""
+        if not self.tells_positions:
+            return False
+        options = [read_options(spec, "intervention")[1] for spec in self.specs]
+        return all(dose and float(found[dose]) == 0 for found, dose in zip(options, self.doses, strict=True))
+
+    @property
+    def tells_positions(self) -> bool:
+        """Whether reports hold positions, as far as this can be known before a trial."""
+        return self.flip is None or self.flip.persistence != "outcome-only"
+
+    def made(self) -> tuple[Intervention, ...]:
+        """The interventions, those read from settings made.
+
+        Raises:
+            UserMistake: If there is no such intervention here, or settings name a class to import.
+        """
+        return tuple(_made(one) for one in self.interventions)
+
+
+def _flip_alone(specs: Sequence[str]) -> OutcomeFlip | None:
+    if not specs:
+        return OutcomeFlip()
+    name, options = read_options(specs[0], "intervention")
+    if len(specs) > 1 or name != OutcomeFlip.name or not options.keys() <= {"p", "persistence"}:
+        return None
+    (flip,) = interventions_of(specs[0])
+    assert isinstance(flip, OutcomeFlip)
+    return flip
+
+
+def _made(one: Intervention | Recorded) -> Intervention:
+    if not isinstance(one, Recorded):
+        return one
+    if one.spec.startswith("python:"):
+        raise BadValue("intervention", one.spec, "one that is named on the command line: settings import nothing")
+    (made,) = interventions_of(one.spec)
+    return made
+
+
+def flips(
+    p: Iterable[float], persistence: FlipKind = "transient", modalities: Iterable[str] = SYMBOLIC
+) -> tuple[Condition, ...]:
+    """The conditions of the paper's studies: every flip rate with every way of showing the box, the latter outermost.
+
+    Args:
+        p: Flip probabilities, [0, 1].
+        persistence: Kind of outcome flip.
+        modalities: How the box is shown, as specs.
+    """
+    rates = tuple(p)
+    return tuple(
+        Condition(interventions=(OutcomeFlip(p=rate, persistence=persistence),), modality=modality)
+        for modality in modalities
+        for rate in rates
+    )
+
+
+def read_condition(spec: str, name: str = "") -> Condition:
+    """The condition that a spec describes; its last part may say how the box is shown.
+
+    >>> read_condition("tremble?p=0.1 + rgb").modality
+    'rgb'
+
+    Args:
+        spec: Specs with plus signs between; ``truth`` or nothing is the empty condition.
+        name: What the experimenter calls it.
+
+    Raises:
+        UnknownName: If there is no such intervention, or it has no such option.
+        BadValue: If an option has a value that it cannot have.
+    """
+    acting, _, last = spec.rpartition("+")
+    if spec_name(last.strip()) in MODALITIES:
+        return Condition(interventions=interventions_of(acting), modality=last.strip(), name=name)
+    return Condition(interventions=interventions_of(spec), name=name)
+
+
+def sweep(spec: str) -> tuple[Condition, ...]:
+    """One condition for every value of one dose, given with commas between.
+
+    >>> [condition.spec for condition in sweep("nudge?after=2 + tremble?p=0.1,0.2")]
+    ['nudge + tremble?p=0.1', 'nudge + tremble?p=0.2']
+
+    Args:
+        spec: As of :func:`read_condition`, with several values of one option.
+
+    Raises:
+        UnknownName: As :func:`read_condition`.
+        BadValue: As :func:`read_condition`, and if there are not several values of exactly one dose.
+    """
+    parts = spec.split("+")
+    swept = [(at, one) for at, part in enumerate(parts) for one in _several(part)]
+    expected = "several values of one dose with commas between, for example tremble?p=0,0.1,0.2"
+    if len(swept) != 1:
+        raise BadValue("sweep", spec, expected)
+    ((at, (option, values)),) = swept
+    found = tuple(
+        read_condition("+".join([*parts[:at], _with(parts[at], option, value), *parts[at + 1 :]])) for value in values
+    )
+    if option not in found[0].doses:
+        doses = ", ".join(filter(None, found[0].doses)) or "none of these has a dose"
+        raise BadValue("sweep", spec, f"values of a dose ({doses}), not of {option}")
+    return found
+
+
+def _several(part: str) -> list[tuple[str, list[str]]]:
+    options = read_options(part.strip(), "sweep")[1]
+    return [(option, value.split(",")) for option, value in options.items() if "," in value]
+
+
+def _with(part: str, option: str, value: str) -> str:
+    """A spec with one value in place of several."""
+    return re.sub(rf"(?<=[?&]){re.escape(option)}=[^&\s]*", f"{option}={value.strip()}", part)
+
+
+def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
+    """Conditions without those that are the same as one before."""
+    return tuple(dict.fromkeys(conditions))

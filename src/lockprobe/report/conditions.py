@@ -1,0 +1,281 @@
+"""A study of any conditions as the numbers of ``results.json``: each against the control, crossed ones, and doses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from importlib.metadata import version
+from operator import call
+from pathlib import Path
+from typing import Any
+
+from lockprobe.analysis.conclusions import conclusions, courses_said, loop_finding
+from lockprobe.analysis.condition import ConditionSummary, condition_summary
+from lockprobe.analysis.effects import Effects, effects
+from lockprobe.analysis.finding import finding
+from lockprobe.analysis.reference import Reference, reference_of
+from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of
+from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
+from lockprobe.audit.measured import shipped
+from lockprobe.record import Trial
+from lockprobe.report.effects_said import effects_said
+from lockprobe.report.examples import example
+from lockprobe.report.results import (
+    RESULTS_VERSION,
+    agent_facts,
+    broken_rows,
+    left_out_row,
+    plain_json,
+    plant_facts,
+)
+from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, labelled, test_rows
+from lockprobe.report.seen import seen
+from lockprobe.studies.directory import read_settings
+from lockprobe.studies.records import LeftOut, read_records
+from lockprobe.studies.study import Study
+
+__all__ = ["ConditionStudy", "condition_numbers", "read_conditions"]
+
+_EXAMPLES = 6
+"""Trials that are told step by step, of different conditions."""
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionStudy:
+    """What the directory of a study of conditions holds.
+
+    Attributes:
+        settings: As in ``study.json``.
+        study: The same as a study.
+        arms: Its conditions as their specs tell them.
+        trials: Those that it asks for, by agent, then by condition, in the order of the study.
+        conditions: Every agent under every condition -> its numbers, under (agent, condition).
+        effects: Every agent's conditions against their control.
+        series: Conditions that differ in one dose alone, each with the numbers over that dose.
+        reference: What blind agents and the shortest plan reach on the box.
+        journal: What the journal leaves out.
+        foreign: Trials on record that the settings do not ask for.
+    """
+
+    settings: Mapping[str, Any]
+    study: Study
+    arms: tuple[Arm, ...]
+    trials: tuple[Trial, ...]
+    conditions: Mapping[tuple[str, str], ConditionSummary]
+    effects: tuple[Effects, ...]
+    series: tuple[tuple[Series, StudySummary], ...]
+    reference: Reference
+    journal: LeftOut
+    foreign: int
+
+    @property
+    def finished(self) -> int:
+        """Trials that are not owed (any more)."""
+        return sum(not trial.owed_again for trial in self.trials)
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """The agents that the study is about: those that are no reference, or all if all are."""
+        agents = self.study.agents
+        return tuple(agent for agent in agents if not is_reference(agent)) or agents
+
+
+def read_conditions(
+    directory: Path, study: Study, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
+) -> ConditionStudy:
+    """Read and summarise the directory of a study of conditions.
+
+    Args:
+        directory: The directory.
+        study: The study that its settings describe.
+        tell: Told what it is at, since it takes some seconds.
+        each: Works on one agent after the other, or on several at once.
+
+    Raises:
+        BadFile: If its records cannot be read.
+    """
+    everything, left_out = read_records(directory)
+    names = [condition.label for condition in study.conditions]
+    asked = [trial for trial in everything if study.asks_for(trial)]
+    trials = sorted(asked, key=lambda t: (study.agents.index(t.group), names.index(t.condition), t.repetition, t.trial))
+    tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
+    arms = tuple(
+        Arm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in study.conditions
+    )
+    reference = reference_of(study.box, study.max_steps)
+    cells = _cells(trials)
+    jobs = [partial(condition_summary, members, reference) for members in cells.values()]
+    return ConditionStudy(
+        settings=read_settings(directory),
+        study=study,
+        arms=arms,
+        trials=tuple(trials),
+        conditions=dict(zip(cells, each(call, jobs), strict=True)),
+        effects=_effects(cells, arms, study),
+        series=_series(trials, arms, study, each),
+        reference=reference,
+        journal=left_out,
+        foreign=len(everything) - len(asked),
+    )
+
+
+def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
+    """The trials of every agent under every condition."""
+    cells: dict[tuple[str, str], list[Trial]] = {}
+    for trial in trials:
+        cells.setdefault((trial.group, trial.condition), []).append(trial)
+    return cells
+
+
+def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], study: Study) -> tuple[Effects, ...]:
+    found = []
+    for agent in study.agents:
+        for modality in study.modalities_of(agent):
+            own = {
+                arm.label: cells[agent, arm.label]
+                for arm in arms
+                if arm.modality == modality and (agent, arm.label) in cells
+            }
+            control = control_of(arms, modality)
+            if control is not None and (one := effects(own, control.label, crossings(arms))):
+                found.append(one)
+    return tuple(found)
+
+
+def _series(
+    trials: Sequence[Trial], arms: Sequence[Arm], study: Study, each: Each
+) -> tuple[tuple[Series, StudySummary], ...]:
+    found = []
+    for series in series_of(arms):
+        placed = [
+            replace(trial, placed=series.doses[trial.condition]) for trial in trials if trial.condition in series.doses
+        ]
+        if placed:
+            found.append((series, summarise(placed, study.box, each=each, axis=series.axis)))
+    return tuple(found)
+
+
+def condition_numbers(study: ConditionStudy) -> Row:
+    """The content of ``results.json``, and all that the page is made from."""
+    said = {arm.label: " + ".join(arm.specs) for arm in study.arms}
+    content = {
+        "schema_version": RESULTS_VERSION,
+        "lockprobe": version("lockprobe"),
+        "study": dict(study.settings),
+        "joints": len(study.study.box.joints),
+        "progress": {
+            "planned": study.study.size,
+            "finished": study.finished,
+            "partial": study.finished < study.study.size,
+        },
+        "left_out": left_out_row(study.trials, study.journal, study.foreign),
+        "subjects": list(study.subjects),
+        "findings": [
+            sentence
+            for one in study.effects
+            if one.agent in study.subjects
+            for sentence in effects_said(one, study.conditions)
+        ],
+        "conditions": [
+            condition_row(summary)
+            | {"label": agent, "condition": label, "p": _flip_rate(study.study, label), "acts": said[label]}
+            for (agent, label), summary in study.conditions.items()
+        ],
+        "effects": [row for one in study.effects for row in _effect_rows(one)],
+        "interactions": [row for one in study.effects for row in _interplay_rows(one)],
+        "series": [_series_row(series, summary) for series, summary in study.series],
+        "box": asdict(study.reference),
+        "errors": broken_rows(study.trials),
+        "agents": agent_facts(study.trials),
+        "plants": plant_facts(study.trials, study.settings),
+        "seen": seen(study.trials),
+        "examples": _examples(study),
+        "audit": shipped(),
+    }
+    plain: Row = plain_json(content)
+    return plain
+
+
+def _flip_rate(study: Study, label: str) -> float | None:
+    return next(one.p for one in study.conditions if one.label == label)
+
+
+def _effect_rows(found: Effects) -> list[Row]:
+    return [
+        {
+            "agent": found.agent,
+            "modality": found.modality,
+            "control": found.control,
+            "condition": one.condition,
+            "trials": one.difference.first.n,
+            "control_solved": one.difference.first.count,
+            "solved": one.difference.second.count,
+            "difference": one.difference.value,
+            "difference_low": one.difference.low,
+            "difference_high": one.difference.high,
+            "p_value": one.difference.p_value,
+            "corrected_for": len(found.effects),
+            "detectable": one.detectable,
+        }
+        for one in found.effects
+    ]
+
+
+def _interplay_rows(found: Effects) -> list[Row]:
+    return [
+        {
+            "agent": found.agent,
+            "modality": found.modality,
+            **asdict(one.crossing),
+            "trials": one.change.pairs,
+            "difference": one.change.value,
+            "difference_low": one.change.low,
+            "difference_high": one.change.high,
+            "p_value": one.change.p_value,
+            "detectable": one.detectable,
+        }
+        for one in found.interplays
+    ]
+
+
+def _series_row(series: Series, summary: StudySummary) -> Row:
+    """The numbers over one dose; sentences name it."""
+    agents, say = summary.agents, series.axis.said
+    names = {(agent.agent, agent.modality): agent.name for agent in agents}
+    return {
+        "intervention": series.axis.kind,
+        "dose": series.axis.dose,
+        "rest": series.axis.rest,
+        "modality": series.modality,
+        "name": series.axis.name,
+        "conditions": dict(series.doses),
+        "findings": [say(finding(agent)) for agent in summary.subjects],
+        "loop_findings": [say(loop_finding(agent)) for agent in summary.subjects],
+        "conclusions": [[say(one) for one in conclusions(agent)] for agent in summary.subjects],
+        "courses_said": say(courses_said(summary)),
+        "fits": labelled(map(fit_row, agents), names),
+        "tests": labelled(
+            (
+                row | {"asks": say(row["asks"]), "unit": say(row["unit"]), "note": say(row["note"])}
+                for agent in agents
+                if not agent.blind
+                for row in test_rows(agent)
+            ),
+            names,
+        ),
+        "contrasts": labelled((contrast_row(agent, agent.contrast) for agent in agents if agent.contrast), names),
+        "courses": labelled((row for agent in agents if (row := course_row(agent))), names),
+    }
+
+
+def _examples(study: ConditionStudy) -> list[Row]:
+    """The first ended trial of the first subject under each of the first conditions."""
+    agent = study.subjects[0]
+    found: dict[str, Trial] = {}
+    for trial in study.trials:
+        if trial.group == agent and trial.ending != "error":
+            found.setdefault(trial.condition, trial)
+    return [example(label, trial) for label, trial in list(found.items())[:_EXAMPLES]]
