@@ -40,7 +40,8 @@ from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 SERVER = Path(__file__).parents[1] / "tests" / "provider_server.py"
 MODEL = "openai-api/fake/model"
@@ -107,7 +108,7 @@ WAYS = {"lockprobe": by_lockprobe, "inspect": by_inspect}
 
 def measured(way: str, connections: int, trials: int, median: float) -> str:
     """One row of the table."""
-    planned = study(Request(agent=[f"llm:{MODEL}"], p=[0.3], trials=trials, repetitions=1))
+    planned = study(StudyOptions(agent=[f"llm:{MODEL}"], p=[0.3], trials=trials, repetitions=1))
     with serving(median) as url:
         os.environ |= {"FAKE_BASE_URL": url, "FAKE_API_KEY": "none"}
         wall, processor = time.perf_counter(), time.process_time()

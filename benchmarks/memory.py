@@ -23,7 +23,8 @@ from lockprobe.agents.access import Access
 from lockprobe.agents.llm.model import HostedModel
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 def resident() -> float:
@@ -33,7 +34,7 @@ def resident() -> float:
 
 def played(trials: int, connections: int) -> str:
     """One row of the table, of this process."""
-    planned = study(Request(agent=[f"llm:{MODEL}"], p=[0.3], trials=trials, repetitions=1))
+    planned = study(StudyOptions(agent=[f"llm:{MODEL}"], p=[0.3], trials=trials, repetitions=1))
     HostedModel(MODEL)
     before, wall, processor = resident(), time.perf_counter(), time.process_time()
     with TemporaryDirectory() as directory:

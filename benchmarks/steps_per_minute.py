@@ -29,7 +29,8 @@ from lockprobe.record import Decision, Fact, Situation, Step
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, Silent, run
 from lockprobe.studies.stage import play_timed
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 class TimeIsUp(Exception):
@@ -87,14 +88,14 @@ def plain(seconds: float) -> float:
     """Steps per minute of the plain way."""
     agent, counting = PlainJson(), Counting(seconds)
     with suppress(TimeIsUp):
-        for plan in study(Request(agent=["llm:local"], p=[0, 0.4], trials=1000)).plans("llm:local"):
+        for plan in study(StudyOptions(agent=["llm:local"], p=[0, 0.4], trials=1000)).plans("llm:local"):
             asyncio.run(play_timed(plan, agent, counting.step))
     return counting.per_minute
 
 
 def scored(seconds: float, workers: int) -> float:
     """Steps per minute of ``lockprobe run`` with so many worker processes."""
-    planned = study(Request(agent=["llm:local"], p=[0, 0.4], trials=1000))
+    planned = study(StudyOptions(agent=["llm:local"], p=[0, 0.4], trials=1000))
     counting = Counting(seconds)
     with TemporaryDirectory() as directory, Journal.open(Path(directory), planned) as journal, suppress(TimeIsUp):
         run(planned, journal, limits=Limits(workers=workers), observer=counting)

@@ -12,7 +12,8 @@ from typer.exceptions import TyperException
 from lockprobe.agents.catalogue import known_specs, resolve
 from lockprobe.cli import COMMANDS, build
 from lockprobe.lockbox.boxfile import read_box
-from lockprobe.studies.studyfile import read_request, study
+from lockprobe.studies.study_options import read_options_file
+from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -117,7 +118,7 @@ def test_toml_is_what_it_says(page, text, tmp_path):
         assert read_box(tmp_path / "x.toml").joints
     elif re.search(r"^study = ", text, re.MULTILINE):
         (tmp_path / "mine.toml").write_text(text, "utf-8")
-        assert study(read_request(tmp_path / "mine.toml")).agents
+        assert study(read_options_file(tmp_path / "mine.toml")).agents
 
 
 def test_a_study_in_toml_is_shown():

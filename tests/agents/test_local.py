@@ -14,7 +14,8 @@ from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +73,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
 
 
 def test_one_and_two_worker_processes_write_the_same_records(tmp_path):
-    planned = study(Request(agent=["llm:local"], p=[0, 0.4], trials=2, repetitions=1, max_steps=4))
+    planned = study(StudyOptions(agent=["llm:local"], p=[0, 0.4], trials=2, repetitions=1, max_steps=4))
     for workers in (1, 2):
         with Journal.open(tmp_path / str(workers), planned) as journal:
             run(planned, journal, limits=Limits(workers=workers))

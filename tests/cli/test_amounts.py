@@ -6,7 +6,8 @@ from lockprobe.call import Usage
 from lockprobe.cli.amounts import about, estimate_lines, money, spent_in_words
 from lockprobe.studies.estimate import estimates
 from lockprobe.studies.spending import Spending
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 @pytest.mark.parametrize(
@@ -37,7 +38,7 @@ def test_tokens_are_read_to_two_or_three_digits(number, said):
 
 
 def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
-    found = estimates(study(Request(agent=["llm:openai/gpt-4o"], full=True)), {})[0]
+    found = estimates(study(StudyOptions(agent=["llm:openai/gpt-4o"], full=True)), {})[0]
     first, second = estimate_lines(found)
     assert first.startswith("llm:openai/gpt-4o: about 3,600 to 4,200 calls, ")
     assert f"({found.repeated:.0%} of them sent before)" in first
@@ -48,7 +49,7 @@ def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
 
 
 def test_an_estimate_without_a_price_says_how_to_give_one():
-    found = estimates(study(Request(agent=["llm:openai-api/some/model"], trials=1)), {})[0]
+    found = estimates(study(StudyOptions(agent=["llm:openai-api/some/model"], trials=1)), {})[0]
     assert estimate_lines(found)[1] == "  its price is not known (LOCKPROBE_MODEL_FACTS=FILE.toml can say it)"
 
 

@@ -10,11 +10,12 @@ from lockprobe.cli.display import LiveDisplay
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.spending import Budget, Ledger
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 def test_the_live_table_shows_what_was_spent(tmp_path):
-    planned = study(Request(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
+    planned = study(StudyOptions(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
     shown = io.StringIO()
     with Journal.open(tmp_path, planned) as journal:
         display = LiveDisplay(Console(file=shown, width=200), budget=Budget(planned, 5))

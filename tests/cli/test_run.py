@@ -23,7 +23,8 @@ from lockprobe.studies.calls import read_calls
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 def test_pictures_are_played_and_reported(tmp_path):
@@ -50,7 +51,7 @@ def test_pictures_are_played_and_reported(tmp_path):
 
 
 def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
-    planned = study(Request(study="modalities", plant="symbolic", agent=["human-inspired"]))
+    planned = study(StudyOptions(study="modalities", plant="symbolic", agent=["human-inspired"]))
     with Journal.open(tmp_path, planned) as journal:
         Plain().begin(planned, journal, planned.size)
     said = capsys.readouterr().out
@@ -161,7 +162,7 @@ def test_a_budget_of_less_than_one_call_is_refused_before_anything_is_made(tmp_p
 
 
 def test_what_one_call_can_cost_is_what_the_first_sets_aside(tmp_path, provider):
-    plan = study(Request(agent=[SPEC], p=[0], trials=1, repetitions=1))
+    plan = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))
     most = most_of_one_call(plan, SPEC)
     with pytest.raises(BadValue):
         play(tmp_path / "s", trials=1, budget=most * 0.999)
@@ -253,7 +254,7 @@ def test_a_call_that_had_to_be_repeated_is_an_event(tmp_path, provider, capsys):
 def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, capsys):
     now = [0.0]
     monkeypatch.setattr("lockprobe.cli.progress.time.monotonic", lambda: now[0])
-    planned = study(Request(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
+    planned = study(StudyOptions(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
     usage = Usage(calls=1, input_tokens=40_000, output_tokens=10_000)
     with Journal.open(tmp_path, planned) as journal:
         watching = Plain()
@@ -298,7 +299,7 @@ def agents_of(directory):
 def test_strategies_come_after_people_or_before_them(tmp_path):
     asked = {"p": [0.0, 0.4], "trials": 2, "repetitions": 1, "max_steps": 5}
     people, both = (
-        study(Request(agent=list(agents), **asked)) for agents in (["participant"], ["random", "round-robin"])
+        study(StudyOptions(agent=list(agents), **asked)) for agents in (["participant"], ["random", "round-robin"])
     )
     arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
     arguments += ("--agent", "random", "--agent", "round-robin")

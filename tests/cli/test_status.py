@@ -13,7 +13,8 @@ from lockprobe.agents.llm.knowledge import OWN_FACTS
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.cli.status import status
 from lockprobe.studies.calls import CALLS, Calls
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 DEAR, FREE = "llm:fake/dear", "llm:fake/unheard"
 FACTS = """
@@ -40,7 +41,7 @@ def told(tmp_path, monkeypatch, capsys):
 
 
 def planned(*agents, trials=3):
-    return study(Request(agent=list(agents), trials=trials, p=[0], repetitions=1))
+    return study(StudyOptions(agent=list(agents), trials=trials, p=[0], repetitions=1))
 
 
 def replied(agent=DEAR, trial=1, step=1, **more):
@@ -134,7 +135,7 @@ def test_a_trial_that_was_played_elsewhere_costs_what_its_decisions_say(tmp_path
 
 def test_what_was_sent_before_is_left_out_where_pictures_leave_the_conversation(tmp_path, told):
     spec = f"{DEAR}?images=4"
-    shown = study(Request(study="modalities", agent=[spec], modality=["symbolic", "rgb"], trials=1))
+    shown = study(StudyOptions(study="modalities", agent=[spec], modality=["symbolic", "rgb"], trials=1))
     write_study(tmp_path / "s", shown, [])
     key = f"modalities/{spec}/rgb/p=0/rep=1/trial=1"
     written(tmp_path / "s", *(replace(replied(step=step), key=key) for step in (1, 2)))

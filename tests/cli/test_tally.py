@@ -8,11 +8,12 @@ from lockprobe.call import Call, Usage
 from lockprobe.cli.tally import Tally, in_boundaries
 from lockprobe.studies.calls import Calls
 from lockprobe.studies.spending import Ledger
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 def test_what_is_counted_names_modalities_or_p():
-    tally = Tally(study(Request(study="modalities", modality=["rgb", "rgbd"], agent=["viewer"])))
+    tally = Tally(study(StudyOptions(study="modalities", modality=["rgb", "rgbd"], agent=["viewer"])))
     tally.turn(resolve("viewer"), 4, [], slow=True)
     assert "solved" not in tally.line()
     tally.trial(make_trial([0], agent="viewer", modality="rgb", study="modalities", broken="plant"))
@@ -21,7 +22,7 @@ def test_what_is_counted_names_modalities_or_p():
     for modality, joints in (("rgb", SOLUTION), ("rgb", [0] * 20), ("rgbd", SOLUTION)):
         tally.trial(make_trial(joints, agent="viewer", modality=modality, study="modalities"))
     assert "3/4 trials · solved rgb: 1/2, rgbd: 1/1" in tally.line()
-    tally = Tally(study(Request(agent=["random"])))
+    tally = Tally(study(StudyOptions(agent=["random"])))
     tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
     assert "0/1 trials · solved at flip rate 0.4: 1/1" in tally.line()
 
@@ -50,7 +51,7 @@ def test_the_line_says_what_was_spent_in_money_or_in_tokens():
         tally = Tally()
         tally.turn(resolve(spec), 2, [], slow=True)
         assert "spent" not in tally.line()
-        tally.ledger = Ledger(study(Request(agent=[spec])))
+        tally.ledger = Ledger(study(StudyOptions(agent=[spec])))
         assert "spent" not in tally.line()
         usage = Usage(calls=1, input_tokens=2_000_000, output_tokens=500)
         key = f"flips/{spec}/p=0/rep=1/trial=1"

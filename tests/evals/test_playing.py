@@ -12,7 +12,8 @@ from lockprobe.record import TrialError
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.stage import play_timed
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 playing = pytest.importorskip("lockprobe.evals.playing")
 
@@ -42,7 +43,7 @@ def ran(tmp_path, monkeypatch, answer, **settings):
     with here(answer, Manner(keeps=False), keep=True) as server:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-        run_study(study(Request(agent=[SPEC], **settings)), tmp_path / "ran")
+        run_study(study(StudyOptions(agent=[SPEC], **settings)), tmp_path / "ran")
     return {trial.key: trial for trial in load(tmp_path / "ran")}, server
 
 

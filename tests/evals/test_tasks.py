@@ -5,7 +5,8 @@ from importlib.metadata import entry_points
 
 import pytest
 
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 tasks = pytest.importorskip("lockprobe.evals.tasks")
 
@@ -17,7 +18,7 @@ from lockprobe.evals.samples import OPTIONS, SETTINGS  # noqa: E402
 @pytest.mark.parametrize("task", [tasks.flips, tasks.modalities])
 def test_all_options_of_a_study_are_parameters(task):
     parameters = set(inspect.signature(task).parameters)
-    assert parameters == set(Request.model_fields) - {"study", "agent"} | set(OPTIONS)
+    assert parameters == set(StudyOptions.model_fields) - {"study", "agent"} | {*OPTIONS, "unknown"}
 
 
 def test_inspect_finds_the_tasks_by_the_name_of_the_package():
@@ -50,7 +51,7 @@ def test_one_sample_is_one_trial_and_says_which():
 )
 def test_parameters_are_the_options_of_run(given):
     settings = tasks.flips(**given).metadata[SETTINGS]
-    planned = study(Request(study="flips", agent=["llm:a/b"], **given))
+    planned = study(StudyOptions(study="flips", agent=["llm:a/b"], **given))
     assert settings == {**planned.settings(), "agents": []}
 
 

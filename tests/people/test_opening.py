@@ -21,6 +21,7 @@ from seated import (
 )
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
+from lockprobe.interventions.condition import flips
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.opening import words_to_read
@@ -62,7 +63,9 @@ def test_models_join_a_study_that_people_have_played(tmp_path):
     assert load(tmp_path)[: len(both)] == both
 
 
-@pytest.mark.parametrize("change", [{"seed": 8}, {"max_steps": 5}, {"p": (0.0,)}, {"assessment": False}])
+@pytest.mark.parametrize(
+    "change", [{"seed": 8}, {"max_steps": 5}, {"conditions": flips((0.0,))}, {"assessment": False}]
+)
 def test_another_study_in_the_same_directory_is_refused(tmp_path, change):
     begun(tmp_path)
     take_part(tmp_path, STUDY, short())

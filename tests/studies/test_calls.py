@@ -11,7 +11,8 @@ from lockprobe.checksum import without_checksum
 from lockprobe.errors import BadFile
 from lockprobe.studies.calls import ASKED, CALLS, Calls, read_calls, unanswered
 from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 KEY = "flips/llm:a/b/p=0/rep=1/trial=1"
 WORST = Usage(calls=1, input_tokens=100, output_tokens=10)
@@ -189,7 +190,7 @@ def test_how_long_the_oldest_call_has_been_on_its_way(tmp_path, monkeypatch):
 
 
 def test_a_finished_trial_is_forgotten_but_stays_on_disk(tmp_path):
-    planned = study(Request(agent=["random"], trials=1, p=[0], repetitions=1))
+    planned = study(StudyOptions(agent=["random"], trials=1, p=[0], repetitions=1))
     trial = make_trial(SOLUTION)
     with Journal.open(tmp_path, planned) as journal:
         ask(journal.calls, replied(key=trial.key))

@@ -15,9 +15,10 @@ from lockprobe.people.responses import Next
 from lockprobe.studies.calls import ASKED, CALLS, read_calls
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.lines import LineFile
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
-STUDY = study(Request(agent=["random"], trials=3, repetitions=1, p=[0]))
+STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=1, p=[0]))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.5, platform={}, slots=(), words="en 0")
 TRIALS = [make_trial([0, 1], budget=2, trial=number) for number in (1, 2, 3)]
 
@@ -157,7 +158,7 @@ def test_a_second_rescue_gets_a_name_of_its_own(tmp_path):
 
 
 def test_who_withdraws_is_struck_from_what_was_rescued_too(tmp_path):
-    people = study(Request(agent=["participant"], trials=3, repetitions=1, p=[0]))
+    people = study(StudyOptions(agent=["participant"], trials=3, repetitions=1, p=[0]))
     ann, bob = (
         make_trial([0, 1], budget=2, trial=n, agent=f"participant:{who}") for n, who in ((1, "aaaa"), (2, "bbbb"))
     )

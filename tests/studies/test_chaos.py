@@ -14,7 +14,8 @@ from lockprobe.errors import Missing
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 pytest.importorskip("lockprobe.agents.llm.model")
 SPEC = "llm:openai-api/fake/model"
@@ -64,7 +65,7 @@ class Script:
         return next(self._kinds, self._then)
 
 
-ONE = study(Request(agent=[SPEC], p=[0], trials=1, repetitions=1))
+ONE = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))
 QUICK = Access(connections=1, timeout=0.3, retries=2, pause=0.01)
 
 FAULTY = {
@@ -191,7 +192,7 @@ def test_a_body_without_a_reply_is_asked_for_again(tmp_path, monkeypatch, choice
 
 
 def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tmp_path, monkeypatch):
-    planned = study(Request(agent=[SPEC], p=[0, 0.3, 0.6], trials=TRIALS // 3, repetitions=1))
+    planned = study(StudyOptions(agent=[SPEC], p=[0, 0.3, 0.6], trials=TRIALS // 3, repetitions=1))
     assert planned.size == TRIALS
     with here() as server:
         right = played(tmp_path / "right", monkeypatch, server, planned, Access(connections=8))

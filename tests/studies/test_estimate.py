@@ -15,7 +15,8 @@ from lockprobe.studies.estimate import estimates
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.sizes import SMALLEST_CACHED
 from lockprobe.studies.spending import Ledger
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 SPEC = "llm:openai-api/fake/model"
 FACTS = """
@@ -39,7 +40,9 @@ def facts(tmp_path, monkeypatch):
 
 
 def planned(*agents, **settings):
-    return study(Request(agent=list(agents or [SPEC]), **({"p": [0, 0.4], "trials": 5, "repetitions": 1} | settings)))
+    return study(
+        StudyOptions(agent=list(agents or [SPEC]), **({"p": [0, 0.4], "trials": 5, "repetitions": 1} | settings))
+    )
 
 
 def counted(text):

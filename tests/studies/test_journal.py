@@ -23,9 +23,10 @@ from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, 
 from lockprobe.studies.records import read_records
 from lockprobe.studies.runner import run
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
-STUDY = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
+STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
 
 # Plays STUDY and dies by SIGKILL at the given write: after `part` of its bytes have reached the file.
 DIES = """
@@ -33,7 +34,7 @@ import os, signal, sys
 from lockprobe.studies import journal as module
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import run
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.studyfile import StudyOptions, study
 directory, at, part = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
 writes = 0
 class Dying:
@@ -53,7 +54,7 @@ def init(self, directory, study, records, timings, *others):
         file._file = Dying(file._file)
     plain(self, directory, study, records, timings, *others)
 Journal.__init__ = init
-planned = study(Request(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
+planned = study(StudyOptions(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
 with Journal.open(directory, planned) as journal:
     run(planned, journal)
 """
@@ -178,7 +179,7 @@ def test_clock_readings_are_kept_apart(tmp_path):
 
 def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
     resume(tmp_path)
-    other = study(Request(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))
+    other = study(StudyOptions(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))
     with pytest.raises(SettingsChanged) as mistake, Journal.open(tmp_path, other):
         pass
     assert str(mistake.value) == (
@@ -189,7 +190,7 @@ def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
 
 def test_a_modality_study_of_when_panels_were_not_dealt_goes_on_as_such(tmp_path):
     """Its settings say nothing of a layout, which then was fixed."""
-    asked = Request(study="modalities", agent=["random"], plant="symbolic", trials=2)
+    asked = StudyOptions(study="modalities", agent=["random"], plant="symbolic", trials=2)
     fixed = study(asked.model_copy(update={"layout": "fixed"}))
     write_study(tmp_path, fixed, play_study(fixed)[:1])
     assert "layout" not in read_settings(tmp_path)
@@ -204,13 +205,13 @@ def test_a_modality_study_of_when_panels_were_not_dealt_goes_on_as_such(tmp_path
 
 
 def test_settings_can_be_mended_while_nothing_was_played(tmp_path):
-    with Journal.open(tmp_path, study(Request(agent=["random"], trials=4, p=[0]))):
+    with Journal.open(tmp_path, study(StudyOptions(agent=["random"], trials=4, p=[0]))):
         pass
     assert len(resume(tmp_path)) == STUDY.size
 
 
 def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
-    people = study(Request(agent=["participant"], trials=4, p=[0]))
+    people = study(StudyOptions(agent=["participant"], trials=4, p=[0]))
     with Journal.open(tmp_path, people):
         pass
     (tmp_path / "people").mkdir()
@@ -244,7 +245,7 @@ def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
         journal.calls.write(call)
     with (
         pytest.raises(SettingsChanged, match="trials is 3 there, 4 asked"),
-        Journal.open(tmp_path, study(Request(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))),
+        Journal.open(tmp_path, study(StudyOptions(agent=["random"], trials=4, repetitions=2, p=[0, 0.4]))),
     ):
         pass
     assert list(read_calls(tmp_path)) == [call]

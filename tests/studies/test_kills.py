@@ -22,7 +22,8 @@ from lockprobe.errors import BadFile
 from lockprobe.studies.calls import ASKED, CALLS, read_calls, unanswered
 from lockprobe.studies.journal import Journal, left_out, load
 from lockprobe.studies.runner import Limits, run_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 SPEC = "llm:openai-api/fake/model"
 KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
@@ -96,7 +97,7 @@ def ended(start, directory, luck, by=signal.SIGKILL):
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
     pytest.importorskip("lockprobe.agents.llm.model")
-    planned = study(Request(agent=[SPEC], **STUDY))
+    planned = study(StudyOptions(agent=[SPEC], **STUDY))
     manner = Manner(median=0.05)
     with elsewhere(manner) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
@@ -146,7 +147,7 @@ DIES = """
 import json, os, signal, sys
 from pathlib import Path
 from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.studyfile import StudyOptions, study
 directory, name, at, part, request = sys.argv[1], sys.argv[2], int(sys.argv[3]), float(sys.argv[4]), sys.argv[5]
 plain, writes = Path.open, 0
 class Dying:
@@ -166,7 +167,7 @@ def opened(self, mode="r", *others, **more):
     file = plain(self, mode, *others, **more)
     return Dying(file) if self.name == name and "a" in mode else file
 Path.open = opened
-run_study(study(Request(**json.loads(request))), directory)
+run_study(study(StudyOptions(**json.loads(request))), directory)
 """
 
 
@@ -207,13 +208,13 @@ def test_killed_while_writing_a_line_about_a_call(tmp_path, monkeypatch, name, a
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.setenv("PAID", str(tmp_path / "whole.txt"))
     asked = {"agent": ["python:paid:Agent"], "p": [0], "trials": 2, "repetitions": 1}
-    whole = run_study(study(Request(**asked)), tmp_path / "whole")
+    whole = run_study(study(StudyOptions(**asked)), tmp_path / "whole")
     monkeypatch.setenv("PAID", str(tmp_path / "killed.txt"))
     died = subprocess.run(
         [sys.executable, "-c", DIES, str(tmp_path / "killed"), name, str(at), str(part), json.dumps(asked)]
     )
     assert died.returncode == -signal.SIGKILL
-    assert run_study(study(Request(**asked)), tmp_path / "killed") == whole
+    assert run_study(study(StudyOptions(**asked)), tmp_path / "killed") == whole
     once, paid = ((tmp_path / f"{which}.txt").read_text().splitlines() for which in ("whole", "killed"))
     assert len(once) == len(set(once)) == sum(len(trial.steps) for trial in whole) > 9
     assert set(paid) == set(once)
@@ -229,11 +230,11 @@ FULL = """
 import json, resource, sys
 from lockprobe.errors import UserMistake
 from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.studyfile import StudyOptions, study
 most = int(sys.argv[2])
 resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 try:
-    run_study(study(Request(**json.loads(sys.argv[3]))), sys.argv[1])
+    run_study(study(StudyOptions(**json.loads(sys.argv[3]))), sys.argv[1])
 except (UserMistake, OSError) as error:
     sys.exit(str(error))
 """
@@ -246,14 +247,14 @@ def test_a_full_disk_stops_a_run_and_loses_nothing(tmp_path, monkeypatch, most):
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.setenv("PAID", str(tmp_path / "whole.txt"))
     asked = {"agent": ["python:paid:Agent"], "p": [0], "trials": 2, "repetitions": 1}
-    whole = run_study(study(Request(**asked)), tmp_path / "whole")
+    whole = run_study(study(StudyOptions(**asked)), tmp_path / "whole")
     monkeypatch.setenv("PAID", str(tmp_path / "full.txt"))
     command = [sys.executable, "-c", FULL, str(tmp_path / "full"), str(most), json.dumps(asked)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     assert "File too large" in done.stderr
-    assert run_study(study(Request(**asked)), tmp_path / "full") == whole
+    assert run_study(study(StudyOptions(**asked)), tmp_path / "full") == whole
     once, paid = ((tmp_path / f"{which}.txt").read_text().splitlines() for which in ("whole", "full"))
     assert set(paid) == set(once)
     assert len(paid) <= len(once) + 1
@@ -297,7 +298,7 @@ REAL = {"key": "flips/x/p=0/rep=1/trial=1", "step": 1, "turn": 1, "request": "0f
 )
 def test_a_damaged_line_is_named_and_nothing_is_overwritten(tmp_path, damage):
     whole = json.dumps(REAL).encode()
-    planned = study(Request(agent=["random"], p=[0], trials=1, repetitions=1))
+    planned = study(StudyOptions(agent=["random"], p=[0], trials=1, repetitions=1))
     run_study(planned, tmp_path)
     content = whole + b"\n\n" + damage + b"\n" + whole + b"\n"
     (tmp_path / CALLS).write_bytes(content)
@@ -314,7 +315,7 @@ def test_calls_of_another_study_are_neither_used_nor_lost(tmp_path, monkeypatch)
     (tmp_path / "paid.py").write_text(PAID)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PAID", str(tmp_path / "paid.txt"))
-    planned = study(Request(agent=["python:paid:Agent"], p=[0], trials=1, repetitions=1))
+    planned = study(StudyOptions(agent=["python:paid:Agent"], p=[0], trials=1, repetitions=1))
     with Journal.open(tmp_path / "d", planned):
         pass
     foreign = json.dumps(REAL).encode() + b"\n"

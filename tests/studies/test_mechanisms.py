@@ -7,7 +7,8 @@ from builders import play_study
 
 from lockprobe.analysis.summary import summarise
 from lockprobe.interventions.condition import flips
-from lockprobe.studies.studyfile import SHIPPED, study
+from lockprobe.studies.study_options import SHIPPED
+from lockprobe.studies.studyfile import study
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -12,9 +12,10 @@ from lockprobe.studies.calls import read_calls
 from lockprobe.studies.journal import Journal, Timing, left_out, load
 from lockprobe.studies.replays import owe_anew
 from lockprobe.studies.spending import Ledger
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
-STUDY = study(Request(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
+STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
 UNUSABLE, BROKEN, SOLVED = (
     make_trial([0], budget=2, broken="reply"),
     make_trial([0], budget=2, broken="model", trial=2),

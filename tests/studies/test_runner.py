@@ -18,11 +18,12 @@ from lockprobe.studies import runner, stage
 from lockprobe.studies.calls import Calls, read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, Silent, _lanes, run
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 def played(directory, **settings):
-    planned = study(Request(**({"repetitions": 1} | settings)))
+    planned = study(StudyOptions(**({"repetitions": 1} | settings)))
     with Journal.open(directory, planned) as journal:
         run(planned, journal)
     return load(directory)
@@ -120,7 +121,7 @@ def test_it_is_watched(tmp_path):
             self.seen.append(("trial", timing.steps == len(trial.steps)))
 
     watching = Watching()
-    planned = study(Request(agent=["random", "round-robin"], p=[0], trials=1, repetitions=1))
+    planned = study(StudyOptions(agent=["random", "round-robin"], p=[0], trials=1, repetitions=1))
     with Journal.open(tmp_path, planned) as journal:
         run(planned, journal, observer=watching)
     assert watching.seen == [("begin", 2), ("random", 1), ("trial", True), ("round-robin", 1), ("trial", True)]
@@ -136,7 +137,7 @@ def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
 
 def shown(directory, workers):
     planned = study(
-        Request(study="modalities", agent=["viewer", "human-inspired"], trials=2, max_steps=3,
+        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=2, max_steps=3,
                 plant="fast-twin?width=160&height=120")
     )  # fmt: skip
     with Journal.open(directory, planned) as journal:
@@ -174,7 +175,7 @@ def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
     """A study of a hosted model on loopback: its trials, and what the server saw."""
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
     request = {"agent": ["llm:openai-api/fake/model"], "p": [0], "trials": trials, "repetitions": 1}
-    planned = study(Request(**request, **(settings or {})))
+    planned = study(StudyOptions(**request, **(settings or {})))
     with here(answer, Manner(median=0.003)) as server, Journal.open(directory, planned) as journal:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         run(planned, journal, limits=Limits(access=Access(**({"pause": 0.01} | access))))
@@ -292,9 +293,11 @@ def test_batches_of_a_provider_without_them_are_refused_before_the_first_trial(t
 
 def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connections(monkeypatch):
     source = SimpleNamespace(engine="network")
-    light, access = study(Request(agent=["llm:openai-api/fake/model"])), Access(connections=7)
+    light, access = study(StudyOptions(agent=["llm:openai-api/fake/model"])), Access(connections=7)
     assert _lanes(light, source, access, 210) == (7, 14)
     assert _lanes(light, source, Access(batch=True), 210) == (210, 0)
-    heavy = study(Request(study="modalities", agent=["llm:openai-api/fake/model"], modality=["rgb"], plant="fast-twin"))
+    heavy = study(
+        StudyOptions(study="modalities", agent=["llm:openai-api/fake/model"], modality=["rgb"], plant="fast-twin")
+    )
     assert _lanes(heavy, source, access, 10) == _lanes(heavy, source, Access(connections=7, batch=True), 10) == (7, 0)
     assert _lanes(light, SimpleNamespace(engine="inline"), access, 210) == (1, 0)

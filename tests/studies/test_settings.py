@@ -8,7 +8,8 @@ from builders import modality_study, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 
 @pytest.fixture
@@ -92,9 +93,9 @@ def test_a_trial_of_other_settings_is_not_one_of_the_study(change):
 def test_a_long_spec_is_refused_where_it_is_asked_for_and_read_where_it_was_taken(directory):
     long = "llm:openai-api/fake/" + "x" * 1000
     with pytest.raises(BadValue, match="^agent: got 'llm:.*…', expected at most 1000 characters; these are 1020$"):
-        study(Request(agent=[long]))
+        study(StudyOptions(agent=[long]))
     with pytest.raises(BadValue, match="^plant: "):
-        study(Request(plant="twin?" + "x" * 1000))
+        study(StudyOptions(plant="twin?" + "x" * 1000))
     path = directory / "study.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"agents": [long]}))
     assert read_study(directory).agents == (long,)

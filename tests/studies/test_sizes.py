@@ -9,7 +9,8 @@ from lockprobe.agents.llm.size import at_most
 from lockprobe.agents.prompt import conversation
 from lockprobe.record import Situation
 from lockprobe.studies.sizes import Prompt, made_up, reply
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 SPEC = "llm:openai-api/fake/model"
 
@@ -26,7 +27,7 @@ def requests(whole, images):
 @pytest.mark.parametrize("images", [0, 2])
 def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images, size, share):
     plan = study(
-        Request(
+        StudyOptions(
             study="modalities",
             agent=["llm:openai-api/fake/model"],
             modality=["rgb", "rgbd"],
@@ -45,7 +46,7 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
 @pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgb", 0), ("rgb", 3)])
 def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality, images):
     settings = Settings(images=images)
-    plan = study(Request(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
+    plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
     shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
     whole = made_up(shown, '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}')
     talks = requests(whole, images)
@@ -58,7 +59,7 @@ def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality,
 @pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgbd", 0), ("rgbd", 3)])
 def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, images):
     settings, facts = Settings(images=images), ModelFacts(picture_tokens=1600)
-    plan = study(Request(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
+    plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
     shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
     asked = [at_most(talk, settings, facts) for talk in requests(made_up(shown, reply("x" * 4000)), images)]
     most = Prompt(shown, settings, facts).most(11, 5)
@@ -72,8 +73,10 @@ def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, 
 
 
 def test_larger_pictures_can_take_more():
-    plan = study(Request(study="modalities", agent=[SPEC], modality=["rgb"], trials=1, plant="fast-twin?width=1025"))
-    usual = study(Request(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
+    plan = study(
+        StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1, plant="fast-twin?width=1025")
+    )
+    usual = study(StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
     facts = ModelFacts(picture_tokens=1600)
     most, less = (
         Prompt(one.plan(SPEC, one.condition(0.0, "rgb"), 1, 1), Settings(), facts).most(1, 1) for one in (plan, usual)

@@ -20,7 +20,8 @@ from lockprobe.studies.calls import Calls, read_calls
 from lockprobe.studies.owners import Owners
 from lockprobe.studies.sizes import HYPOTHESIS, made_up, reply
 from lockprobe.studies.spending import Budget, Ledger, most_dollars, price_of
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 PRICES = """
 [[model]]
@@ -43,7 +44,7 @@ def prices(tmp_path_factory):
 
 
 def planned(*agents):
-    return study(Request(agent=list(agents), trials=9, p=[0], repetitions=1))
+    return study(StudyOptions(agent=list(agents), trials=9, p=[0], repetitions=1))
 
 
 def call(agent=DEAR, trial=1, step=1, reply="said", **more):
@@ -57,15 +58,17 @@ def usage(read=0, wrote=0, cached=0, stored=0):
 
 @pytest.mark.parametrize("agent", ["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"])
 def test_an_agent_is_found_in_a_key_whatever_slashes_it_holds(agent):
-    among = study(Request(agent=["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"]))
+    among = study(
+        StudyOptions(agent=["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"])
+    )
     assert {Owners(among).of(plan.key) for plan in among.plans(agent)} == {agent}
-    shown = study(Request(study="modalities", agent=[agent], modality=["symbolic", "rgb"], trials=1))
+    shown = study(StudyOptions(study="modalities", agent=[agent], modality=["symbolic", "rgb"], trials=1))
     assert {Owners(shown).of(plan.key) for plan in shown.plans(agent)} == {agent}
 
 
 def test_an_agent_of_another_study_is_named_as_it_stands():
     plain = planned("llm:a/x")
-    shown = study(Request(study="modalities", agent=["llm:a/x"], modality=["symbolic", "rgb"]))
+    shown = study(StudyOptions(study="modalities", agent=["llm:a/x"], modality=["symbolic", "rgb"]))
     for owners, key in (
         (Owners(plain), "flips/llm:a/x/y/p=0/rep=1/trial=1"),
         (Owners(shown), "modalities/llm:a/x/y/rgb/p=0/rep=1/trial=1"),
@@ -217,7 +220,7 @@ def test_what_was_sent_before_is_that_of_the_requests_themselves(repairs):
 
 def test_what_was_sent_before_is_not_known_where_pictures_leave_the_conversation():
     few, all_of_them = f"{DEAR}?images=4", f"{DEAR}?images=0"
-    shown = study(Request(study="modalities", agent=[few, all_of_them], modality=["symbolic", "rgb"], trials=1))
+    shown = study(StudyOptions(study="modalities", agent=[few, all_of_them], modality=["symbolic", "rgb"], trials=1))
     for spec, known in ((few, False), (all_of_them, True)):
         key = f"modalities/{spec}/rgb/p=0/rep=1/trial=1"
         calls = [Call(key=key, step=n, turn=1, request="r", reply="said", usage=usage(read=9)) for n in (1, 2)]

@@ -17,7 +17,8 @@ from lockprobe.plants.settings import SceneSettings
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision
 from lockprobe.studies import stage
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 HANDLES = np.array([[[0.1 * i - 0.15, -0.05, 0.05], [0.1 * i - 0.15, 0.05, 0.05]] for i in range(4)])
 PANEL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -212,7 +213,7 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
         nonlocal loop
         loop = asyncio.get_running_loop()
         with stage.own_thread() as place:
-            planned = study(Request(agent=["random"], p=[0], trials=3))
+            planned = study(StudyOptions(agent=["random"], p=[0], trials=3))
             plans = [planned.plan("random", planned.condition(0.0), 1, trial) for trial in (1, 2, 3)]
             timed = (stage.play_timed(plan, InTurn(), lambda key, step: None, place=place) for plan in plans)
             return await asyncio.gather(*timed)
@@ -245,7 +246,7 @@ def test_a_run_that_is_ended_waits_for_what_a_plant_is_doing_and_then_closes_it(
             return Decision(joint=situation.task.joints[0])
 
     async def ended():
-        planned = study(Request(agent=["random"], p=[0], trials=1))
+        planned = study(StudyOptions(agent=["random"], p=[0], trials=1))
         plan = planned.plan("random", planned.conditions[0], 1, 1)
         with stage.own_thread() as place:
             task = asyncio.ensure_future(stage.play_timed(plan, First(), lambda key, step: None, place=place))

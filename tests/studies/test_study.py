@@ -12,10 +12,11 @@ from lockprobe.interventions.condition import Condition, flips
 from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
 from lockprobe.studies.study import joined_agents
-from lockprobe.studies.studyfile import Request, parse_p, read_request, study
+from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_file
+from lockprobe.studies.studyfile import study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
-STUDY = study(Request(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
+STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
 
 
 def test_plans_are_all_trials_once():
@@ -31,16 +32,16 @@ def test_a_part_of_the_plans_is_balanced_over_conditions():
 
 def test_full_is_the_study_of_the_paper():
     """Sec. 3.2: 0 to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials; Sec. 2.2: 20 steps."""
-    full = study(Request(agent=["random"], full=True))
+    full = study(StudyOptions(agent=["random"], full=True))
     assert full.p == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
     assert (full.repetitions, full.trials, full.max_steps, full.size) == (3, 10, 20, 210)
 
 
 def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_something():
-    assert study(Request(agent=["random"])).p == paper.SHORT.p
-    asked = study(Request(agent=["random"], trials=200, repetitions=1))
+    assert study(StudyOptions(agent=["random"])).p == paper.SHORT.p
+    asked = study(StudyOptions(agent=["random"], trials=200, repetitions=1))
     assert (asked.p, asked.repetitions, asked.trials) == (paper.FULL.p, 1, 200)
-    assert study(Request(agent=["random"], p=[0])).trials == paper.FULL.trials
+    assert study(StudyOptions(agent=["random"], p=[0])).trials == paper.FULL.trials
 
 
 def test_the_default_plays_references_beside_the_embedded_model():
@@ -52,7 +53,7 @@ def test_the_default_plays_references_beside_the_embedded_model():
 def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "repetitions": 1, "trials": 3, "max_steps": 10,
-        "seed": 2, "shuffle": False, "box": study(Request(agent=["random"], box="chain-3")).box,
+        "seed": 2, "shuffle": False, "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
         "layout": "shuffled", "plant": "fast-twin",
     }  # fmt: skip
     acting = [flips((0.0,)), flips((0.0, 0.4), "sticky"), (Condition(),), (Condition(name="mine"),)]
@@ -84,22 +85,22 @@ def test_identities_are_pinned():
 )
 def test_settings_out_of_range_are_refused(change, message):
     with pytest.raises(BadValue, match="^" + message):
-        study(Request(**({"agent": ["random"]} | change)))
+        study(StudyOptions(**({"agent": ["random"]} | change)))
 
 
 def test_unknown_names_list_what_exists():
     with pytest.raises(UnknownName, match="^no study is called 'flip' .did you mean 'flips'.*; there are: flips"):
         study("flip")
     with pytest.raises(UnknownName, match="^no box is called 'chain-44'.*there are: chain-2, chain-3"):
-        study(Request(agent=["random"], box="chain-44"))
+        study(StudyOptions(agent=["random"], box="chain-44"))
     with pytest.raises(UnknownName, match="^no plant is called 'twn'"):
-        study(Request(agent=["random"], plant="twn"))
+        study(StudyOptions(agent=["random"], plant="twn"))
 
 
 def test_a_study_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n')
-    assert study(read_request(path)).identity == STUDY.identity
+    assert study(read_options_file(path)).identity == STUDY.identity
 
 
 @pytest.mark.parametrize(
@@ -116,7 +117,7 @@ def test_what_is_wrong_in_a_study_file_is_named(tmp_path, text, reason):
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(BadFile) as mistake:
-        read_request(path)
+        read_options_file(path)
     assert str(mistake.value).startswith(f"{path}: {reason}")
 
 
@@ -144,7 +145,9 @@ def test_a_setting_that_came_later_leaves_the_names_of_earlier_studies_alone():
     assert replace(STUDY, layout="shuffled").settings() == STUDY.settings() | {"layout": "shuffled"}
 
 
-SHUFFLED = study(Request(agent=["random", "human-inspired"], trials=6, repetitions=2, p=[0, 0.4], layout="shuffled"))
+SHUFFLED = study(
+    StudyOptions(agent=["random", "human-inspired"], trials=6, repetitions=2, p=[0, 0.4], layout="shuffled")
+)
 
 
 def test_a_shuffled_layout_deals_the_same_joints_anew_in_every_trial():
@@ -194,7 +197,7 @@ def test_a_study_file_may_ask_for_shuffled_layouts(tmp_path):
     assert (found.layout, found.box.name) == ("shuffled", "random-5-17")
     path.write_text('layout = "round"')
     with pytest.raises(BadFile, match="layout: expected 'fixed' or 'shuffled'"):
-        read_request(path)
+        read_options_file(path)
 
 
 SHOWN = ("rgb", "rgbd", "symbolic")
@@ -203,7 +206,7 @@ MODAL = modality_study(("viewer", "random"), trials=3)
 
 def test_the_modality_study_is_the_papers():
     """Sec. 2.2: RGB, RGB-D and ground truth, 10 trials of 20 steps each, no false reports."""
-    found = study(Request(study="modalities", agent=["viewer"]))
+    found = study(StudyOptions(study="modalities", agent=["viewer"]))
     assert (found.modalities, found.p) == (("rgb", "rgbd", "symbolic"), (0.0,))
     assert (found.trials, found.repetitions, found.max_steps, found.size) == (10, 1, 20, 30)
     assert found.plant == "fast-twin"
@@ -225,12 +228,12 @@ def test_the_modality_study_deals_the_panel_in_every_trial():
 
 def test_a_modality_study_on_one_panel_keeps_its_name(tmp_path):
     """It was the default once: its directory is found by its identity, and says nothing of a layout."""
-    fixed = study(Request(study="modalities", layout="fixed"))
+    fixed = study(StudyOptions(study="modalities", layout="fixed"))
     assert fixed.identity == json.loads(GOLDEN.read_text())["modalities on one panel"]
     assert "layout" not in fixed.settings()
     path = tmp_path / "mine.toml"
     path.write_text('study = "modalities"\nlayout = "fixed"\n')
-    assert study(read_request(path)) == fixed
+    assert study(read_options_file(path)) == fixed
     assert study("modalities") == replace(fixed, layout="shuffled")
 
 
@@ -266,12 +269,12 @@ def test_modalities_are_settings_that_came_later():
 
 
 def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
-    found = study(Request(study="modalities", agent=["viewer"], plant="symbolic"))
+    found = study(StudyOptions(study="modalities", agent=["viewer"], plant="symbolic"))
     assert found.modalities == ("symbolic",)
     with pytest.raises(
         BadValue, match="^modality: got 'rgb', expected a plant with a camera, fast-twin or twin, not s"
     ):
-        study(Request(study="modalities", agent=["viewer"], plant="symbolic", modality=["rgb"]))
+        study(StudyOptions(study="modalities", agent=["viewer"], plant="symbolic", modality=["rgb"]))
 
 
 @pytest.mark.parametrize(
@@ -291,11 +294,11 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
 )
 def test_what_cannot_be_shown_is_refused(change, message):
     with pytest.raises((BadValue, UnknownName), match="^" + message):
-        study(Request(**({"study": "modalities", "agent": ["viewer", "random"]} | change)))
+        study(StudyOptions(**({"study": "modalities", "agent": ["viewer", "random"]} | change)))
 
 
 def test_default_agents_that_have_nothing_to_play_are_left_out():
-    assert study(Request(study="modalities", modality=["rgb"])).agents == ("viewer",)
+    assert study(StudyOptions(study="modalities", modality=["rgb"])).agents == ("viewer",)
 
 
 def test_a_study_file_may_ask_for_modalities(tmp_path):
@@ -307,13 +310,13 @@ def test_a_study_file_may_ask_for_modalities(tmp_path):
 def test_a_list_of_one_may_be_written_without_brackets(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('study = "modalities"\nagent = "viewer"\nmodality = "rgb"\nplant = "fast-twin"\n')
-    assert read_request(path).agent == ["viewer"]
-    assert read_request(path).modality == ["rgb"]
+    assert read_options_file(path).agent == ["viewer"]
+    assert read_options_file(path).modality == ["rgb"]
 
 
 def test_a_study_shows_the_box_in_some_way():
     with pytest.raises(BadValue, match=r"^modality: got \[\], expected at least one"):
-        study(Request(study="modalities", modality=[], agent=["viewer"]))
+        study(StudyOptions(study="modalities", modality=[], agent=["viewer"]))
 
 
 def test_trials_of_people_are_invited_and_planned_like_any():

@@ -2,10 +2,11 @@
 
 from builders import make_trial
 
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 from lockprobe.studies.valid import invalid_conditions
 
-STUDY = study(Request(agent=["random"], trials=2, p=[0, 0.4, 0.6], repetitions=1, max_steps=2))
+STUDY = study(StudyOptions(agent=["random"], trials=2, p=[0, 0.4, 0.6], repetitions=1, max_steps=2))
 
 
 def test_a_condition_is_named_once_all_that_was_played_of_it_ended_as_an_error():

@@ -5,7 +5,8 @@ import os
 import pytest
 
 from lockprobe.errors import Missing, UserMistake
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 from lockprobe.studies.workers import play_in_workers
 
 AGENTS = """
@@ -25,7 +26,7 @@ def mortal(tmp_path, monkeypatch):
     (tmp_path / "mortals.py").write_text(AGENTS)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     monkeypatch.syspath_prepend(tmp_path)
-    planned = study(Request(agent=["python:mortals:Mortal"], p=[0], trials=6, repetitions=1))
+    planned = study(StudyOptions(agent=["python:mortals:Mortal"], p=[0], trials=6, repetitions=1))
     return list(planned.plans("python:mortals:Mortal"))
 
 
@@ -71,6 +72,6 @@ def test_workers_that_keep_dying_stop_the_run(mortal, monkeypatch):
 
 
 def test_an_agent_that_cannot_be_had_is_a_users_mistake(mortal):
-    plans = list(study(Request(agent=["python:nowhere:X"], p=[0], trials=2)).plans("python:nowhere:X"))
+    plans = list(study(StudyOptions(agent=["python:nowhere:X"], p=[0], trials=2)).plans("python:nowhere:X"))
     with pytest.raises(UserMistake, match="agent: got 'python:nowhere:X', expected python:module:Name"):
         played(plans, 1)

@@ -1,57 +1,36 @@
-"""What can be asked of ``lockprobe run``, option by option."""
+"""What can be asked of ``lockprobe run`` and ``lockprobe serve``: the options of a study, and how it is played."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import typer
 
 from lockprobe.errors import BadValue
-from lockprobe.studies.study import LayoutKind
+from lockprobe.interventions.flip import FlipKind
+from lockprobe.studies.study_options import StudyOptions, parse_p
 
 __all__ = [
     "Again",
-    "Agents",
     "AsJson",
-    "Assessment",
     "Batch",
-    "BoxName",
     "Budget",
-    "Conditions",
     "Connections",
     "EstimateOnly",
-    "Flip",
-    "Full",
-    "Layout",
-    "MaxSteps",
-    "Modalities",
     "Name",
     "Out",
-    "P",
-    "PlantSpec",
-    "Repetitions",
     "Retries",
-    "Seed",
-    "Shuffle",
-    "Sweeps",
     "Timeout",
-    "Trials",
     "Workers",
     "WriteReport",
+    "with_study_options",
 ]
 
 _STUDY = "The study; mechanisms.toml comes with the package."
-_AGENTS = "Agent spec; may be repeated (flips: llm:local, random, round-robin, human-inspired)."
-_TRIALS = "Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."
-_PLANT = "What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."
-_MODALITY = "How the box is shown: symbolic (flips), rgb, rgbd, rgbd?depth=height; may be repeated (modalities: all)."
-_CONDITION = (
-    "What acts, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated. lockprobe interventions lists them."
-)
-_SWEEP = "One condition for each dose: 'tremble?p=0,0.1,0.2'; may be repeated."
-_LAYOUT = "fixed (flips): one panel for all trials; shuffled (modalities): joints dealt anew to it in every trial."
-_ASSESSMENT = "Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."
 _BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
 _BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
 _ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
@@ -69,30 +48,6 @@ def _directory(path: str) -> Path:
 
 
 Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
-Agents = Annotated[
-    list[str] | None,
-    typer.Option(help=_AGENTS),
-]
-BoxName = Annotated[str | None, typer.Option(help="A box by name, random-N-SEED, or a TOML file (chain-4).")]
-P = Annotated[str | None, typer.Option(help="Flip rates, how often reports are inverted (0,0.2,0.4,0.6).")]
-Trials = Annotated[
-    int | None,
-    typer.Option(help=_TRIALS),
-]
-Repetitions = Annotated[int | None, typer.Option(help="Repetitions (3).")]
-Seed = Annotated[int | None, typer.Option(help="Seed of everything (1).")]
-MaxSteps = Annotated[int | None, typer.Option(help="Budget of a trial in steps (20).")]
-Flip = Annotated[str | None, typer.Option(help="A false report is transient, sticky or outcome-only (transient).")]
-PlantSpec = Annotated[str | None, typer.Option(help=_PLANT)]
-Modalities = Annotated[list[str] | None, typer.Option(help=_MODALITY)]
-Conditions = Annotated[list[str] | None, typer.Option(help=_CONDITION)]
-Sweeps = Annotated[list[str] | None, typer.Option(help=_SWEEP)]
-Layout = Annotated[LayoutKind | None, typer.Option(help=_LAYOUT)]
-Shuffle = Annotated[
-    bool | None, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing per trial (--shuffle).")
-]
-Assessment = Annotated[bool | None, typer.Option("--assessment/--no-assessment", help=_ASSESSMENT)]
-Full = Annotated[bool, typer.Option("--full", help="The paper's 7 x 3 x 10 trials per agent (flips).")]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help="Directory of the study.")]
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to a provider on their way at once.")]
@@ -104,3 +59,59 @@ WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)
 EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
 Again = Annotated[str | None, typer.Option(metavar="reply", help=_AGAIN)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+
+
+def with_study_options(*, without: Iterable[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options of a study, in front of its own; it gets those that were given as ``asked``.
+
+    Args:
+        without: Options that it does not take.
+    """
+    names = [name for name in StudyOptions.model_fields if name not in {"study", *without}]
+
+    def give(command: Callable[..., None]) -> Callable[..., None]:
+        hints = get_type_hints(command, include_extras=True)
+        own = [
+            parameter.replace(annotation=hints[name])
+            for name, parameter in inspect.signature(command).parameters.items()
+            if name != "asked"
+        ]
+        options = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_option(name))
+            for name in names
+        ]
+
+        def run(**given: Any) -> None:
+            asked = {name: given.pop(name) for name in names}
+            if asked.get("p") is not None:
+                asked["p"] = parse_p(asked["p"])
+            command(asked={name: value for name, value in asked.items() if value not in (None, [])}, **given)
+
+        run.__name__, run.__doc__ = command.__name__, command.__doc__
+        first, *rest = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
+        run.__signature__ = inspect.Signature([first, *options, *rest])  # type: ignore[attr-defined]
+        return run
+
+    return give
+
+
+def _option(name: str) -> Any:
+    """An option of a study as one of a command line: lists are repeated, flip rates have commas between."""
+    field = StudyOptions.model_fields[name]
+    kind, words = _kind(field.annotation), field.description
+    if kind is bool:
+        flag = f"--{name}" if field.default is False else f"--{name}/--no-{name}"
+        return Annotated[bool | None, typer.Option(flag, help=words)]
+    return Annotated[kind | None, typer.Option(help=words)]
+
+
+def _kind(annotation: Any) -> Any:
+    """What a command line takes for a type of a field."""
+    (kind,) = {part for part in get_args(annotation) if part is not NoneType} or {annotation}
+    if get_origin(kind) is Annotated:
+        kind = get_args(kind)[0]
+    if get_origin(kind) is list:
+        return str if get_args(kind) == (float,) else list[str]
+    if get_origin(kind) is Literal:
+        return str if kind == FlipKind else kind  # the flip says itself which kinds there are
+    return kind

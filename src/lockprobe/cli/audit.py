@@ -21,7 +21,7 @@ from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.worlds import WORLDS, P, world
 from lockprobe.cli.table import new_table, plain_console, print_table
 from lockprobe.errors import BadValue
-from lockprobe.studies.studyfile import parse_p
+from lockprobe.studies.study_options import parse_p
 
 __all__ = ["audit", "power"]
 

@@ -26,7 +26,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.studyfile import parse_p
+from lockprobe.studies.study_options import parse_p
 
 __all__ = ["fit"]
 

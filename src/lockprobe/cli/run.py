@@ -28,7 +28,8 @@ from lockprobe.studies.runner import run as play_study
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
-from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
+from lockprobe.studies.study_options import StudyOptions, read_options_file
+from lockprobe.studies.studyfile import STUDIES, study
 from lockprobe.studies.valid import invalid_conditions
 
 __all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "run"]
@@ -43,24 +44,10 @@ BUDGET_REACHED = 3
 """The exit status where a budget ended a study before its last trial."""
 
 
+@asking.with_study_options()
 def run(
-    name: asking.Name,
-    agent: asking.Agents = None,
-    box: asking.BoxName = None,
-    p: asking.P = None,
-    trials: asking.Trials = None,
-    repetitions: asking.Repetitions = None,
-    seed: asking.Seed = None,
-    max_steps: asking.MaxSteps = None,
-    flip: asking.Flip = None,
-    plant: asking.PlantSpec = None,
-    modality: asking.Modalities = None,
-    condition: asking.Conditions = None,
-    sweep: asking.Sweeps = None,
-    layout: asking.Layout = None,
-    shuffle: asking.Shuffle = None,
-    assessment: asking.Assessment = None,
-    full: asking.Full = False,
+    what: asking.Name,
+    asked: Mapping[str, object],
     out: asking.Out = None,
     workers: asking.Workers = None,
     connections: asking.Connections = 10,
@@ -84,25 +71,7 @@ def run(
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: every trial broke, or a condition has no valid trial.
     """
-    asked = {
-        "agent": agent or None,
-        "box": box,
-        "p": None if p is None else parse_p(p),
-        "trials": trials,
-        "seed": seed,
-        "repetitions": repetitions,
-        "max_steps": max_steps,
-        "flip": flip,
-        "plant": plant,
-        "modality": modality or None,
-        "condition": condition or None,
-        "sweep": sweep or None,
-        "layout": layout,
-        "shuffle": shuffle,
-        "assessment": assessment,
-        "full": full or None,
-    }
-    planned, directory = _planned(name, asked, out)
+    planned, directory = _planned(what, asked, out)
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     if estimate:
         return _estimate(planned, directory, again, batch=batch, json=json)
@@ -201,13 +170,10 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     if name not in STUDIES and Path(name).is_dir():
         expected = f"one of {', '.join(STUDIES)}, or FILE.toml; to go on, the same command with --out {name}"
         raise BadValue("study", name, expected)
-    if (flip := asked["flip"]) not in (None, "transient", "sticky", "outcome-only"):
-        raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
-    request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)
-    request = request.model_copy(update={key: value for key, value in asked.items() if value is not None})
-    planned = study(request)
+    request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
+    planned = study(request, **asked)
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
-    if request.agent is None and (directory / SETTINGS).exists():
+    if request.agent is None and "agent" not in asked and (directory / SETTINGS).exists():
         there = tuple(agent for agent in read_study(directory).agents if agent != PEOPLE)
         planned = replace(planned, agents=there or planned.agents)
     return planned, directory

@@ -28,7 +28,8 @@ from lockprobe.people.opening import words_to_read
 from lockprobe.people.words import Words, read_words
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
-from lockprobe.studies.studyfile import STUDIES, Request, parse_p, read_request, study
+from lockprobe.studies.study_options import StudyOptions, read_options_file
+from lockprobe.studies.studyfile import STUDIES, study
 
 if TYPE_CHECKING:
     from lockprobe.web.serving import Where
@@ -64,21 +65,10 @@ WritePeople = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Wri
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object: url, admin_url, directory.")]
 
 
+@asking.with_study_options(without=("agent", "condition", "sweep"))
 def serve(
-    name: Name = None,
-    box: asking.BoxName = None,
-    p: asking.P = None,
-    trials: asking.Trials = None,
-    repetitions: asking.Repetitions = None,
-    seed: asking.Seed = None,
-    max_steps: asking.MaxSteps = None,
-    flip: asking.Flip = None,
-    plant: asking.PlantSpec = None,
-    modality: asking.Modalities = None,
-    layout: asking.Layout = None,
-    shuffle: asking.Shuffle = None,
-    assessment: asking.Assessment = None,
-    full: asking.Full = False,
+    asked: Mapping[str, object],
+    what: Name = None,
     people: People = None,
     texts: Texts = None,
     view: View = None,
@@ -104,20 +94,14 @@ def serve(
         return
     if not host:
         raise BadValue("host", host, "a name or IP address of this machine")
-    name = _named(name)
-    asked = {
-        "box": box, "p": None if p is None else parse_p(p), "trials": trials, "repetitions": repetitions,
-        "seed": seed, "max_steps": max_steps, "flip": flip, "plant": plant, "modality": modality or None,
-        "layout": layout, "shuffle": shuffle, "assessment": assessment, "full": full or None,
-    }  # fmt: skip
-    given = {key: value for key, value in asked.items() if value is not None}
+    name = _named(what)
     file, number = _people(people or [])
     own = {
         "view": view, "trials_each": trials_each, "language": texts, "participants": number,
         "require_id": require_id, "join_code": join_code,
     }  # fmt: skip
     own = {key: value for key, value in own.items() if value is not None}
-    planned, directory, experiment = _what(name, given, file, own, out)
+    planned, directory, experiment = _what(name, asked, file, own, out)
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
     _serve(planned, directory, experiment, door, json=json)
 
@@ -192,11 +176,9 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
             raise BadValue("study", name, f"no {given} beside the directory of a study: its settings are as they are")
         there = read_study(directory)
         return replace(there, agents=_with_people(there.agents)), directory
-    if (flip := asked.get("flip")) not in (None, "transient", "sticky", "outcome-only"):
-        raise BadValue("flip", flip, "one of transient, sticky, outcome-only")
-    request = read_request(Path(name)) if name.endswith(".toml") else Request(study=name)
+    request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     agents = list(_with_people(tuple(request.agent or ())))
-    planned = study(request.model_copy(update={**asked, "agent": agents}))
+    planned = study(request, **{**asked, "agent": agents})
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
 

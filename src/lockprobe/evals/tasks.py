@@ -5,11 +5,10 @@ One sample is one trial, named by its place in the study: ``p=0.4/rep=2/trial=7`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import inspect
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
-
-from pydantic import ValidationError
 
 from lockprobe.agents.prompt import instructions
 from lockprobe.errors import BadValue, Missing, UserMistake
@@ -19,8 +18,8 @@ from lockprobe.evals.scoring import metrics_of, played
 from lockprobe.plan import Names, Plan
 from lockprobe.studies.modality import camera
 from lockprobe.studies.study import Study
-from lockprobe.studies.studyfile import Request, parse_p, study
-from lockprobe.validation import plain
+from lockprobe.studies.study_options import StudyOptions, parse_p, study_options
+from lockprobe.studies.studyfile import study
 
 try:
     from inspect_ai import Task, task
@@ -38,68 +37,40 @@ _MODEL = "llm:inspect/model"
 _YES_OR_NO = ("shuffle", "assessment", "full")
 """Parameters that are true or false; YAML takes ``on`` and ``yes`` for that too."""
 
-Several = str | list[str] | None
-Numbers = float | str | list[float] | None
+
+def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
+    """The options of a study and of how a model is asked as parameters, by which Inspect knows them."""
+    names = [name for name in StudyOptions.model_fields if name not in {"study", "agent"}]
+    parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in (*names, *OPTIONS)]
+    unknown = inspect.Parameter("unknown", inspect.Parameter.VAR_KEYWORD)  # so that they come here, and are refused
+    make.__signature__ = inspect.Signature([*parameters, unknown])  # type: ignore[attr-defined]
+    return make
 
 
 @task
-def flips(
-    p: Numbers = None,
-    trials: int | None = None,
-    repetitions: int | None = None,
-    seed: int | None = None,
-    max_steps: int | None = None,
-    flip: str | None = None,
-    plant: str | None = None,
-    box: str | None = None,
-    modality: Several = None,
-    layout: str | None = None,
-    shuffle: bool | None = None,
-    assessment: bool | None = None,
-    full: bool | None = None,
-    schema: str | None = None,
-    images: int | None = None,
-    detail: str | None = None,
-    repairs: int | None = None,
-) -> Task:
+@_with_parameters
+def flips(**given: Any) -> Task:
     """What false reports do to an agent that solves a lockbox (Sec. 3.2).
 
     The parameters are the options of ``lockprobe run flips``; the last four say how the model is asked.
     """
-    return _task("flips", locals())
+    return _task("flips", given)
 
 
 @task
-def modalities(
-    p: Numbers = None,
-    trials: int | None = None,
-    repetitions: int | None = None,
-    seed: int | None = None,
-    max_steps: int | None = None,
-    flip: str | None = None,
-    plant: str | None = None,
-    box: str | None = None,
-    modality: Several = None,
-    layout: str | None = None,
-    shuffle: bool | None = None,
-    assessment: bool | None = None,
-    full: bool | None = None,
-    schema: str | None = None,
-    images: int | None = None,
-    detail: str | None = None,
-    repairs: int | None = None,
-) -> Task:
+@_with_parameters
+def modalities(**given: Any) -> Task:
     """What pictures do to an agent that solves a lockbox: RGB, RGB-D, and reports in words (Sec. 3.1).
 
     The parameters are the options of ``lockprobe run modalities``; the last four say how the model is asked.
     """
-    return _task("modalities", locals())
+    return _task("modalities", given)
 
 
 def _task(name: str, given: Mapping[str, Any]) -> Task:
     with _in_one_line():
-        asked = {key: value for key, value in given.items() if value is not None and key not in OPTIONS}
-        options = {key: given[key] for key in OPTIONS if given[key] is not None}
+        asked = {key: value for key, value in given.items() if value is not None and key not in {"model", *OPTIONS}}
+        options = {key: given[key] for key in OPTIONS if given.get(key) is not None}
         planned = _planned(name, asked)
         _check_options(options)
         samples = [_sample(plan) for plan in planned.plans(_MODEL)]
@@ -132,13 +103,9 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
     p = given.get("p")
     if p is not None and not isinstance(p, list):
         given["p"] = parse_p(p) if isinstance(p, str) else [p]
-    try:
-        request = Request.model_validate(given)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = str(first["loc"][0])
-        raise BadValue(where, given.get(where), plain(first["msg"]).removeprefix("expected ")) from None
-    return study(request)
+    if isinstance(swept := given.get("sweep"), list):
+        given["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
+    return study(study_options(given))
 
 
 def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:

@@ -49,7 +49,8 @@ COLUMN: Mapping[str, Column] = {
     "box": Column("Name of the lockbox."),
     "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
     "p": Column(
-        "Flip rate: how often, independently in every step, the report said the opposite; empty where else acted.",
+        "Flip rate: how often, independently in every step, the report said the opposite; empty where something else "
+        "acted.",
         "",
         0,
         1,

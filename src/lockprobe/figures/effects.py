@@ -33,7 +33,7 @@ def effect_rows(found: Effects) -> list[Row]:
     ]
     crossed = [
         Row(
-            name=f"{_name(one.crossing.second)}\nwith less without {_name(one.crossing.first)}",
+            name=_name(f"{one.crossing.first} \N{MULTIPLICATION SIGN} {one.crossing.second}"),
             said=interval(one.change.value, one.change.low, one.change.high),
             value=one.change.value,
             low=one.change.low,
@@ -52,7 +52,7 @@ def draw_effects(axes: Axes, found: Effects) -> None:
     rows = effect_rows(found)
     differences(axes, rows, f"success less that under {_name(found.control)}, points")
     shown = "" if found.modality == "symbolic" else f" ({found.modality})"
-    title(axes, _name(found.agent + shown), f"n = {_sizes(found)}; filled: detectable")
+    title(axes, _name(found.agent + shown), f"n = {_sizes(found)}; filled: shown")
 
 
 def _sizes(found: Effects) -> str:

@@ -41,7 +41,7 @@ def plan_beside(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
         name=name,
         agents=(PEOPLE,),
         box=box,
-        conditions=flips((0.0,), modalities=(modality,)),
+        conditions=flips((0.0,), study.flip, (modality,)),
         repetitions=1,
         trials=1,
         seed=integer_seed(study.seed, "people", name),

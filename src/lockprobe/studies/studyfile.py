@@ -1,47 +1,26 @@
-"""A study in a TOML file, and the one place where a request becomes a :class:`Study`.
-
-::
-
-    study = "flips"
-    agent = ["llm:local", "random"]
-    sweep = "tremble?p=0,0.1,0.2"
-    trials = 5
-
-    [[condition]]
-    name = "nudged"
-    spec = "flip?p=0.4 + nudge"
-
-Every key is an option of ``lockprobe run`` of the same name. An option on the command line goes before the file.
-A study file is data from anyone: it cannot name an agent or an intervention that runs code.
-"""
+"""The one place where options become a :class:`lockprobe.studies.study.Study`: the paper's where nothing is said."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, TypeVar
-
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from typing import Any, TypeVar
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.inputs import read_toml
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import SYMBOLIC, Condition, distinct, flips, read_condition, sweep
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
-from lockprobe.studies.study import LayoutKind, Study
-from lockprobe.validation import plain
+from lockprobe.studies.study import Study
+from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
 
-__all__ = ["SHIPPED", "STUDIES", "Request", "parse_p", "read_request", "study"]
+__all__ = ["STUDIES", "study"]
 
 STUDIES = ("flips", "modalities")
-
-SHIPPED = ("mechanisms.toml",)
-"""Study files that come with the package. One of the same name in the working directory goes before."""
 
 LONGEST_SPEC = 1000
 """Characters of the spec of an agent, a plant or a modality."""
@@ -49,88 +28,26 @@ LONGEST_SPEC = 1000
 _T = TypeVar("_T")
 
 
-def _listed(given: object) -> object:
-    """One alone as a list of one."""
-    return [given] if isinstance(given, str) else given
+def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
+    """The study that options, a TOML file, or a bare name describe.
 
-
-Several = Annotated[
-    list[str],
-    Field(max_length=64),
-    BeforeValidator(_listed),
-]
-"""One, or a list of them."""
-
-
-class Named(BaseModel):
-    """A condition of a study file, with a name that the experimenter gives it."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    spec: str
-    name: str = ""
-
-
-class Request(BaseModel):
-    """What a user asks for; what is left out follows the study's own default."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    study: str = "flips"
-    agent: Several | None = None
-    box: str | None = None
-    p: Annotated[list[float], Field(max_length=1000)] | None = None
-    trials: int | None = None
-    repetitions: int | None = None
-    seed: int | None = None
-    max_steps: int | None = None
-    flip: FlipKind | None = None
-    plant: str | None = None
-    modality: Several | None = None
-    condition: Annotated[list[Named | str], Field(max_length=1000), BeforeValidator(_listed)] | None = None
-    sweep: Several | None = None
-    layout: LayoutKind | None = None
-    shuffle: bool | None = None
-    assessment: bool | None = None
-    full: bool = False
-    name: str | None = None
-
-
-def read_request(path: Path) -> Request:
-    """The study in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name.
-
-    Raises:
-        BadFile: If it is not one, with the key that is wrong.
-    """
-    if str(path) in SHIPPED and not path.exists():
-        path = Path(__file__).with_name(path.name)
-    try:
-        request = Request.model_validate(read_toml(path))
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        known = f"; keys are {', '.join(Request.model_fields)}" if first["type"] == "extra_forbidden" else ""
-        raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
-    acting = [one if isinstance(one, str) else one.spec for one in request.condition or ()]
-    for what, specs in (("agent", request.agent), ("condition", acting), ("sweep", request.sweep)):
-        for spec in specs or ():
-            if "python:" in spec:
-                raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
-    return request
-
-
-def study(request: Request | str = "flips") -> Study:
-    """The study that a request, a TOML file, or a bare name with all defaults describes.
+    >>> [condition.label for condition in study("flips", agent="random", sweep="tremble?p=0,0.1").conditions]
+    ['truth', 'tremble?p=0.1']
 
     A request for flips that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as
     soon as it says something, what it leaves out follows the paper. The modality study is always of the paper's
     extent, on a panel that is dealt anew in every trial; on a plant without a camera it has no pictures.
 
+    Args:
+        asked: Options, the path of a TOML file, ``flips`` or ``modalities``.
+        options: Any of :class:`lockprobe.studies.study_options.StudyOptions`, which go before those.
+
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    if isinstance(request, str):
-        request = read_request(Path(request)) if request.endswith(".toml") else Request(study=request)
+    if isinstance(asked, str):
+        asked = read_options_file(Path(asked)) if asked.endswith(".toml") else StudyOptions(study=asked)
+    request = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
@@ -138,12 +55,11 @@ def study(request: Request | str = "flips") -> Study:
     modalities = tuple(_given(request.modality, _shown_by_default(plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
-    acting = [one if isinstance(one, str) else one.spec for one in request.condition or ()]
     for what, specs in (
         ("agent", agents),
         ("plant", [plant]),
         ("modality", modalities),
-        ("condition", acting),
+        ("condition", request.acting),
         ("sweep", request.sweep or ()),
     ):
         _check_lengths(what, specs)
@@ -167,7 +83,7 @@ def study(request: Request | str = "flips") -> Study:
     return planned
 
 
-def _conditions(request: Request, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
+def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each."""
     flip: FlipKind = _given(request.flip, "transient")
     p = extent.p if request.p is None else tuple(request.p)
@@ -176,10 +92,9 @@ def _conditions(request: Request, extent: paper.Extent, modalities: Sequence[str
             raise BadValue(what, list(values), "at least one, and every one once")
     if request.condition is None and request.sweep is None:
         return flips(p, flip, modalities)
-    named = [Named(spec=one) if isinstance(one, str) else one for one in request.condition or ()]
     found = [
         *(flips(p, flip) if request.p is not None else ()),
-        *(read_condition(one.spec, one.name) for one in named),
+        *(read_condition(one.spec, one.name) for one in request.conditions_named),
         *(condition for spec in request.sweep or () for condition in sweep(spec)),
     ]
     return _with_controls(found, modalities)
@@ -207,7 +122,7 @@ def _check_lengths(what: str, specs: Sequence[str]) -> None:
             raise BadValue(what, f"{spec[:40]}…", f"at most {LONGEST_SPEC} characters; these are {len(spec)}")
 
 
-def _flips_extent(request: Request) -> paper.Extent:
+def _flips_extent(request: StudyOptions) -> paper.Extent:
     said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
     asked = request.full or any(given is not None for given in said)
     return paper.FULL if asked else paper.SHORT
@@ -227,11 +142,3 @@ def _players_by_default(modalities: tuple[str, ...], *, modal: bool) -> tuple[st
 
 def _given(value: _T | None, default: _T) -> _T:
     return default if value is None else value
-
-
-def parse_p(text: str) -> list[float]:
-    """Flip probabilities from ``0,0.1,0.2``."""
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise BadValue("p", text, "numbers from 0 to 1 with commas between, for example 0,0.2,0.4") from None

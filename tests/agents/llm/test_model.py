@@ -26,7 +26,8 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 from lockprobe.trial import play
 
 llm = pytest.importorskip("lockprobe.agents.llm.model")
@@ -42,7 +43,7 @@ def no_keys(monkeypatch):
 
 def played(tmp_path, monkeypatch, answer, spec=SPEC, **settings):
     """Trials of a small study against a server."""
-    request = Request(agent=[spec], **({"p": [0, 0.4], "trials": 3, "repetitions": 1} | settings))
+    request = StudyOptions(agent=[spec], **({"p": [0, 0.4], "trials": 3, "repetitions": 1} | settings))
     with here(answer, keep=True) as server:
         for provider in ("FAKE", "OPENAI"):
             monkeypatch.setenv(f"{provider}_BASE_URL", server.url)

@@ -18,7 +18,8 @@ from lockprobe.call import Usage
 from lockprobe.record import Percept, Situation, Task, Turn
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.runner import Limits, run_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 pytest.importorskip("xllamacpp")
 pytest.importorskip("inspect_ai")
@@ -56,7 +57,7 @@ def played(address, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SERVED_BASE_URL", f"{address}/v1")
         patch.setenv("SERVED_API_KEY", "nobody-asks-for-one")
-        planned = study(Request(agent=[SPEC], p=[0, 0.4], trials=1, repetitions=1, max_steps=4))
+        planned = study(StudyOptions(agent=[SPEC], p=[0, 0.4], trials=1, repetitions=1, max_steps=4))
         trials = run_study(planned, directory, limits=Limits(access=Access(connections=1)))
     return trials, list(read_calls(directory))
 

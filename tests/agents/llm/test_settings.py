@@ -12,7 +12,8 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plants.catalogue import known_plants
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import Request, study
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 UNKNOWN = ModelFacts()
 PLAIN = ModelFacts(known=True, most_output=16_384)
@@ -136,7 +137,7 @@ def test_a_value_that_cannot_be_is_one_line(options, mistake, message):
 
 def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():
     assert "fast-twin" in known_plants()
-    pictured = Request(study="modalities", plant="fast-twin", modality=["rgb"], agent=["llm:openai/o3-mini"])
+    pictured = StudyOptions(study="modalities", plant="fast-twin", modality=["rgb"], agent=["llm:openai/o3-mini"])
     with pytest.raises(BadValue, match="symbolic too for llm:openai/o3-mini, which reads reports and looks at no pict"):
         study(pictured)
     assert study(pictured.model_copy(update={"agent": ["llm:openai/gpt-4o"]})).has_pictures
@@ -149,7 +150,7 @@ def played(tmp_path, monkeypatch, spec, answer=truthful):
         for provider in ("FAKE", "OPENAI"):
             monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
             monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
-        run_study(study(Request(agent=[spec], p=[0], trials=1, repetitions=1)), tmp_path)
+        run_study(study(StudyOptions(agent=[spec], p=[0], trials=1, repetitions=1)), tmp_path)
     return server.requests, load(tmp_path)[0]
 
 

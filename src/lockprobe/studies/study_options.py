@@ -1,0 +1,182 @@
+"""The options of a study, once: command line, study files, Inspect and Python take their names, types and words here.
+
+A study file holds them as TOML::
+
+    study = "flips"
+    agent = ["llm:local", "random"]
+    sweep = "tremble?p=0,0.1,0.2"
+    trials = 5
+
+    [[condition]]
+    name = "nudged"
+    spec = "flip?p=0.4 + nudge"
+
+An option on the command line goes before the file. A study file is data from anyone: it cannot name an agent, a plant,
+a box or an intervention that runs code.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.inputs import read_toml
+from lockprobe.interventions.flip import FlipKind
+from lockprobe.studies.study import LayoutKind
+from lockprobe.validation import plain
+
+__all__ = ["SHIPPED", "NamedCondition", "StudyOptions", "parse_p", "read_options_file", "study_options"]
+
+SHIPPED = ("mechanisms.toml",)
+"""Study files that come with the package. One of the same name in the working directory goes before."""
+
+
+def _listed(given: object) -> object:
+    """One alone as a list of one."""
+    return [given] if isinstance(given, str) else given
+
+
+def _about(words: str, since: str = "0.1") -> Any:
+    """What a field means, its default in brackets, and since which release it exists."""
+    return Field(description=words, json_schema_extra={"since": since})
+
+
+class NamedCondition(BaseModel):
+    """A condition of a study file, with a name that the experimenter gives it."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    spec: Annotated[str, Field(description="What acts, with plus signs between.")]
+    name: Annotated[str, Field(description="What records and report call it; its spec if it has none.")] = ""
+
+
+Several = Annotated[list[str], Field(max_length=64), BeforeValidator(_listed)]
+"""One, or a list of them."""
+
+Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), BeforeValidator(_listed)]
+
+
+class StudyOptions(BaseModel):
+    """What a user asks for; what is left out follows the study's own default.
+
+    Every field carries what it means, its default in brackets, and since which release it exists.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    study: Annotated[str, _about("flips, modalities, or the study of a file.")] = "flips"
+    agent: Annotated[
+        Several | None, _about("Agent spec; may be repeated (flips: llm:local, random, round-robin, human-inspired).")
+    ] = None
+    box: Annotated[str | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
+    p: Annotated[
+        Annotated[list[float], Field(max_length=1000)] | None,
+        _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6)."),
+    ] = None
+    trials: Annotated[
+        int | None,
+        _about("Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."),
+    ] = None
+    repetitions: Annotated[int | None, _about("Repetitions (3).")] = None
+    seed: Annotated[int | None, _about("Seed of everything (1).")] = None
+    max_steps: Annotated[int | None, _about("Budget of a trial in steps (20).")] = None
+    flip: Annotated[FlipKind | None, _about("A false report is transient, sticky or outcome-only (transient).")] = None
+    plant: Annotated[
+        str | None,
+        _about("What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."),
+    ] = None
+    modality: Annotated[
+        Several | None,
+        _about(
+            "How the box is shown: symbolic (flips), rgb, rgbd, rgbd?depth=height; may be repeated (modalities: all)."
+        ),
+    ] = None
+    condition: Annotated[
+        Conditions | None,
+        _about(
+            "What acts, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated (truth is always played too)."
+        ),
+    ] = None
+    sweep: Annotated[Several | None, _about("One condition for each dose: 'tremble?p=0,0.1,0.2'; may be repeated.")] = (
+        None
+    )
+    layout: Annotated[
+        LayoutKind | None,
+        _about(
+            "fixed (flips): one panel for all trials; shuffled (modalities): joints dealt anew to it in every trial."
+        ),
+    ] = None
+    shuffle: Annotated[bool | None, _about("Shuffle labels and their listing per trial (--shuffle).")] = None
+    assessment: Annotated[
+        bool | None,
+        _about("Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."),
+    ] = None
+    full: Annotated[bool, _about("The paper's 7 x 3 x 10 trials per agent (flips).")] = False
+    name: Annotated[str | None, _about("A name of its own, which keys of records begin with (the study's).")] = None
+
+    @property
+    def acting(self) -> list[str]:
+        """The specs of its conditions."""
+        return [one if isinstance(one, str) else one.spec for one in self.condition or ()]
+
+    @property
+    def conditions_named(self) -> list[NamedCondition]:
+        """Its conditions, those without a name too."""
+        return [NamedCondition(spec=one) if isinstance(one, str) else one for one in self.condition or ()]
+
+
+def study_options(given: dict[str, Any]) -> StudyOptions:
+    """Options that somebody gave in Python or to another tool.
+
+    Raises:
+        UnknownName: If one does not exist; the message lists those that do.
+        BadValue: If one has a value that it cannot have.
+    """
+    try:
+        return StudyOptions.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = str(first["loc"][0])
+        if first["type"] == "extra_forbidden":
+            raise UnknownName("option", where, StudyOptions.model_fields) from None
+        raise BadValue(where, given.get(where), plain(first["msg"]).removeprefix("expected ")) from None
+
+
+def read_options_file(path: Path) -> StudyOptions:
+    """The options in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name.
+
+    Raises:
+        BadFile: If it is not one, with the key that is wrong.
+    """
+    if str(path) in SHIPPED and not path.exists():
+        path = Path(__file__).with_name(path.name)
+    try:
+        options = StudyOptions.model_validate(read_toml(path))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        known = f"; keys are {', '.join(StudyOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
+        raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
+    named = {
+        "agent": options.agent,
+        "condition": options.acting,
+        "sweep": options.sweep,
+        "plant": [options.plant or ""],
+        "box": [options.box or ""],
+    }
+    for what, specs in named.items():
+        for spec in specs or ():
+            if "python:" in spec:
+                raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
+    return options
+
+
+def parse_p(text: str) -> list[float]:
+    """Flip probabilities from ``0,0.1,0.2``."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise BadValue("p", text, "numbers from 0 to 1 with commas between, for example 0,0.2,0.4") from None
