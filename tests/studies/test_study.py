@@ -11,6 +11,8 @@ from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.condition import Condition, flips
 from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
+from lockprobe.studies.settings import study_from
+from lockprobe.studies.single import run_trial
 from lockprobe.studies.study import joined_agents
 from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_file
 from lockprobe.studies.studyfile import study
@@ -344,3 +346,69 @@ def test_trials_of_people_are_invited_and_planned_like_any():
 )
 def test_agents_that_are_asked_for_are_added_to_those_that_are_there(there, asked, together):
     assert joined_agents(there, asked) == together
+
+
+def test_conditions_replace_flip_rates_and_the_truth_is_their_control():
+    planned = study("flips", agent="random", condition=["nudge", "flip?p=0.4 + nudge"], sweep="tremble?p=0,0.1")
+    labels = [condition.label for condition in planned.conditions]
+    assert labels == ["truth", "nudge", "flip?p=0.4 + nudge", "tremble?p=0.1"]
+    assert not planned.of_flips
+    assert planned.size == 4 * 3 * 10
+
+
+def test_flip_rates_stand_beside_other_conditions_and_nothing_is_played_twice():
+    planned = study("flips", agent="random", p=[0, 0.4], condition=["flip?p=0.4", "nudge"])
+    assert [condition.label for condition in planned.conditions] == ["truth", "flip?p=0.4", "nudge"]
+
+
+def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
+    planned = study("modalities", agent="viewer", modality=["symbolic", "rgb"], condition=["nudge", "warn + rgbd"])
+    assert [condition.label for condition in planned.conditions] == [
+        "truth", "nudge", "rgb", "nudge + rgb", "rgbd", "warn + rgbd",
+    ]  # fmt: skip
+
+
+def test_a_named_condition_is_called_so_in_keys_and_settings(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        'name = "lab"\nagent = ["random"]\ntrials = 2\nrepetitions = 1\n'
+        '[[condition]]\nname = "told the truth"\nspec = "truth"\n[[condition]]\nname = "lies"\nspec = "flip?p=0.4"\n'
+    )
+    planned = study(str(path))
+    assert [plan.key for plan in planned.plans("random")][:2] == [
+        "lab/random/told the truth/rep=1/trial=1", "lab/random/lies/rep=1/trial=1",
+    ]  # fmt: skip
+    assert study_from(json.loads(json.dumps(planned.settings())), path) == planned
+
+
+@pytest.mark.parametrize("key", ["condition", "sweep", "plant", "box"])
+def test_a_study_file_runs_no_code(tmp_path, key):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'{key} = "python:os:getcwd"')
+    with pytest.raises(BadFile, match=f"{key}: python:os:getcwd would run code"):
+        read_options_file(path)
+
+
+def test_records_of_conditions_are_those_of_the_study_and_no_others():
+    planned = study("flips", agent="random", sweep="tremble?p=0,0.1", trials=1, repetitions=1)
+    played = [run_trial(agent="random", condition=condition) for condition in planned.conditions]
+    renamed = [
+        replace(trial, key=plan.key, study="flips") for trial, plan in zip(played, planned.plans("random"), strict=True)
+    ]
+    assert all(map(planned.asks_for, renamed))
+    assert [planned.condition_of(trial) for trial in renamed] == list(planned.conditions)
+    assert not planned.asks_for(replace(renamed[1], condition="tremble?p=0.2"))
+    assert not STUDY.asks_for(renamed[0])
+    assert [(trial.p, trial.schema) for trial in renamed] == [(0.0, 2), (None, 2)]
+
+
+def test_people_play_flip_rates_alone():
+    with pytest.raises(BadValue, match="flip rates alone where people take part"):
+        study("flips", agent="participant", condition="nudge")
+
+
+def test_options_in_python_are_those_of_the_command_line():
+    with pytest.raises(UnknownName, match="no option is called 'trails' .did you mean 'trials'"):
+        study("flips", trails=2)
+    with pytest.raises(BadValue, match="trials: got 'many', expected a whole number"):
+        study("flips", trials="many")

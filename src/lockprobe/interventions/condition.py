@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
@@ -205,7 +206,8 @@ def _several(part: str) -> list[tuple[str, list[str]]]:
 
 def _with(part: str, option: str, value: str) -> str:
     """A spec with one value in place of several."""
-    return re.sub(rf"(?<=[?&]){re.escape(option)}=[^&\s]*", f"{option}={value.strip()}", part)
+    name, options = read_options(part.strip(), "sweep")
+    return f"{name}?{urlencode({**options, option: value.strip()})}"
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:

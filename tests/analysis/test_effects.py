@@ -1,0 +1,48 @@
+"""Differences of conditions from the control, on agents whose rule is known."""
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+
+from lockprobe.analysis.effects import effects
+from lockprobe.analysis.series import Crossing
+
+
+def trials(solved):
+    """One trial for each entry: solved or not."""
+    return [make_trial(SOLUTION if one else [0] * 20, trial=i, budget=20) for i, one in enumerate(solved, 1)]
+
+
+def test_a_condition_that_solves_every_trial_is_told_apart_and_one_that_plays_alike_is_not():
+    truth = [False] * 30
+    found = effects({"truth": trials(truth), "all": trials([True] * 30), "same": trials(truth)}, "truth")
+    every, same = found.effects
+    assert (every.condition, every.difference.value, every.detectable) == ("all", 1.0, True)
+    assert (same.condition, same.difference.value, same.detectable) == ("same", 0.0, False)
+
+
+def test_only_trials_that_both_have_are_compared():
+    found = effects({"truth": trials([True] * 10), "part": trials([True] * 4)}, "truth")
+    assert found.effects[0].difference.first.n == found.effects[0].difference.second.n == 4
+
+
+def test_a_crossing_is_the_difference_of_differences():
+    rng = np.random.default_rng(1)
+    neither, first, second, both = (rng.random((4, 60)) < np.array([[0.1], [0.1], [0.1], [0.9]])).tolist()
+    crossing = Crossing(neither="o", first="a", second="b", both="ab")
+    found = effects(
+        {"o": trials(neither), "a": trials(first), "b": trials(second), "ab": trials(both)}, "o", [crossing]
+    )
+    (one,) = found.interplays
+    expected = np.mean(both) - np.mean(first) - np.mean(second) + np.mean(neither)
+    assert one.change.value == pytest.approx(expected)
+    assert one.detectable
+
+
+def test_a_crossing_that_was_not_played_is_left_out():
+    crossing = Crossing(neither="o", first="a", second="b", both="ab")
+    assert effects({"o": trials([True]), "a": trials([True])}, "o", [crossing]).interplays == ()
+
+
+def test_without_the_control_there_is_nothing_to_compare_with():
+    assert effects({"a": trials([True])}, "truth") is None

@@ -1,0 +1,78 @@
+"""Which conditions form a series over a dose and which are crossed follows from their specs alone."""
+
+import math
+
+from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.analysis.series import Arm, control_of, crossings, series_of
+from lockprobe.interventions.condition import read_condition
+
+
+def arms(*specs):
+    conditions = [read_condition(spec) for spec in specs]
+    return [Arm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
+
+
+def test_doses_of_one_intervention_are_a_series_with_the_truth_at_0():
+    (series,) = series_of(arms("truth", "tremble?p=0.2", "nudge", "tremble?p=0.1"))
+    assert series.axis == Axis(kind="tremble", dose="p")
+    assert list(series.doses.items()) == [("truth", 0.0), ("tremble?p=0.1", 0.1), ("tremble?p=0.2", 0.2)]
+
+
+def test_flips_are_the_axis_of_the_paper():
+    (series,) = series_of(arms("truth", "flip?p=0.2", "flip?p=0.4"))
+    assert series.axis == FLIPS
+
+
+def test_two_conditions_are_a_difference_and_no_series():
+    assert series_of(arms("truth", "tremble?p=0.2", "nudge")) == ()
+
+
+def test_other_options_and_other_interventions_make_another_series():
+    found = series_of(
+        arms(
+            "truth",
+            "nudge",
+            "burst?p=0.1&length=2",
+            "burst?p=0.2&length=2",
+            "burst?p=0.1&length=4",
+            "nudge + flip?p=0.2",
+            "nudge + flip?p=0.4",
+        )
+    )
+    assert [(one.axis.name, one.axis.rest, len(one.doses)) for one in found] == [
+        ("burst p", "", 3), ("flip rate", "nudge", 3),
+    ]  # fmt: skip
+    assert found[1].doses["nudge"] == 0
+
+
+def test_modalities_are_apart():
+    found = series_of(arms("truth", "tremble?p=0.1", "tremble?p=0.2 + rgb", "tremble?p=0.3 + rgb"))
+    assert found == ()
+
+
+def test_a_crossing_needs_all_four():
+    assert crossings(arms("truth", "nudge", "nudge + flip?p=0.4")) == ()
+    (found,) = crossings(arms("truth", "nudge", "flip?p=0.4", "nudge + flip?p=0.4"))
+    assert (found.neither, found.first, found.second) == ("truth", "nudge", "flip?p=0.4")
+    assert found.both == "nudge + flip?p=0.4"
+
+
+def test_the_control_is_the_truth_or_else_the_first():
+    assert control_of(arms("nudge", "flip?p=0")).label == "flip?p=0"
+    assert control_of(arms("nudge", "warn")).label == "nudge"
+    assert control_of(arms("nudge"), "rgb") is None
+
+
+def test_what_has_no_dose_has_no_number():
+    (arm,) = arms("nudge + tremble?p=0.1")
+    assert math.isnan(arm.dose(0))
+    assert arm.dose(1) == 0.1
+
+
+def test_sentences_about_flips_become_sentences_about_any_dose():
+    axis = Axis(kind="tremble", dose="p", rest="nudge")
+    said = "No effect of false reports: 3 of 9 trials when told the truth and 2 of 9 at a flip rate of 0.4."
+    assert FLIPS.said(said) == said
+    assert axis.said(said) == (
+        "No effect of higher doses of tremble: 3 of 9 trials under nudge alone and 2 of 9 at a tremble p of 0.4."
+    )

@@ -1,0 +1,98 @@
+"""A condition names what acts, in order; specs make it, and tell it."""
+
+import pytest
+
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.interventions.condition import Condition, Recorded, distinct, flips, read_condition, sweep
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.nudge import Nudge
+from lockprobe.interventions.tremble import Tremble
+
+
+def test_the_truth_is_the_empty_condition():
+    assert read_condition("truth") == read_condition("") == Condition()
+    assert Condition().label == "truth"
+    assert Condition().p == 0
+    assert Condition().does_nothing
+
+
+@pytest.mark.parametrize("spec", ["tremble?p=0.1", "flip?p=0.4 + nudge", "nudge + flip?p=0.4", "drop?p=0.3 + rgb"])
+def test_a_spec_makes_what_it_says_and_is_said_again(spec):
+    assert read_condition(spec).spec == spec
+
+
+def test_order_matters_and_names_do():
+    assert read_condition("nudge + flip?p=0.4") != read_condition("flip?p=0.4 + nudge")
+    named = read_condition("flip?p=0.4", "lies")
+    assert (named.label, named.spec) == ("lies", "flip?p=0.4")
+    assert named != read_condition("flip?p=0.4")
+
+
+def test_how_the_box_is_shown_may_stand_last():
+    shown = read_condition("warn + rgbd?depth=height")
+    assert (shown.modality, shown.specs) == ("rgbd?depth=height", ("warn",))
+
+
+@pytest.mark.parametrize(("spec", "p"), [("truth", 0), ("flip?p=0.25", 0.25), ("tremble?p=0", None), ("nudge", None)])
+def test_only_flips_have_a_flip_rate(spec, p):
+    assert read_condition(spec).p == p
+
+
+def test_a_flip_rate_is_kept_to_the_last_digit():
+    assert flips((0.1234567890123,))[0].p == 0.1234567890123
+
+
+@pytest.mark.parametrize(
+    ("spec", "nothing"),
+    [
+        ("truth", True), ("flip?p=0", True), ("tremble?p=0 + flip?p=0&persistence=sticky", True), ("nudge", False),
+        ("flip?p=0&persistence=outcome-only", False), ("tremble?p=0.1", False),
+    ],
+)  # fmt: skip
+def test_dose_0_does_nothing_unless_positions_are_left_out(spec, nothing):
+    assert read_condition(spec).does_nothing is nothing
+
+
+def test_the_paper_s_conditions_run_over_flip_rates_and_then_modalities():
+    found = flips((0, 0.4), "sticky", ("symbolic", "rgb"))
+    assert [(one.p, one.modality) for one in found] == [(0, "symbolic"), (0.4, "symbolic"), (0, "rgb"), (0.4, "rgb")]
+    assert {one.flip.persistence for one in found} == {"sticky"}
+
+
+def test_a_sweep_is_one_condition_for_each_dose():
+    assert [one.spec for one in sweep("tremble?p=0,0.1, 0.2")] == ["tremble?p=0", "tremble?p=0.1", "tremble?p=0.2"]
+    assert [one.spec for one in sweep("nudge?after=3 + burst?p=0.1,0.2&length=2")] == [
+        "nudge?after=3 + burst?p=0.1&length=2", "nudge?after=3 + burst?p=0.2&length=2",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("spec", ["tremble?p=0.1", "tremble?p=0,0.1 + drop?p=0,0.1", "nudge?after=2,3", "truth"])
+def test_a_sweep_is_over_several_values_of_one_dose(spec):
+    with pytest.raises(BadValue, match="sweep"):
+        sweep(spec)
+
+
+def test_what_does_not_exist_is_refused_with_what_does():
+    with pytest.raises(UnknownName, match="tremble"):
+        read_condition("trembel?p=0.1")
+
+
+@pytest.mark.parametrize("name", ["a/b", " a", "a\nb", "x" * 201])
+def test_a_name_can_stand_in_the_key_of_a_record(name):
+    with pytest.raises(BadValue, match="condition"):
+        Condition(interventions=(Nudge(),), name=name)
+
+
+def test_settings_import_nothing_until_a_trial_is_played():
+    stranger = Condition(interventions=(Recorded(spec="python:os:getcwd?x=1", dose="x"),))
+    assert (stranger.label, stranger.doses) == ("python:os:getcwd?x=1", ("x",))
+    with pytest.raises(BadValue, match="settings import nothing"):
+        stranger.made()
+    known = Condition(interventions=(Recorded(spec="tremble?p=0.1", dose="p"),))
+    assert known == Condition(interventions=(Tremble(p=0.1),))
+    assert known.made() == (Tremble(p=0.1),)
+
+
+def test_equal_conditions_stand_once_the_first_before():
+    one, other = Condition(interventions=(OutcomeFlip(p=0.2),)), read_condition("nudge")
+    assert distinct([one, other, read_condition("flip?p=0.2")]) == (one, other)
