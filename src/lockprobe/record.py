@@ -7,6 +7,7 @@ the same seed gives the same bytes. How a record is written is :mod:`lockprobe.j
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
@@ -367,8 +368,11 @@ class Trial:
 
     @property
     def dose(self) -> float:
-        """Where it stands on the axis that is looked at: its flip rate, unless an analysis placed it on another."""
-        return self.placed if self.placed is not None else self.p or 0.0
+        """Where it stands on the axis that is looked at: its flip rate, unless an analysis placed it on another.
+
+        Not a number under other conditions, so that nothing takes them for the truth.
+        """
+        return self.placed if self.placed is not None else math.nan if self.p is None else self.p
 
     @property
     def cell(self) -> str:

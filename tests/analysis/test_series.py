@@ -3,7 +3,7 @@
 import math
 
 from lockprobe.analysis.axis import FLIPS, Axis
-from lockprobe.analysis.series import Arm, control_of, crossings, series_of
+from lockprobe.analysis.series import Arm, control_of, crossings, series_of, series_of_agents
 from lockprobe.interventions.condition import read_condition
 
 
@@ -76,3 +76,11 @@ def test_sentences_about_flips_become_sentences_about_any_dose():
     assert axis.said(said) == (
         "No effect of higher doses of tremble: 3 of 9 trials under nudge alone and 2 of 9 at a tremble p of 0.4."
     )
+
+
+def test_agents_that_differ_in_one_number_are_a_series_too():
+    (found,) = series_of_agents(["random", "a:b?t=1&x=2", "a:b?x=2&t=0", "a:b?t=0.5&x=2", "a:b?t=0.5&x=3"])
+    assert (found.agent, found.axis.name) == ("a:b?x=2", "t")
+    assert list(found.doses.values()) == [0, 0.5, 1]
+    assert series_of_agents(["a?t=1", "a?t=2"]) == ()
+    assert found.axis.said("False reports matter when told the truth.") == "Higher values of t matter at a t of 0."

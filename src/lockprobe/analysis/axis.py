@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["FLIPS", "Axis"]
+__all__ = ["AGENT", "FLIPS", "Axis"]
+
+AGENT = "agent"
+"""The kind of an axis that is an option of agents, such as their temperature."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +31,8 @@ class Axis:
         >>> Axis(kind="tremble", dose="p").name, FLIPS.name
         ('tremble p', 'flip rate')
         """
+        if self.kind == AGENT:
+            return self.dose
         return "flip rate" if (self.kind, self.dose) == ("flip", "p") else f"{self.kind} {self.dose}"
 
     @property
@@ -38,6 +43,8 @@ class Axis:
     @property
     def cause(self) -> str:
         """What may change an agent's success, in a sentence."""
+        if self.kind == AGENT:
+            return f"higher values of {self.dose}"
         return "false reports" if self.name == "flip rate" else f"higher doses of {self.kind}"
 
     @property
@@ -45,6 +52,8 @@ class Axis:
         """The condition at dose 0, in a sentence."""
         if self.rest:
             return f"under {self.rest} alone"
+        if self.kind == AGENT:
+            return f"at a {self.dose} of 0"
         return "when told the truth" if self.name == "flip rate" else f"without {self.kind}"
 
     def said(self, sentence: str) -> str:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from urllib.parse import urlencode
 
-from lockprobe.analysis.axis import Axis
+from lockprobe.analysis.axis import AGENT, Axis
 from lockprobe.options import read_options
 
-__all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of"]
+__all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of", "series_of_agents"]
 
 _FEWEST = 3
 """Doses, 0 among them, that make a series; two are a difference."""
@@ -58,17 +59,19 @@ class Arm:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series:
-    """Conditions that differ in one dose alone.
+    """Conditions that differ in one dose alone, or agents that differ in one option alone.
 
     Attributes:
         axis: What they differ in.
-        doses: Condition -> its dose, ascending; 0 for the condition in which it is missing.
+        doses: Condition -> its dose, ascending; 0 for the condition in which it is missing. Of agents: spec -> value.
         modality: How the box is shown in all of them.
+        agent: Of agents: their spec without the option; else empty.
     """
 
     axis: Axis
     doses: Mapping[str, float]
     modality: str
+    agent: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +117,34 @@ def series_of(arms: Sequence[Arm]) -> tuple[Series, ...]:
             ascending = dict(sorted(doses.items(), key=lambda both: both[1]))
             found.append(Series(axis=axis, doses=ascending, modality=first.modality))
     return tuple(found)
+
+
+def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
+    """Every series of at least three agents that differ in one number alone, such as their temperature."""
+    families: dict[tuple[str, str], dict[str, float]] = {}
+    for agent in agents:
+        name, options = read_options(agent)
+        for option, value in options.items():
+            rest = {other: said for other, said in options.items() if other != option}
+            if (number := _number(value)) is not None:
+                families.setdefault((f"{name}?{urlencode(rest)}".rstrip("?"), option), {})[agent] = number
+    return tuple(
+        Series(
+            axis=Axis(kind=AGENT, dose=option),
+            doses=dict(sorted(doses.items(), key=lambda both: both[1])),
+            modality="symbolic",
+            agent=agent,
+        )
+        for (agent, option), doses in families.items()
+        if len(doses) >= _FEWEST
+    )
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def crossings(arms: Sequence[Arm]) -> tuple[Crossing, ...]:

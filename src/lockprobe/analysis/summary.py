@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -168,8 +169,8 @@ def summarise(
     if len(boxes) > 1:
         raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
     for trial in trials:
-        if axis == FLIPS and not 0 <= trial.dose <= 1:
-            raise BadValue(f"flip rate of {trial.key}", trial.dose, "a number from 0 to 1")
+        if not 0 <= trial.dose <= (1 if axis == FLIPS else math.inf):
+            raise BadValue(f"{axis.name} of {trial.key}", trial.dose, "a number from 0 to 1")
     place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
 
     def group(trial: Trial) -> tuple[int, float]:

@@ -41,7 +41,8 @@ def fit_agents(
     """Fit models to the choices of agents, given what they had been told.
 
     Args:
-        trials: Of any agents; those that ended as an error are left out and counted.
+        trials: Of any agents; those that ended as an error are left out and counted, and those are left out under which
+            other things than flips acted.
         agents: Only these; all in the order of their names without it.
         p: Only these flip probabilities.
         models: Only these models, and ``random``.
@@ -70,6 +71,7 @@ def _groups(
     """The trials of each agent, or of each agent at each p."""
     there = sorted({trial.group for trial in trials})
     asked = there if agents is None else list(dict.fromkeys(agents))
+    trials = [trial for trial in trials if trial.p is not None]  # models of choices know flips alone
     known = sorted({trial.dose for trial in trials})
     kept = known if p is None else sorted(set(p))
     for agent in asked:

@@ -15,7 +15,7 @@ from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.effects import Effects, effects
 from lockprobe.analysis.finding import finding
 from lockprobe.analysis.reference import Reference, reference_of
-from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of
+from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
 from lockprobe.audit.measured import shipped
 from lockprobe.record import Trial
@@ -123,10 +123,10 @@ def read_conditions(
 
 
 def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
-    """The trials of every agent under every condition."""
+    """The trials of every agent under every condition, each at a place of its own on no axis."""
     cells: dict[tuple[str, str], list[Trial]] = {}
     for trial in trials:
-        cells.setdefault((trial.group, trial.condition), []).append(trial)
+        cells.setdefault((trial.group, trial.condition), []).append(replace(trial, placed=0.0))
     return cells
 
 
@@ -155,6 +155,15 @@ def _series(
         ]
         if placed:
             found.append((series, summarise(placed, study.box, each=each, axis=series.axis)))
+    control = control_of(arms, arms[0].modality)
+    for series in series_of_agents(study.agents):
+        placed = [
+            replace(trial, agent=series.agent, placed=series.doses[trial.agent])
+            for trial in trials
+            if trial.agent in series.doses and control is not None and trial.condition == control.label
+        ]
+        if placed:
+            found.append((series, summarise(placed, study.box, each=each, axis=series.axis)))
     return tuple(found)
 
 
@@ -180,8 +189,7 @@ def condition_numbers(study: ConditionStudy) -> Row:
             for sentence in effects_said(one, study.conditions)
         ],
         "conditions": [
-            condition_row(summary)
-            | {"label": agent, "condition": label, "p": _flip_rate(study.study, label), "acts": said[label]}
+            _condition_row(study.study, label, summary) | {"label": agent, "acts": said[label]}
             for (agent, label), summary in study.conditions.items()
         ],
         "effects": [row for one in study.effects for row in _effect_rows(one)],
@@ -199,8 +207,12 @@ def condition_numbers(study: ConditionStudy) -> Row:
     return plain
 
 
-def _flip_rate(study: Study, label: str) -> float | None:
-    return next(one.p for one in study.conditions if one.label == label)
+def _condition_row(study: Study, label: str, summary: ConditionSummary) -> Row:
+    """The numbers of one agent under one condition; a flip rate stands only where nothing but flips acted."""
+    p = next(one.p for one in study.conditions if one.label == label)
+    row = condition_row(summary)
+    repetitions = [{**point, "p": p} for point in row["repetitions"]]
+    return row | {"condition": label, "p": p, "repetitions": repetitions}
 
 
 def _effect_rows(found: Effects) -> list[Row]:

@@ -187,7 +187,7 @@ def claim(directory: Path, study: Study) -> None:
     there = {**LATER, **read_settings(directory)}
     asked = {**LATER, **json.loads(json.dumps(study.settings()))}
     different = {
-        name: _told_apart(there.get(name), asked.get(name))
+        name: _told_apart(name, there.get(name), asked.get(name))
         for name in sorted({*there, *asked} - {"agents", "added"})
         if there.get(name) != asked.get(name)
     }
@@ -198,8 +198,10 @@ def claim(directory: Path, study: Study) -> None:
         write_settings(directory, replace(study, agents=agents))
 
 
-def _told_apart(there: object, asked: object) -> tuple[object, object]:
+def _told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
     """Two values of a setting, short: of boxes their names, or where these are the same the parts that differ."""
+    if name == "conditions":
+        return _conditions_said(there), _conditions_said(asked)
     if not (isinstance(there, dict) and isinstance(asked, dict)):
         return there, asked
     parts = [name for name in ("name", *there, *asked) if there.get(name) != asked.get(name)]
@@ -207,6 +209,17 @@ def _told_apart(there: object, asked: object) -> tuple[object, object]:
     if first == "name":
         return there.get("name"), asked.get("name")
     return {first: there.get(first)}, {first: asked.get(first)}
+
+
+def _conditions_said(conditions: object) -> str:
+    """Conditions by name, or by what acts; flip rates alone have none."""
+    if not isinstance(conditions, list):
+        return "flip rates alone"
+    said = [
+        one["name"] or " + ".join([*(act["spec"] for act in one["interventions"]), one["modality"]])
+        for one in conditions
+    ]
+    return "; ".join(text.removesuffix(" + symbolic").replace("symbolic", "truth") for text in said)
 
 
 def _texts(values: object) -> list[str]:

@@ -25,6 +25,9 @@ STUDIES = ("flips", "modalities")
 LONGEST_SPEC = 1000
 """Characters of the spec of an agent, a plant or a modality."""
 
+AGENT_SWEEP = "agent."
+"""How a sweep begins that is over an option of agents."""
+
 _T = TypeVar("_T")
 
 
@@ -65,6 +68,9 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
         _check_lengths(what, specs)
     for spec in agents:
         resolve(spec)
+    for spec in request.sweep or ():
+        if spec.startswith(AGENT_SWEEP):
+            agents = _swept_agents(agents, spec)
     planned = Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
@@ -83,6 +89,25 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
     return planned
 
 
+def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
+    """Agents with every value of one of their options: ``agent.temperature=0,0.5,1``. Those without it stay."""
+    option, _, values = spec.removeprefix(AGENT_SWEEP).partition("=")
+    if not option or "," not in values:
+        raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
+    found, refused = [], ""
+    for agent in agents:
+        mark = "&" if "?" in agent else "?"
+        several = [f"{agent}{mark}{option}={value.strip()}" for value in values.split(",")]
+        try:
+            found += [one for one in several if resolve(one)]
+        except UnknownName as error:
+            refused = refused or str(error)
+            found.append(agent)
+    if len(found) == len(agents):
+        raise BadValue("sweep", spec, f"an option that one of the agents has ({refused})")
+    return found
+
+
 def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each."""
     flip: FlipKind = _given(request.flip, "transient")
@@ -95,7 +120,7 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
     found = [
         *(flips(p, flip) if request.p is not None else ()),
         *(read_condition(one.spec, one.name) for one in request.conditions_named),
-        *(condition for spec in request.sweep or () for condition in sweep(spec)),
+        *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
     ]
     return _with_controls(found, modalities)
 

@@ -1,0 +1,115 @@
+"""A study of conditions end to end: each against the control, crossed ones, doses, and nothing pooled with the truth."""
+
+import json
+
+import pytest
+from builders import write_study
+
+from lockprobe.export import tidy_rows
+from lockprobe.fit.fitting import fit_agents
+from lockprobe.report import write_report
+from lockprobe.studies.journal import load
+from lockprobe.studies.studyfile import study
+
+ASKED = {
+    "agent": ["cognitive:perseverant", "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",
+    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 15, "repetitions": 2, "name": "lab",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    """The directory of a study of eight conditions with its report, and the content of results.json."""
+    directory = write_study(tmp_path_factory.mktemp("lab") / "study", study("flips", **ASKED))
+    page = write_report(directory).read_text()
+    return directory, page, json.loads((directory / "results.json").read_text())
+
+
+def test_every_agent_has_a_row_under_every_condition(reported):
+    _, _, content = reported
+    labels = [row["condition"] for row in content["conditions"] if row["agent"] == "random"]
+    assert labels == [
+        "truth", "flip?p=0.3", "flip?p=0.6", "nudge", "nudge + flip?p=0.6",
+        "tremble?p=0.1", "tremble?p=0.2", "tremble?p=0.4",
+    ]  # fmt: skip
+    assert {row["trials"] for row in content["conditions"]} == {30}
+    assert [row["p"] for row in content["conditions"]][:5] == [0, 0.3, 0.6, None, None]
+
+
+def test_counts_are_those_of_the_records(reported):
+    directory, _, content = reported
+    trials = load(directory)
+    for row in content["conditions"]:
+        own = [trial for trial in trials if (trial.agent, trial.condition) == (row["agent"], row["condition"])]
+        assert (len(own), sum(trial.solved for trial in own)) == (row["trials"], row["solved"])
+
+
+def test_differences_are_to_the_control_and_paired(reported):
+    _, _, content = reported
+    solved = {(row["agent"], row["condition"]): row["solved"] for row in content["conditions"]}
+    assert len(content["effects"]) == 2 * 7
+    for row in content["effects"]:
+        assert (row["control"], row["trials"], row["corrected_for"]) == ("truth", 30, 7)
+        away = solved[row["agent"], row["condition"]] - solved[row["agent"], "truth"]
+        assert row["difference"] == pytest.approx(away / 30)
+    assert all(
+        row["difference"] == 0
+        for row in content["effects"]
+        if row["agent"] == "random" and "trem" not in row["condition"]
+    )
+
+
+def test_what_was_crossed_has_its_interaction(reported):
+    _, page, content = reported
+    (one, two) = content["interactions"]
+    assert (one["first"], one["second"], one["both"]) == ("nudge", "flip?p=0.6", "nudge + flip?p=0.6")
+    assert one["difference"] == two["difference"] == 0  # neither agent reads words
+    assert "Two interventions at once" in page
+
+
+def test_doses_make_series_that_are_called_by_their_name(reported):
+    directory, page, content = reported
+    flips, tremble = content["series"]
+    assert (flips["name"], tremble["name"]) == ("flip rate", "tremble p")
+    assert tremble["conditions"] == {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4}
+    said = " ".join([*tremble["findings"], *tremble["loop_findings"], tremble["courses_said"]])
+    assert "tremble" in said
+    assert "flip rate" not in said
+    assert "false report" not in said.lower()
+    asks = {test["asks"] for test in tremble["tests"]}
+    assert not any("flip" in one or "alse report" in one for one in asks)
+    for name in ("effects", "series-1-success", "series-2-loops"):
+        assert (directory / "figures" / f"{name}.svg").read_bytes().startswith(b"<?xml")
+    assert page.count("<figure") == 5
+
+
+def test_exports_name_the_condition_and_leave_p_empty_where_other_things_acted(reported):
+    directory, _, _ = reported
+    rows = list(tidy_rows(load(directory)))
+    assert {row["p"] for row in rows if row["condition"] == "nudge"} == {""}
+    assert {row["p"] for row in rows if row["condition"] == "flip?p=0.3"} == {0.3}
+    assert {row["chosen"] != "" for row in rows if row["condition"] == "tremble?p=0.4"} == {True, False}
+
+
+def test_nothing_is_fitted_that_has_no_flip_rate(reported):
+    directory, _, _ = reported
+    (found,) = fit_agents(load(directory), agents=["cognitive:perseverant"], models=["random"], folds=2).agents
+    assert found.p == (0, 0.3, 0.6)
+    assert found.trials == 90
+
+
+def test_equal_records_make_equal_pages(reported):
+    directory, page, _ = reported
+    assert write_report(directory).read_text() == page
+
+
+def test_a_part_of_a_study_says_so(tmp_path):
+    planned = study("flips", **{**ASKED, "agent": ["random"]})
+    directory = write_study(tmp_path / "study", planned, load_part(tmp_path / "whole", planned))
+    page = write_report(directory).read_text()
+    assert "Partial: 20 of 240 trials" in page
+
+
+def load_part(directory, planned):
+    """The first trials of a study."""
+    return load(write_study(directory, planned))[:20]
