@@ -21,6 +21,7 @@ from lockprobe.environment import announce
 if TYPE_CHECKING:
     from lockprobe.export import tidy_rows, trial_rows
     from lockprobe.lockbox.families import box
+    from lockprobe.report.schema import results
     from lockprobe.studies.journal import load
     from lockprobe.studies.montecarlo import population, propagate
     from lockprobe.studies.runner import run_study
@@ -33,6 +34,7 @@ __all__ = [
     "load",
     "population",
     "propagate",
+    "results",
     "run_study",
     "run_trial",
     "study",
@@ -45,6 +47,7 @@ _HOMES = {
     "load": "lockprobe.studies.journal",
     "population": "lockprobe.studies.montecarlo",
     "propagate": "lockprobe.studies.montecarlo",
+    "results": "lockprobe.report.schema",
     "run_study": "lockprobe.studies.runner",
     "run_trial": "lockprobe.studies.single",
     "study": "lockprobe.studies.studyfile",

@@ -61,7 +61,7 @@ def test_differences_are_to_the_control_and_paired(reported):
 
 def test_what_was_crossed_has_its_interaction(reported):
     _, page, content = reported
-    (one, two) = content["interactions"]
+    (one, two) = content["crossings"]
     assert (one["first"], one["second"], one["both"]) == ("nudge", "flip?p=0.6", "nudge + flip?p=0.6")
     assert one["difference"] == two["difference"] == 0  # neither agent reads words
     assert "Two interventions at once" in page

@@ -12,7 +12,7 @@ from builders import make_trial, play_study, small_study, write_study
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.errors import BadFile
 from lockprobe.jsonline import trial_to_json
-from lockprobe.report import results, write_report
+from lockprobe.report import content_of, write_report
 from lockprobe.report.page import _page, _tables
 from lockprobe.report.pictures import CAPTIONS
 
@@ -117,7 +117,7 @@ def test_what_is_left_out_is_counted(tmp_path):
     directory = write_study(tmp_path / "study", study, [again, *kept, broken, foreign])
     with (directory / "trials.jsonl").open("ab") as file:
         file.write(trial_to_json(trials[0])[:50])
-    found = results(directory)
+    found = content_of(directory)
     assert found["left_out"] == {
         "errors": 1, "replayed_on_request": 0, "replaced_after_an_error": 1, "repeated": 0, "unfinished_lines": 1,
         "not_asked_for": 1, "foreign": 0,
@@ -132,4 +132,4 @@ def test_trials_of_another_box_are_refused_in_one_line(tmp_path):
     first, second = play_study(study)
     directory = write_study(tmp_path / "study", study, [first, replace(second, box="chain-5")])
     with pytest.raises(BadFile, match="boxes chain-4, chain-5', expected trials of one box"):
-        results(directory)
+        content_of(directory)

@@ -11,7 +11,7 @@ from taking_part import take_part
 
 from lockprobe.people.flow import Flow
 from lockprobe.people.withdrawal import put
-from lockprobe.report import results, write_report
+from lockprobe.report import content_of, write_report
 from lockprobe.report.people import flow_said, people_steps_table
 from lockprobe.studies.journal import load
 
@@ -128,7 +128,7 @@ def test_people_alone_are_reported_too(tmp_path):
 def test_without_people_nothing_is_said_of_them(tmp_path):
     study = small_study(("random",), (0.0,), 1, 3)
     path = write_study(tmp_path / "study", study)
-    assert results(path)["people"] is None
+    assert content_of(path)["people"] is None
     write_report(path)
     page = (path / "report.html").read_text("utf-8")
     assert "eople" not in page.split("</style>")[-1]

@@ -27,9 +27,10 @@ class ConditionSummary:
 
     Attributes:
         key: Its readable name, for example ``flips/random/p=0.4``.
+        name: Name of the condition.
         agent: Agent spec.
         modality: How the box was shown.
-        p: Flip probability, [0, 1].
+        p: Where it stands on the axis that is looked at: the flip probability, [0, 1], or another dose.
         success: Solved trials of those that ended as solved or out of budget; of people those of one person together.
         errors: Trials that ended as error, by boundary; in no other number.
         curve: Success by step.
@@ -42,6 +43,7 @@ class ConditionSummary:
     """
 
     key: str
+    name: str
     agent: str
     modality: str
     p: float
@@ -95,6 +97,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
     budget = len(curve.share)
     return ConditionSummary(
         key=first.cell,
+        name=first.condition or first.cell.removeprefix(f"{first.study}/{first.group}/"),
         agent=first.group,
         modality=first.modality,
         p=first.dose,

@@ -7,7 +7,7 @@ from typing import Any
 
 from lockprobe.report.cells import NONE, Table, minus, percent
 
-__all__ = ["effect_table", "interaction_rows_table", "table_of_conditions"]
+__all__ = ["crossing_table", "effect_table", "table_of_conditions"]
 
 Rows = Sequence[Mapping[str, Any]]
 """Rows of ``results.json``."""
@@ -31,7 +31,7 @@ def effect_table(effects: Rows) -> Table:
     ]
 
 
-def interaction_rows_table(interactions: Rows) -> Table:
+def crossing_table(crossings: Rows) -> Table:
     """Two interventions alone and together."""
     head = ["agent", "first", "second", "both", "second beside the first less alone, points", "P", "says"]
     return [head] + [
@@ -44,7 +44,7 @@ def interaction_rows_table(interactions: Rows) -> Table:
             NONE if row["p_value"] is None else f"{row['p_value']:.2g}",
             "shown" if row["detectable"] else "not shown",
         ]
-        for row in interactions
+        for row in crossings
     ]
 
 

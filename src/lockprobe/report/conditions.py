@@ -193,7 +193,7 @@ def condition_numbers(study: ConditionStudy) -> Row:
             for (agent, label), summary in study.conditions.items()
         ],
         "effects": [row for one in study.effects for row in _effect_rows(one)],
-        "interactions": [row for one in study.effects for row in _interplay_rows(one)],
+        "crossings": [row for one in study.effects for row in _interplay_rows(one)],
         "series": [_series_row(series, summary) for series, summary in study.series],
         "box": asdict(study.reference),
         "errors": broken_rows(study.trials),
@@ -212,7 +212,7 @@ def _condition_row(study: Study, label: str, summary: ConditionSummary) -> Row:
     p = next(one.p for one in study.conditions if one.label == label)
     row = condition_row(summary)
     repetitions = [{**point, "p": p} for point in row["repetitions"]]
-    return row | {"condition": label, "p": p, "repetitions": repetitions}
+    return row | {"p": p, "repetitions": repetitions}
 
 
 def _effect_rows(found: Effects) -> list[Row]:

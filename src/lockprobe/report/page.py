@@ -23,7 +23,7 @@ from lockprobe.analysis.speaking import test_said
 from lockprobe.atomic_file import write_file
 from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
-from lockprobe.report.condition_tables import effect_table, interaction_rows_table, table_of_conditions
+from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
 from lockprobe.report.conditions import condition_numbers, read_conditions
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
@@ -52,7 +52,7 @@ from lockprobe.report.tables import (
 )
 from lockprobe.studies.settings import read_study
 
-__all__ = ["write_report"]
+__all__ = ["content_of", "write_report"]
 
 Content = dict[str, Any]
 
@@ -107,6 +107,18 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
     else:
         _write(directory / "report.html", _condition_page(content, drawn, photographs))
     return directory / "report.html"
+
+
+def content_of(directory: Path) -> Content:
+    """The content of ``results.json``, without a page or a figure.
+
+    Raises:
+        BadFile: If the directory is not that of a study.
+    """
+    planned = read_study(directory)
+    if planned.of_flips:
+        return numbers(read(directory))
+    return condition_numbers(read_conditions(directory, planned))
 
 
 def _write_pictures(directory: Path, drawn: Pictures) -> None:
@@ -193,7 +205,7 @@ def _condition_page(content: Content, drawn: Pictures, photographs: Mapping[str,
 def _condition_tables(content: Content) -> dict[str, Table]:
     return {
         "effects": effect_table(content["effects"]),
-        "interactions": interaction_rows_table(content["interactions"]),
+        "crossings": crossing_table(content["crossings"]),
         "conditions": table_of_conditions(content["conditions"]),
     }
 

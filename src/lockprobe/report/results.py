@@ -63,10 +63,9 @@ __all__ = [
     "plain_json",
     "plant_facts",
     "read",
-    "results",
 ]
 
-RESULTS_VERSION = 2
+RESULTS_VERSION = 3
 """Version of the layout of ``results.json``."""
 
 
@@ -154,15 +153,6 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
         if study.has_pictures
         else "",
     )
-
-
-def results(directory: Path | str) -> dict[str, Any]:
-    """The numbers of a study as JSON holds them; equal records give equal results.
-
-    Raises:
-        BadFile: If the directory is not that of a study.
-    """
-    return numbers(read(directory))
 
 
 def numbers(study: LoadedStudy) -> dict[str, Any]:

@@ -41,6 +41,7 @@ def condition_row(condition: ConditionSummary, *, blind: bool = False) -> Row:
     return {
         "key": condition.key,
         "agent": condition.agent,
+        "condition": condition.name,
         "modality": condition.modality,
         "p": condition.p,
         "same_at_every_p": blind,
