@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from functools import partial
 from typing import Protocol, TypeVar
 
@@ -25,6 +25,7 @@ from lockprobe.errors import (
     without_keys,
 )
 from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.options import settings_of
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
@@ -210,11 +211,8 @@ def _without_keys(decision: Decision) -> Decision:
 
 
 def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
-    """An intervention is its own specification: its class and its fields. What is private of it is nobody's."""
-    settings: dict[str, object] = {what: type(one).__name__}
-    if is_dataclass(one):
-        settings |= {field.name: getattr(one, field.name) for field in fields(one) if not field.name.startswith("_")}
-    return _facts(settings)
+    """An intervention is its own specification: its class and its settings."""
+    return _facts({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
 
 
 def stream_names(interventions: Sequence[Intervention]) -> list[str]:
