@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, field, fields
+from dataclasses import MISSING, field, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import parse_qsl
@@ -88,10 +88,10 @@ class Option(NamedTuple):
 
 
 def options_of(kind: type[Any]) -> tuple[Option, ...]:
-    """The options of a dataclass: its fields, but for private ones and those that it sets itself."""
+    """The options of a dataclass: its fields, but for private ones and those that it sets itself. Others have none."""
     return tuple(
         Option(part.name.rstrip("_"), part.name, _default(part))
-        for part in fields(kind)
+        for part in (fields(kind) if is_dataclass(kind) else ())
         if part.init and not part.name.startswith("_")
     )
 

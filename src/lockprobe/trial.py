@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import is_dataclass, replace
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from lockprobe.call import Usage
 from lockprobe.errors import (
@@ -46,7 +46,10 @@ from lockprobe.record import (
 )
 from lockprobe.seams import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 
-__all__ = ["Place", "broken", "here", "play", "stream_names"]
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["Place", "broken", "here", "play", "streams_of"]
 
 _T = TypeVar("_T")
 
@@ -215,18 +218,20 @@ def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
     return _facts({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
 
 
-def stream_names(interventions: Sequence[Intervention]) -> list[str]:
-    """The random stream of each intervention: its kind, and how many of its kind stand before it.
+def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
+    """The random stream of each intervention, by its kind, and by how many of its kind stand before it.
 
-    So one intervention has the same luck whatever else is in its condition.
+    So one intervention has the same luck whatever else is in its condition. What a class calls its ``stream`` goes
+    before its own name: two classes that call it the same have the same luck. With ``ahead`` it has the luck that the
+    trial so many later has.
     """
     seen: Counter[str] = Counter()
-    names = []
+    streams = []
     for one in interventions:
-        kind = getattr(one, "stream", type(one).__name__)
-        names.append(f"{kind}-{seen[kind]}")
+        kind = type(one).__name__
+        streams.append(plan.stream(f"{getattr(one, 'stream', kind)}-{seen[kind]}", getattr(one, "ahead", 0)))
         seen[kind] += 1
-    return names
+    return streams
 
 
 _NOTHING_SAID = Briefing()
@@ -252,9 +257,7 @@ class _Loop:
         self._names = names
         self._plant = plant
         self._agent = agent
-        streams = [
-            (one, plan.stream(name)) for one, name in zip(interventions, stream_names(interventions), strict=True)
-        ]
+        streams = list(zip(interventions, streams_of(plan, interventions), strict=True))
         self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
         others = [(one, rng) for one, rng in streams if not isinstance(one, Channel)]
         self._prompts = [(one, rng) for one, rng in others if isinstance(one, Prompt)]

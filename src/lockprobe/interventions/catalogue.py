@@ -39,12 +39,9 @@ def shipped() -> dict[str, type[Any]]:
     found: dict[str, type[Any]] = {}
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
         for kind in vars(importlib.import_module(module.name)).values():
-            if (
-                isinstance(kind, type)
-                and kind.__module__ == module.name
-                and isinstance(getattr(kind, "name", None), str)
-            ):
-                found[kind.name] = kind
+            name: object = getattr(kind, "name", None)
+            if isinstance(kind, type) and kind.__module__ == module.name and isinstance(name, str):
+                found[name] = kind
     return found
 
 
@@ -85,12 +82,12 @@ def spec_of(intervention: Intervention) -> str:
     >>> spec_of(condition("flip?p=0.40&persistence=transient")[0])
     'flip?p=0.4'
     """
-    kind = type(intervention)
+    kind: Any = type(intervention)
     known = {named: name for name, named in kinds().items()}
     name = known.get(kind, f"python:{kind.__module__}:{kind.__name__}")
     options = {
         option.name: in_words(getattr(intervention, option.field))
-        for option in (options_of(kind) if is_dataclass(kind) else ())
+        for option in options_of(kind)
         if getattr(intervention, option.field) != option.default
     }
     return f"{name}?{urlencode(options, safe=';')}" if options else name
