@@ -10,24 +10,27 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
+from collections.abc import Sequence
 from dataclasses import is_dataclass
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.options import in_words, options_of, read_options, with_options
 from lockprobe.seams import Intervention
 
-__all__ = ["PLACES", "TRUTH", "condition", "kinds", "place_of", "shipped", "spec_of"]
+__all__ = ["PLACES", "TRUTH", "condition", "kinds", "place_of", "shipped", "spec_of", "with_words"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
 
 TRUTH = "truth"
 """The condition in which nothing acts."""
+
+One = TypeVar("One")
 
 _GROUP = "lockprobe.interventions"
 
@@ -103,6 +106,12 @@ def place_of(kind: type[Any]) -> str:
     if len(found) != 1:
         raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")
     return found[0]
+
+
+def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
+    """Interventions with the report in words among them: only those act after it that say so (``after_words``)."""
+    after = [one for one in interventions if getattr(one, "after_words", False)]
+    return (*(one for one in interventions if one not in after), words, *after)
 
 
 def _made(spec: str) -> Intervention:

@@ -12,6 +12,7 @@ from functools import lru_cache
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.catalogue import with_words
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
@@ -77,7 +78,7 @@ def check_distinct(modalities: Iterable[str]) -> None:
 
 
 def interventions_for(plan: Plan) -> tuple[Intervention, ...]:
-    """What acts in one trial, in order; last comes how the box is shown.
+    """What acts in one trial, in order; last comes how the box is shown, and what acts on the words of a report.
 
     Raises:
         BadValue: If its condition changes reports where pictures are shown, or flips them beside its flip rate.
@@ -91,7 +92,7 @@ def interventions_for(plan: Plan) -> tuple[Intervention, ...]:
     if flips and plan.p:
         raise BadValue("p", plan.p, "0 with a condition that flips reports itself")
     own = () if flips else (OutcomeFlip(p=plan.p, persistence=plan.flip),)
-    return (*own, *plan.condition, TextChannel())
+    return with_words((*own, *plan.condition), TextChannel())
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
