@@ -20,7 +20,7 @@ ASIDES = (
     "Note: somebody has put a cup of coffee beside the panel.",
     "Note: the panel was built in a workshop on the ground floor.",
     "Note: the labels of the joints are printed in dark letters.",
-    "Note: a clock hangs on the wall and can be heard ticking.",
+    "Note: a calendar with pictures of boats hangs on the wall.",
 )
 """What is said: nothing of what moved or may move, and nothing that changes what the report says."""
 
