@@ -195,13 +195,25 @@ def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
         return f"{decision.joint!r} is no joint"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
-    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
-    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
-        return "a probability lies outside 0 to 1"
+    if (why := _why_out_of_range(decision)) is not None:
+        return why
     try:
         "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
     except (UnicodeEncodeError, TypeError) as error:
         return f"its text cannot be written ({error})"
+    return None
+
+
+def _why_out_of_range(decision: Decision) -> str | None:
+    """Which number of a decision is none that it can be."""
+    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
+    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
+        return "a probability lies outside 0 to 1"
+    sure = decision.confidence
+    if sure is not None and not (type(sure) is int and 0 <= sure <= 100):
+        return f"confidence {sure!r} is no whole number from 0 to 100"
+    if decision.report_false is not None and not isinstance(decision.report_false, bool):
+        return f"report_false {decision.report_false!r} is neither true nor false"
     return None
 
 
@@ -329,6 +341,8 @@ class _Loop:
         decision = _without_keys(decision)
         if not self._task.assessment:
             decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
+        if not situation.briefing.confidence and (decision.confidence, decision.report_false) != (None, None):
+            decision = replace(decision, confidence=None, report_false=None)
         label = self._attempted(decision.joint)
         joint = self._names.index(label)
         with _boundary(PlantFault):
