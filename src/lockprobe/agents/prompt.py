@@ -22,6 +22,7 @@ from lockprobe.record import Briefing, Decision, Outcome, Percept, Situation, Ta
 
 __all__ = [
     "FIELDS",
+    "INSTRUCTIONS",
     "Message",
     "Reply",
     "chat_fingerprint",
@@ -40,7 +41,7 @@ __all__ = [
 _CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
 """What a reply may say of the last action."""
 
-_INSTRUCTIONS = """\
+INSTRUCTIONS = """\
 You are trying to open a lockbox, a panel with {count} joints.
 Every joint has two positions{names}. The joints lock each other in a hidden way: whether a joint can move \
 depends on the positions of other joints. If you attempt a joint that is not locked, it moves to its other \
@@ -127,7 +128,7 @@ def instructions(task: Task, *, positions: bool, pictures: int = 0, briefing: Br
         briefing: What is asked: the instruction, if it is not the usual one, and what it asks and warns of.
     """
     observation = _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions]
-    template, warning = briefing.instruction or _INSTRUCTIONS, briefing.warning
+    template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
     text = template.format(
         count=len(task.joints),
         joints=", ".join(task.joints),
@@ -153,9 +154,9 @@ def check_template(text: str) -> None:
     for name, form, conversion in parts:
         if name not in FIELDS or form or conversion:
             raise UnknownName("field of a template", f"{name}{f'!{conversion}' * bool(conversion)}", FIELDS)
-    missing = [name for name in _NEEDED if name not in [name for name, _, _ in parts]]
-    if missing:
-        raise BadValue("template", f"one without {{{missing[0]}}}", "fields {joints}, {target} and {reply}")
+    names = [name for name, _, _ in parts]
+    if not set(_NEEDED) <= set(names):
+        raise BadValue("fields of a template", ", ".join(names), f"{', '.join(_NEEDED)} among them")
 
 
 class _Item(NamedTuple):
