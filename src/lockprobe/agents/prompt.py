@@ -148,7 +148,7 @@ def check_template(text: str) -> None:
         BadValue: If a field is none of :data:`FIELDS`, or joints, target or reply are missing.
     """
     try:
-        parts = [part[1:] for part in Formatter().parse(text) if part[1] is not None]
+        parts = [(name, form, how) for _, name, form, how in Formatter().parse(text) if name is not None]
     except ValueError as error:
         raise BadValue("template", str(error), "fields in single braces, and other braces doubled") from None
     for name, form, conversion in parts:
