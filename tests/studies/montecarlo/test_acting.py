@@ -134,7 +134,7 @@ def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec):
 def test_tremble_equals_a_lapse_of_the_hand(agent):
     """A lapse takes any of four joints, a slip any of the three others: a slip of 0.3 is a lapse of 0.4."""
     slips, lapses = (
-        propagate(f"{agent}lapse={lapse}", condition=spec, max_steps=9)
+        propagate(f"{agent}lapse={lapse}", condition=spec, max_steps=7)
         for lapse, spec in ((0, "tremble?p=0.3"), (0.4, ""))
     )
     assert slips.solved == pytest.approx(lapses.solved, abs=1e-12)
