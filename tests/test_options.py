@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import in_words, later, options_of, read_options, settings_of, spec_name, with_options
+from lockprobe.options import in_words, options_of, read_options, settings_of, spec_name, with_options
 
 
 def test_the_name_is_what_stands_before_the_options():
@@ -74,9 +74,10 @@ def test_an_option_that_need_not_be_set_takes_what_it_holds_if_it_is():
 class Many:
     """Fields of every kind."""
 
+    later = ("from_", "at")
     p: float = 0.5
-    from_: int | None = later(None)
-    at: tuple[int, ...] = later(())
+    from_: int | None = None
+    at: tuple[int, ...] = ()
     digest: str = field(init=False, default="")
     _own: int = 3
 

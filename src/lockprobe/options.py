@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, field, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import parse_qsl
@@ -15,7 +15,6 @@ __all__ = [
     "Option",
     "group_of",
     "in_words",
-    "later",
     "options_of",
     "read_options",
     "settings_of",
@@ -96,20 +95,17 @@ def options_of(kind: type[Any]) -> tuple[Option, ...]:
     )
 
 
-def later(default: Any) -> Any:
-    """A field that a class got after records of it were written: at its default it is left out of the record."""
-    return field(default=default, metadata={"later": True})
-
-
 def settings_of(made: Any) -> dict[str, object]:
     """What a dataclass is set to, for the record, by option; several values stand as one word.
 
-    What is private is left out, and so is a field that came :func:`later` and is at its default.
+    What is private is left out. So is, at its default, what the class names as ``later``: a field that it got after
+    records of it had been written.
     """
     found: dict[str, object] = {}
+    later: tuple[str, ...] = getattr(made, "later", ())
     for part in fields(made):
         value = getattr(made, part.name)
-        if not part.name.startswith("_") and not (part.metadata.get("later") and value == part.default):
+        if not part.name.startswith("_") and not (part.name in later and value == part.default):
             found[part.name.rstrip("_")] = in_words(value) if isinstance(value, tuple) else value
     return found
 

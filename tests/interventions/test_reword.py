@@ -20,7 +20,7 @@ TASK = Task(joints=("B", "A", "H"), target="A", budget=20)
 def facts(text):
     """What a report says, whatever its words: (outcome, joint), and the joints at 1."""
     found = []
-    for (said, others), what in zip(SENTENCES.items(), ("moved", "blocked", "there"), strict=True):
+    for (said, others), what in zip(SENTENCES.items(), ("moved", "blocked", "attempted", "there"), strict=True):
         for sentence in (said, *others):
             found += [(what, fact) for fact in re.findall(pattern_of(sentence), text)]
     return sorted(found)
@@ -90,8 +90,8 @@ def test_reports_reworded_at_a_smaller_p_are_reworded_alike_at_a_larger():
 
 
 def test_sentences_of_others_stay():
-    said = "The handles stand in a row. B moved. At 1: B, A. It is late."
+    said = "The handles stand in a row. You attempted B. At 1: B, A. It is late."
     told = Reword(p=1).perceive(Percept(text=said), (), TASK, np.random.default_rng(1)).text
     assert told.startswith("The handles stand in a row. ")
     assert told.endswith(". It is late.")
-    assert facts(told) == [("moved", "B"), ("there", "B, A")]
+    assert facts(told) == [("attempted", "B"), ("there", "B, A")]

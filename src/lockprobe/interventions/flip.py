@@ -8,7 +8,6 @@ from typing import ClassVar, Literal, get_args
 import numpy as np
 
 from lockprobe.errors import BadValue
-from lockprobe.options import later
 from lockprobe.record import Moment, Outcome, Percept, Task
 
 __all__ = ["FlipKind", "OutcomeFlip"]
@@ -52,13 +51,14 @@ class OutcomeFlip:
     name: ClassVar[str] = "flip"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = "channel"
+    later: ClassVar[tuple[str, ...]] = ("only", "from_", "until", "at", "while_")
     p: float = 0.0
     persistence: FlipKind = "transient"
-    only: Literal["moved", "blocked", "any"] = later("any")
-    from_: int | None = later(None)
-    until: int | None = later(None)
-    at: tuple[int, ...] = later(())
-    while_: Literal["looping", "always"] = later("always")
+    only: Literal["moved", "blocked", "any"] = "any"
+    from_: int | None = None
+    until: int | None = None
+    at: tuple[int, ...] = ()
+    while_: Literal["looping", "always"] = "always"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.p <= 1.0:

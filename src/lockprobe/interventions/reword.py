@@ -30,6 +30,13 @@ SENTENCES = {
         "There was no movement at {}.",
         "{} kept its position.",
     ),
+    "You attempted {}.": (
+        "The joint of the attempt was {}.",
+        "Your attempt was at {}.",
+        "What you attempted was {}.",
+        "The last attempt was at {}.",
+        "You have attempted {}.",
+    ),
     "At 1: {}.": (
         "In position 1: {}.",
         "Now standing at 1: {}.",
@@ -70,7 +77,7 @@ class Reword:
         if reworded >= self.p:
             return percept
         text = percept.text
-        for (said, others), which in zip(SENTENCES.items(), (outcome, outcome, positions), strict=True):
+        for (said, others), which in zip(SENTENCES.items(), (outcome, outcome, outcome, positions), strict=True):
             text = re.sub(pattern_of(said), others[int(which * len(others))].format(r"\1"), text)
         return replace(percept, text=text)
 
