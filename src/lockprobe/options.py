@@ -120,7 +120,7 @@ def in_words(value: object) -> str:
         return ";".join(map(in_words, value))
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)
 
 
 def _default(part: Any) -> object:

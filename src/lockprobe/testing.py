@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.interventions.catalogue import PLACES, condition, place_of, spec_of
+from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
 from lockprobe.jsonline import trial_to_json
 from lockprobe.options import settings_of
 from lockprobe.record import Briefing, Moment, Percept, Task, Trial, Turn
@@ -47,7 +47,7 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -
     kind: Any = type(one)
     name, place = kind.__name__, place_of(kind)
     assert is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen, f"{name} is no frozen dataclass"  # noqa: B009, PT018
-    assert condition(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
+    assert interventions_of(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
     settings = settings_of(one)
     assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"
     dose = getattr(kind, "dose", None)

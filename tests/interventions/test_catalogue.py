@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from lockprobe.errors import UserMistake
-from lockprobe.interventions.catalogue import condition, place_of, shipped, spec_of
+from lockprobe.interventions.catalogue import interventions_of, place_of, shipped, spec_of
 from lockprobe.options import spec_name
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_intervention
@@ -32,7 +32,7 @@ def test_every_one_that_ships_has_a_test_file_and_a_line_in_the_documentation():
 @pytest.mark.parametrize(("spec", "place"), ROWS.items())
 def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, place, monkeypatch):
     monkeypatch.chdir(HERE)
-    (one,) = condition(spec)
+    (one,) = interventions_of(spec)
     assert place_of(type(one)) == place
     check_intervention(one, doses=(0,))
 
@@ -51,8 +51,8 @@ def test_they_are_found_when_a_spec_is_read_and_not_before():
 
 def test_a_condition_is_read_in_order_and_written_again():
     spec = "flip?p=0.4&persistence=sticky + nudge?after=3 + tremble?p=0.1"
-    assert " + ".join(map(spec_of, condition(spec))) == spec
-    assert condition("truth") == condition("") == ()
+    assert " + ".join(map(spec_of, interventions_of(spec))) == spec
+    assert interventions_of("truth") == interventions_of("") == ()
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_a_condition_is_read_in_order_and_written_again():
 )
 def test_what_is_none_is_refused_in_one_line(spec, said):
     with pytest.raises(UserMistake, match=said.replace("?", r"\?")) as refused:
-        condition(spec)
+        interventions_of(spec)
     assert "\n" not in str(refused.value)
 
 
@@ -98,7 +98,7 @@ class Both:
 
 
 def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
-    (made,) = condition(f"python:{__name__}:Louder?marks=3")
+    (made,) = interventions_of(f"python:{__name__}:Louder?marks=3")
     assert made == Louder(marks=3)
     assert spec_of(made) == f"python:{__name__}:Louder?marks=3"
     check_intervention(made)
@@ -112,7 +112,7 @@ class _Point:
 
 def test_a_package_adds_its_own_by_an_entry_point(monkeypatch):
     monkeypatch.setattr("lockprobe.interventions.catalogue.entry_points", lambda group: [_Point()])
-    assert condition("louder?marks=2") == (Louder(marks=2),)
+    assert interventions_of("louder?marks=2") == (Louder(marks=2),)
     assert spec_of(Louder(marks=2)) == "louder?marks=2"
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lockprobe.analysis.loops import onset
 from lockprobe.errors import BadValue, UserMistake
-from lockprobe.interventions.catalogue import condition, spec_of
+from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.record import Moment, Percept, Task
 from lockprobe.studies.single import run_trial
@@ -151,12 +151,12 @@ def test_an_option_at_its_default_is_not_in_the_record():
 def test_the_draws_are_as_many_whatever_the_options():
     after = set()
     for spec in ("flip?p=1", "flip?p=1&only=moved", "flip?p=1&at=4", "flip?p=1&from=9", "flip?p=1&while=looping"):
-        (channel,) = condition(spec)
+        (channel,) = interventions_of(spec)
         rng = np.random.default_rng(1)
         for _ in range(7):
             channel.perceive(TRUTH, (Moment(was=TRUTH, told=TRUTH),), TASK, rng)
         after.add(rng.random())
-        assert condition(spec_of(channel)) == (channel,)
+        assert interventions_of(spec_of(channel)) == (channel,)
     assert len(after) == 1
 
 
@@ -179,4 +179,4 @@ def test_a_report_that_says_nothing_is_not_inverted():
 )
 def test_bad_options_are_named_as_users_call_them(spec, said):
     with pytest.raises(UserMistake, match=f"^{re.escape(said)}"):
-        condition(spec)
+        interventions_of(spec)

@@ -10,7 +10,7 @@ from provider_server import here, truthful, words
 
 from lockprobe.agents.prompt import FIELDS, INSTRUCTIONS, conversation, example
 from lockprobe.errors import BadFile, BadValue, UserMistake
-from lockprobe.interventions.catalogue import condition, spec_of
+from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.warn import Warn
 from lockprobe.jsonline import trial_from_json, trial_to_json
@@ -87,21 +87,31 @@ def test_files_are_read_with_bounds(tmp_path):
     with pytest.raises(BadFile, match="a directory"):
         OwnPrompt(file=str(tmp_path))
     with pytest.raises(BadValue, match="a file with an instruction"):
-        condition("prompt")
+        interventions_of("prompt")
 
 
 def test_its_spec_names_the_content_and_refuses_another(tmp_path):
     one = written(tmp_path / "one.txt", LEAST)
     spec = spec_of(one)
     assert spec.endswith(f"&sha256={one.sha256}")
-    assert condition(spec) == (one,)
+    assert interventions_of(spec) == (one,)
     (tmp_path / "one.txt").write_text(f"{LEAST}!")
     with pytest.raises(BadValue, match="which its content has now"):
-        condition(spec)
+        interventions_of(spec)
 
 
 def test_strategies_play_as_before():
     assert run_trial(condition=f"prompt?file={CURT}").steps == run_trial().steps
+
+
+def sure(request):
+    """A reply with all that the form asks for."""
+    status, content = truthful(request)
+    message = content["choices"][0]["message"]
+    asked = request["response_format"]["json_schema"]["schema"]["properties"]
+    more = {"confidence": 80, "report_false": False} if "confidence" in asked else {}
+    message["content"] = json.dumps(json.loads(message["content"]) | more)
+    return status, content
 
 
 def test_two_prompts_reach_the_wire_and_are_in_the_record(tmp_path, monkeypatch):
@@ -110,11 +120,16 @@ def test_two_prompts_reach_the_wire_and_are_in_the_record(tmp_path, monkeypatch)
         if name.endswith(("_API_KEY", "_BASE_URL")):
             monkeypatch.delenv(name)
     kind = written(tmp_path / "kind.txt", f"Please open the box. {LEAST}")
-    with here(truthful, keep=True) as server:
+    with here(sure, keep=True) as server:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         trials, sent = [], []
-        for acting in ((), (OwnPrompt(file=str(CURT)),), (kind,), condition("hypothesis?ask=after + confidence")):
+        for acting in (
+            (),
+            (OwnPrompt(file=str(CURT)),),
+            (kind,),
+            interventions_of("hypothesis?ask=after + confidence"),
+        ):
             begun = len(server.requests)
             answer = run_trial(agent="llm:openai-api/fake/model", condition=acting)
             trials.append(answer)
@@ -131,7 +146,9 @@ def test_two_prompts_reach_the_wire_and_are_in_the_record(tmp_path, monkeypatch)
     assert [trial.actions for trial in trials[1:3]] == [trials[0].actions] * 2
     form = sent[3][0]["response_format"]["json_schema"]["schema"]["properties"]
     assert list(form) == ["last_action", "joint", "hypothesis"]
-    assert trials[3].error.boundary == "reply"  # this server says nothing of its confidence
+    first, *others = (step.decision for step in trials[3].steps)
+    assert (first.confidence, first.report_false, first.hypothesis) == (None, None, "in turn")
+    assert {(decision.confidence, decision.report_false) for decision in others} == {(80, False)}
     for trial in trials:
         assert trial_from_json(trial_to_json(trial)) == trial
 

@@ -22,7 +22,7 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.options import in_words, options_of, read_options, with_options
 from lockprobe.seams import Intervention
 
-__all__ = ["PLACES", "TRUTH", "condition", "kinds", "place_of", "shipped", "spec_of", "with_words"]
+__all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "place_of", "shipped", "spec_of", "with_words"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
@@ -61,10 +61,10 @@ def kinds() -> dict[str, type[Any]]:
     return found
 
 
-def condition(spec: str) -> tuple[Intervention, ...]:
+def interventions_of(spec: str) -> tuple[Intervention, ...]:
     """The interventions of a condition, in the order in which they act.
 
-    >>> [type(one).__name__ for one in condition("tremble?p=0.1 + nudge?after=2")]
+    >>> [type(one).__name__ for one in interventions_of("tremble?p=0.1 + nudge?after=2")]
     ['Tremble', 'Nudge']
 
     Args:
@@ -80,10 +80,10 @@ def condition(spec: str) -> tuple[Intervention, ...]:
 
 
 def spec_of(intervention: Intervention) -> str:
-    """The spec from which :func:`condition` makes an intervention; options at their defaults are left out.
+    """The spec from which :func:`interventions_of` makes an intervention: its dose, and options not at their defaults.
 
-    >>> spec_of(condition("flip?p=0.40&persistence=transient")[0])
-    'flip?p=0.4'
+    >>> [spec_of(one) for one in interventions_of("flip?persistence=sticky + nudge")]
+    ['flip?p=0&persistence=sticky', 'nudge']
     """
     kind: Any = type(intervention)
     known = {named: name for name, named in kinds().items()}
@@ -91,7 +91,7 @@ def spec_of(intervention: Intervention) -> str:
     options = {
         option.name: in_words(getattr(intervention, option.field))
         for option in options_of(kind)
-        if getattr(intervention, option.field) != option.default
+        if option.field == getattr(kind, "dose", "") or getattr(intervention, option.field) != option.default
     }
     return f"{name}?{urlencode(options, safe=';')}" if options else name
 

@@ -10,8 +10,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue
-from lockprobe.interventions.catalogue import condition as read_condition
-from lockprobe.interventions.catalogue import spec_of
+from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
@@ -85,7 +84,7 @@ def run_trial(
 
 def _under(plan: Plan, condition: str | Sequence[Intervention]) -> Plan:
     """The plan under a condition, which its key names."""
-    acting = read_condition(condition) if isinstance(condition, str) else tuple(condition)
+    acting = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     if not acting:
         return plan
     named, flips = " + ".join(map(spec_of, acting)), f"/p={plan.p:g}/"

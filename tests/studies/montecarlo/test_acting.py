@@ -8,7 +8,7 @@ from scipy.stats import binomtest
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.heuristic import HumanInspired
 from lockprobe.errors import BadValue
-from lockprobe.interventions.catalogue import condition
+from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.force import Force
@@ -93,7 +93,7 @@ def by_brute_force(policy, puzzle, spec, budget):
     opening = Percept(positions=puzzle.initial)
     solved, apart = [0.0] * (budget + 1), [0.0] * (budget + 1)
     start, past = Situation(task=task, past=(), percept=opening), (Moment(was=opening, told=opening),)
-    for share, end, wrong in branches(policy, puzzle, condition(spec), budget, start, past, puzzle.initial):
+    for share, end, wrong in branches(policy, puzzle, interventions_of(spec), budget, start, past, puzzle.initial):
         for step in range(end or budget + 1, budget + 1):
             solved[step] += share
         for step, differs in enumerate(wrong, 1):

@@ -6,8 +6,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 
 from lockprobe.errors import BadValue
-from lockprobe.interventions.catalogue import condition as read_condition
-from lockprobe.interventions.catalogue import place_of, spec_of
+from lockprobe.interventions.catalogue import interventions_of, place_of, spec_of
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.interventions.force import Force
@@ -65,7 +64,7 @@ def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind)
         UserMistake: If a name does not exist, a value is out of range, reports are flipped twice, or something acts
             whose course has to be sampled.
     """
-    ones = read_condition(condition) if isinstance(condition, str) else tuple(condition)
+    ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     if len(flips) + (p > 0) > 1:
         raise BadValue("condition", " + ".join(map(spec_of, ones)), "one flip at most, and none beside p")
