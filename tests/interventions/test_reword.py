@@ -64,19 +64,18 @@ def test_every_paraphrase_says_one_thing_only():
 def test_every_strategy_plays_byte_for_byte_as_before(agent):
     plain, other = (run_trial(agent=agent, p=0.3, seed=5, condition=c) for c in ("", "reword?p=1"))
     assert [step.told for step in plain.steps] != [step.told for step in other.steps]
-    same = [
-        trial_to_json(
-            replace(trial, key="", channels=(), opening="", steps=tuple(replace(s, told="") for s in trial.steps))
-        )
+    assert plain.ending == other.ending
+    one, another = (
+        trial_to_json(replace(plain, opening="", steps=tuple(replace(step, told="") for step in trial.steps)))
         for trial in (plain, other)
-    ]
-    assert same[0] == same[1]
+    )
+    assert one == another
 
 
 def test_it_acts_after_the_words_wherever_it_stands():
     one, other = (run_trial(condition=c) for c in ("reword?p=1 + drop?p=0.5", "drop?p=0.5 + reword?p=1"))
     assert one.steps == other.steps
-    assert [channel["channel"] for channel in one.channels] == ["OutcomeFlip", "Drop", "TextChannel", "Reword"]
+    assert [channel["channel"] for channel in one.channels[-3:]] == ["Drop", "TextChannel", "Reword"]
     assert [step.told for step in one.steps if step.told_moved is None] == [""] * sum(
         step.told_moved is None for step in one.steps
     )
