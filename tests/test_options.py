@@ -1,13 +1,13 @@
 """Options in a spec."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import pytest
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import read_options, spec_name, with_options
+from lockprobe.options import in_words, options_of, read_options, settings_of, spec_name, with_options
 
 
 def test_the_name_is_what_stands_before_the_options():
@@ -68,3 +68,32 @@ def test_an_option_that_need_not_be_set_takes_what_it_holds_if_it_is():
     assert with_options(Optional, "x", {}) == Optional()
     found = with_options(Optional, "x", {"number": "1.5", "count": "3", "kind": "two"})
     assert found == Optional(number=1.5, count=3, kind="two")
+
+
+@dataclass(frozen=True)
+class Many:
+    """Fields of every kind."""
+
+    later = ("from_", "at")
+    p: float = 0.5
+    from_: int | None = None
+    at: tuple[int, ...] = ()
+    digest: str = field(init=False, default="")
+    _own: int = 3
+
+
+def test_an_option_is_named_without_the_underscore_behind_a_word_of_python():
+    assert [option.name for option in options_of(Many)] == ["p", "from", "at"]
+    assert with_options(Many, "x", {"from": "2", "at": "4;8"}) == Many(from_=2, at=(4, 8))
+    for private in ("from_", "digest", "_own"):
+        with pytest.raises(UnknownName, match="there are: p, from, at"):
+            with_options(Many, "x", {private: "1"})
+
+
+def test_settings_are_by_option_and_later_ones_at_their_defaults_are_left_out():
+    assert settings_of(Many()) == {"p": 0.5, "digest": ""}
+    assert settings_of(Many(from_=2, at=(4, 8))) == {"p": 0.5, "from": 2, "at": "4;8", "digest": ""}
+
+
+def test_several_values_are_read_as_they_are_written():
+    assert with_options(Many, "x", {"at": in_words((1, 20))}).at == (1, 20)

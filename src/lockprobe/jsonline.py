@@ -134,3 +134,5 @@ def _check_step(trial: Trial, step: Step, number: int) -> None:
         raise BadValue(f"{where}, probabilities", chances, f"{joints} numbers from 0 to 1")
     if decision.claim_probability is not None and not 0 <= decision.claim_probability <= 1:
         raise BadValue(f"{where}, claim probability", decision.claim_probability, "a number from 0 to 1")
+    if decision.confidence is not None and not 0 <= decision.confidence <= 100:
+        raise BadValue(f"{where}, confidence", decision.confidence, "a whole number from 0 to 100")

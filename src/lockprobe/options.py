@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import parse_qsl
 
 from lockprobe.errors import BadValue, UnknownName
 
-__all__ = ["PEOPLE", "group_of", "read_options", "spec_name", "with_options"]
+__all__ = [
+    "PEOPLE",
+    "Option",
+    "group_of",
+    "in_words",
+    "options_of",
+    "read_options",
+    "settings_of",
+    "spec_name",
+    "with_options",
+]
 
 Made = TypeVar("Made")
 
@@ -61,6 +71,62 @@ def read_options(spec: str, what: str = "agent") -> tuple[str, dict[str, str]]:
     return name, dict(pairs)
 
 
+class Option(NamedTuple):
+    """One option of a dataclass.
+
+    Attributes:
+        name: What users call it: the name of its field, without the underscore behind a word that Python keeps for
+            itself (``from_`` is ``from``).
+        field: The name of its field.
+        default: What it is where nobody sets it; ``dataclasses.MISSING`` where somebody has to.
+    """
+
+    name: str
+    field: str
+    default: object
+
+
+def options_of(kind: type[Any]) -> tuple[Option, ...]:
+    """The options of a dataclass: its fields, but for private ones and those that it sets itself. Others have none."""
+    return tuple(
+        Option(part.name.rstrip("_"), part.name, _default(part))
+        for part in (fields(kind) if is_dataclass(kind) else ())
+        if part.init and not part.name.startswith("_")
+    )
+
+
+def settings_of(made: Any) -> dict[str, object]:
+    """What a dataclass is set to, for the record, by option; several values stand as one word.
+
+    What is private is left out. So is, at its default, what the class names as ``later``: a field that it got after
+    records of it had been written.
+    """
+    found: dict[str, object] = {}
+    later: tuple[str, ...] = getattr(made, "later", ())
+    for part in fields(made):
+        value = getattr(made, part.name)
+        if not part.name.startswith("_") and not (part.name in later and value == part.default):
+            found[part.name.rstrip("_")] = in_words(value) if isinstance(value, tuple) else value
+    return found
+
+
+def in_words(value: object) -> str:
+    """A value as it stands in a spec; several have semicolons between.
+
+    >>> in_words(True), in_words(0.4), in_words((4, 8))
+    ('yes', '0.4', '4;8')
+    """
+    if isinstance(value, tuple):
+        return ";".join(map(in_words, value))
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)
+
+
+def _default(part: Any) -> object:
+    return part.default if part.default_factory is MISSING else part.default_factory()
+
+
 def with_options(
     kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
 ) -> Made:
@@ -77,18 +143,20 @@ def with_options(
         BadValue: If a value is none that the field takes.
     """
     types = get_type_hints(kind)
-    known = [field.name for field in fields(kind)]  # type: ignore[arg-type] # a dataclass
+    known = {option.name: option.field for option in options_of(kind)}
     values = dict(preset or {})
     for option, text in options.items():
         if option not in known:
             raise UnknownName(f"option of {name}", option, known)
-        values[option] = _value(option, text, types[option])
+        values[known[option]] = _value(option, text, types[known[option]])
     return kind(**values)
 
 
 def _value(name: str, text: str, kind: Any) -> object:
     if get_origin(kind) in (Union, UnionType):  # with None, which only leaving the option out can give
         (kind,) = (part for part in get_args(kind) if part is not NoneType)
+    if get_origin(kind) is tuple:  # of any length, all of one kind
+        return tuple(_value(name, part, get_args(kind)[0]) for part in text.split(";"))
     if get_origin(kind) is Literal:
         if text not in get_args(kind):
             raise BadValue(name, text, f"one of {', '.join(get_args(kind))}")

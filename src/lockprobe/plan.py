@@ -65,9 +65,14 @@ class Plan:
         """Flip probability, [0, 1], where nothing but flips acts."""
         return self.condition.p
 
-    def stream(self, name: str) -> np.random.Generator:
-        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition."""
-        return trial_stream(self.seed, self.repetition, self.trial, name)
+    def stream(self, name: str, ahead: int = 0) -> np.random.Generator:
+        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition.
+
+        Args:
+            name: Of the stream.
+            ahead: By how many trials ahead of this one that trial is whose stream it is.
+        """
+        return trial_stream(self.seed, self.repetition, self.trial + ahead, name)
 
 
 def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:

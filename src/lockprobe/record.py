@@ -126,6 +126,8 @@ class Decision:
         replies: Raw replies in the order in which they came; all but the last were malformed.
         usage: What the decision cost.
         served: The model that answered, as its provider names it.
+        confidence: How sure it is of ``claimed``, 0 to 100; None where it was not asked.
+        report_false: Whether it thinks that what it was last told is false; None where it was not asked.
     """
 
     joint: str
@@ -136,6 +138,8 @@ class Decision:
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
     served: str = ""
+    confidence: int | None = None
+    report_false: bool | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,10 +149,16 @@ class Briefing:
     Attributes:
         remark: What is said to it beside the report of this step; often empty.
         warning: What the instruction says of the reports; often empty.
+        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the usual one.
+        hypothesis: Whether it says how the box works before its choice or after it, or is not asked.
+        confidence: Whether it is asked how sure it is of what its last action did, and whether the report is false.
     """
 
     remark: str = ""
     warning: str = ""
+    instruction: str = ""
+    hypothesis: Literal["before", "after", "off"] = "before"
+    confidence: bool = False
 
     def remarking(self, text: str) -> Briefing:
         """The same with one more remark."""

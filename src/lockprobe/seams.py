@@ -52,7 +52,8 @@ class Channel(Protocol):
     """What is *told*: what is reported or shown of what happened. It changes the report, never the box.
 
     It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
-    calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck.
+    calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck. It
+    changes outcome and positions, from which words are made; one with ``after_words = True`` gets the words.
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:

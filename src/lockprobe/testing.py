@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
 from lockprobe.jsonline import trial_to_json
+from lockprobe.options import settings_of
 from lockprobe.record import Briefing, Moment, Percept, Task, Trial, Turn
 from lockprobe.seams import Intervention
 from lockprobe.studies.single import run_trial
@@ -47,7 +48,7 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -
     name, place = kind.__name__, place_of(kind)
     assert is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen, f"{name} is no frozen dataclass"  # noqa: B009, PT018
     assert interventions_of(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
-    settings = {part.name: getattr(one, part.name) for part in fields(kind)}
+    settings = settings_of(one)
     assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"
     dose = getattr(kind, "dose", None)
     same = [one] if dose is None else [one, *(replace(one, **{dose: value}) for value in doses)]  # type: ignore[type-var]

@@ -10,9 +10,9 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from lockprobe.call import Usage
 from lockprobe.errors import (
@@ -25,6 +25,7 @@ from lockprobe.errors import (
     without_keys,
 )
 from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.options import settings_of
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
@@ -46,7 +47,10 @@ from lockprobe.record import (
 )
 from lockprobe.seams import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 
-__all__ = ["Place", "broken", "here", "play", "stream_names"]
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["Place", "broken", "here", "play", "streams_of"]
 
 _T = TypeVar("_T")
 
@@ -194,13 +198,25 @@ def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
         return f"{decision.joint!r} is no joint"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
-    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
-    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
-        return "a probability lies outside 0 to 1"
+    if (why := _why_out_of_range(decision)) is not None:
+        return why
     try:
         "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
     except (UnicodeEncodeError, TypeError) as error:
         return f"its text cannot be written ({error})"
+    return None
+
+
+def _why_out_of_range(decision: Decision) -> str | None:
+    """Which number of a decision is none that it can be."""
+    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
+    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
+        return "a probability lies outside 0 to 1"
+    sure = decision.confidence
+    if sure is not None and not (type(sure) is int and 0 <= sure <= 100):
+        return f"confidence {sure!r} is no whole number from 0 to 100"
+    if decision.report_false is not None and not isinstance(decision.report_false, bool):
+        return f"report_false {decision.report_false!r} is neither true nor false"
     return None
 
 
@@ -213,25 +229,24 @@ def _without_keys(decision: Decision) -> Decision:
 
 
 def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
-    """An intervention is its own specification: its class and its fields. What is private of it is nobody's."""
-    settings: dict[str, object] = {what: type(one).__name__}
-    if is_dataclass(one):
-        settings |= {field.name: getattr(one, field.name) for field in fields(one) if not field.name.startswith("_")}
-    return _facts(settings)
+    """An intervention is its own specification: its class and its settings."""
+    return _facts({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
 
 
-def stream_names(interventions: Sequence[Intervention]) -> list[str]:
-    """The random stream of each intervention: its kind, and how many of its kind stand before it.
+def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
+    """The random stream of each intervention, by its kind, and by how many of its kind stand before it.
 
-    So one intervention has the same luck whatever else is in its condition.
+    So one intervention has the same luck whatever else is in its condition. What a class calls its ``stream`` goes
+    before its own name: two classes that call it the same have the same luck. With ``ahead`` it has the luck that the
+    trial so many later has.
     """
     seen: Counter[str] = Counter()
-    names = []
+    streams = []
     for one in interventions:
-        kind = getattr(one, "stream", type(one).__name__)
-        names.append(f"{kind}-{seen[kind]}")
+        kind = type(one).__name__
+        streams.append(plan.stream(f"{getattr(one, 'stream', kind)}-{seen[kind]}", getattr(one, "ahead", 0)))
         seen[kind] += 1
-    return names
+    return streams
 
 
 _NOTHING_SAID = Briefing()
@@ -257,9 +272,7 @@ class _Loop:
         self._names = names
         self._plant = plant
         self._agent = agent
-        streams = [
-            (one, plan.stream(name)) for one, name in zip(interventions, stream_names(interventions), strict=True)
-        ]
+        streams = list(zip(interventions, streams_of(plan, interventions), strict=True))
         self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
         others = [(one, rng) for one, rng in streams if not isinstance(one, Channel)]
         self._prompts = [(one, rng) for one, rng in others if isinstance(one, Prompt)]
@@ -331,6 +344,8 @@ class _Loop:
         decision = _without_keys(decision)
         if not self._task.assessment:
             decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
+        if not situation.briefing.confidence and (decision.confidence, decision.report_false) != (None, None):
+            decision = replace(decision, confidence=None, report_false=None)
         label = self._attempted(decision.joint)
         joint = self._names.index(label)
         with _boundary(PlantFault):

@@ -234,3 +234,11 @@ def test_options_are_part_of_the_spec():
     assert name == "llm:gguf:/a/b.gguf"
     assert options == {"temperature": "0.7", "calibration": "first"}
     local.check("llm:local?temperature=0.7")
+
+
+def test_an_instruction_of_its_own_is_refused_and_other_questions_change_nothing(model, tmp_path):
+    (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
+    with pytest.raises(BadValue, match="expected a hosted model: a local one has its own log"):
+        run_trial(agent=model, condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
+    plain, asked = (run_trial(agent=model, condition=c, max_steps=2) for c in ("", "hypothesis?ask=off + confidence"))
+    assert plain.steps == asked.steps

@@ -223,7 +223,7 @@ def test_what_is_said_of_pictures_has_a_fingerprint_of_its_own(monkeypatch, name
 
 def test_what_is_said_with_and_without_pictures_changes_both_fingerprints(monkeypatch):
     before = chat_fingerprint(), picture_fingerprint()
-    monkeypatch.setattr(prompt, "_INSTRUCTIONS", prompt._INSTRUCTIONS.replace("trying", "asked"))
+    monkeypatch.setattr(prompt, "INSTRUCTIONS", prompt.INSTRUCTIONS.replace("trying", "asked"))
     assert chat_fingerprint() != before[0]
     assert picture_fingerprint() != before[1]
 

@@ -151,7 +151,10 @@ class Dim:
 
 def test_a_mistake_is_said_in_one_line():
     for asked, message in (
-        ({"channels": [Dim()]}, 'expected an OutcomeFlip; vectorization_mode="sync" plays any other'),
+        (
+            {"channels": [Dim()]},
+            'expected an OutcomeFlip of p and persistence; vectorization_mode="sync" plays any other',
+        ),
         ({"render_mode": "ansi"}, 'render_mode: got .ansi., expected None; vectorization_mode="sync" renders'),
         (
             {"observation": "rgb", "plant": "fast-twin"},

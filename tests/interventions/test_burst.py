@@ -1,7 +1,11 @@
 """As many false reports as of a flip, in runs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.burst import Burst
@@ -50,3 +54,35 @@ def test_a_rate_that_such_runs_cannot_have_is_refused():
         Burst(p=0.6, length=1.0)
     with pytest.raises(BadValue, match="length"):
         Burst(length=0.5)
+
+
+class Fixed:
+    """A stream that always gives one number."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def random(self):
+        return self.number
+
+
+def lies(burst, after_false, number):
+    """Whether the report after a false or a true one is false where this number is drawn."""
+    before = replace(TRUTH, outcome="moved") if after_false else TRUTH
+    first = Moment(was=replace_joint(None), told=replace_joint(None))
+    past = (first, Moment(was=TRUTH, told=before, chosen="A", attempted="A"))
+    return burst.perceive(TRUTH, past, TASK, Fixed(number)).outcome == "moved"
+
+
+@given(st.floats(0.01, 0.6), st.floats(2, 50))
+def test_the_chain_has_the_stated_rate_and_correlation_exactly(p, length):
+    """The chances are those at which the numbers drawn begin to make no lie; rate and correlation follow from them."""
+    burst = Burst(p=p, length=length)
+    stay, begin = 1 - 1 / length, p / (length * (1 - p))
+    for after_false, chance in ((True, stay), (False, begin)):
+        assert lies(burst, after_false, chance * (1 - 1e-12))
+        assert not lies(burst, after_false, chance * (1 + 1e-12))
+    assert p * stay + (1 - p) * begin == pytest.approx(p, abs=1e-12)
+    assert (p * stay - p * p) / (p * (1 - p)) == pytest.approx(1 - 1 / length - p / (length * (1 - p)), abs=1e-9)
+    assert burst.perceive(TRUTH, (Moment(was=TRUTH, told=TRUTH),), TASK, Fixed(p * (1 - 1e-12))).outcome == "moved"
+    assert burst.perceive(TRUTH, (Moment(was=TRUTH, told=TRUTH),), TASK, Fixed(p * (1 + 1e-12))).outcome == "blocked"

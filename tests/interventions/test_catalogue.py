@@ -1,39 +1,52 @@
 """Interventions by spec: those that ship, those of a package, and those of nobody."""
 
 import json
+import re
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
 from lockprobe.errors import UserMistake
-from lockprobe.interventions.burst import Burst
-from lockprobe.interventions.catalogue import SHIPPED, interventions_of, place_of, spec_of
-from lockprobe.interventions.delay import Delay
-from lockprobe.interventions.drop import Drop
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.force import Force
-from lockprobe.interventions.forget import Forget
-from lockprobe.interventions.history import History
-from lockprobe.interventions.nudge import Nudge
-from lockprobe.interventions.remark import Remark
-from lockprobe.interventions.tremble import Tremble
-from lockprobe.interventions.warn import Warn
+from lockprobe.interventions.catalogue import interventions_of, place_of, shipped, spec_of
+from lockprobe.options import spec_name
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_intervention
 
-ONES = (
-    OutcomeFlip(p=0.4, persistence="sticky"), Drop(p=0.3), Delay(lag=2), Burst(p=0.4, length=4.0), Warn(rate=0.2),
-    Nudge(after=3), Remark(after=0), History(last=3), Forget(p=0.5), Tremble(p=0.2), Force(at=4),
-)  # fmt: skip
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+ROWS = dict(
+    re.findall(r"^\| `([^`]+)` \| (\w+) ", (ROOT / "docs" / "interventions.md").read_text("utf-8"), re.MULTILINE)
+)
+"""Spec in the documentation -> place."""
 
 
-def test_every_one_that_ships_is_tried_here():
-    assert {type(one) for one in ONES} == set(SHIPPED.values())
+def test_every_one_that_ships_has_a_test_file_and_a_line_in_the_documentation():
+    assert {spec_name(spec) for spec in ROWS} == set(shipped())
+    modules = {kind.__module__.rpartition(".")[2] for kind in shipped().values()}
+    assert [module for module in modules if not (HERE / f"test_{module}.py").exists()] == []
 
 
-@pytest.mark.parametrize("one", ONES, ids=spec_of)
-def test_it_keeps_its_contract(one):
-    check_intervention(one, doses=(0, 0.5) if type(one) is Burst else (0, 1))
+@pytest.mark.parametrize(("spec", "place"), ROWS.items())
+def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, place, monkeypatch):
+    monkeypatch.chdir(HERE)
+    (one,) = interventions_of(spec)
+    assert place_of(type(one)) == place
+    check_intervention(one, doses=(0,))
+
+
+def test_they_are_found_when_a_spec_is_read_and_not_before():
+    code = """if True:
+        import sys, lockprobe
+        lockprobe.run_trial
+        print([m for m in sys.modules if m == 'lockprobe.interventions.tremble'])
+        lockprobe.run_trial(condition='drop')
+        print([m for m in sys.modules if m == 'lockprobe.interventions.tremble'])
+    """
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.split() == ["[]", "['lockprobe.interventions.tremble']"]
 
 
 def test_a_condition_is_read_in_order_and_written_again():
@@ -169,7 +182,7 @@ def test_reports_cannot_be_changed_where_pictures_are_shown():
 
 def test_the_command_lists_them(lockprobe_command):
     rows = [json.loads(line) for line in lockprobe_command("interventions", "--json").splitlines()]
-    assert {row["spec"] for row in rows} == set(SHIPPED)
+    assert {row["spec"] for row in rows} == set(shipped())
     assert {row["spec"]: row["dose"] for row in rows}["tremble"] == "p"
     assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=PLACES.index)
 

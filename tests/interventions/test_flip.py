@@ -1,13 +1,18 @@
 """The outcome flip: what it inverts, how often, and what becomes of it."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.errors import BadValue
+from lockprobe.analysis.loops import onset
+from lockprobe.errors import BadValue, UserMistake
+from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.record import Moment, Percept, Task
+from lockprobe.studies.single import run_trial
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
 TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))
@@ -106,3 +111,72 @@ def test_bad_settings_are_named():
         OutcomeFlip(p=float("nan"))
     with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only$"):
         OutcomeFlip(p=0.2, persistence="sometimes")
+
+
+def lies(condition, agent="round-robin", **settings):
+    """The steps with false reports, and the trial."""
+    trial = run_trial(agent=agent, box="chain-7", max_steps=30, condition=condition, **settings)
+    return {step.step for step in trial.steps if step.told_falsely}, trial
+
+
+def test_options_leave_out_some_of_the_same_steps():
+    """An agent that heeds no report attempts the same joints whatever it is told."""
+    every, trial = lies("flip?p=0.5", seed=3)
+    moved = {step.step for step in trial.steps if step.moved}
+    assert {4, 8} & every
+    assert lies("flip?p=0.5&only=moved", seed=3)[0] == every & moved
+    assert lies("flip?p=0.5&only=blocked", seed=3)[0] == every - moved
+    assert lies("flip?p=0.5&from=5", seed=3)[0] == {step for step in every if step >= 5}
+    assert lies("flip?p=0.5&until=9", seed=3)[0] == {step for step in every if step <= 9}
+    assert lies("flip?p=0.5&from=5&until=9", seed=3)[0] == {step for step in every if 5 <= step <= 9}
+    assert lies("flip?p=0.5&at=4;8;11", seed=3)[0] == every & {4, 8, 11}
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(seed):
+    every, trial = lies("flip?p=1&while=looping", agent="random", seed=seed)
+    first = onset(trial.actions) or None
+    assert min(every, default=None) == first
+    for step in range(1, len(trial.steps) + 1):
+        before, last = trial.actions[: max(step - 3, 0)], trial.actions[max(step - 3, 0) : step]
+        assert (step in every) == any(before[i : i + 3] == last for i in range(len(before) - 2))
+
+
+def test_an_option_at_its_default_is_not_in_the_record():
+    plain, set_ = (lies(spec)[1].channels[0] for spec in ("flip?p=0.4", "flip?p=0.4&from=2&at=4;8&while=looping"))
+    assert plain == {"channel": "OutcomeFlip", "p": 0.4, "persistence": "transient"}
+    assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
+
+
+def test_the_draws_are_as_many_whatever_the_options():
+    after = set()
+    for spec in ("flip?p=1", "flip?p=1&only=moved", "flip?p=1&at=4", "flip?p=1&from=9", "flip?p=1&while=looping"):
+        (channel,) = interventions_of(spec)
+        rng = np.random.default_rng(1)
+        for _ in range(7):
+            channel.perceive(TRUTH, (Moment(was=TRUTH, told=TRUTH),), TASK, rng)
+        after.add(rng.random())
+        assert interventions_of(spec_of(channel)) == (channel,)
+    assert len(after) == 1
+
+
+def test_a_report_that_says_nothing_is_not_inverted():
+    silent = Percept(joint="B")
+    assert tell(OutcomeFlip(p=1.0), silent) == silent
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("flip?only=true", "only: got 'true', expected one of moved, blocked, any"),
+        ("flip?while=lost", "while: got 'lost', expected one of looping, always"),
+        ("flip?from=0", "from: got 0, expected a step from 1"),
+        ("flip?at=4;0", "at: got 0, expected a step from 1"),
+        ("flip?at=4;x", "at: got 'x', expected a whole number"),
+        ("flip?from=5&until=4", "until: got 4, expected a step from 5, where it begins"),
+        ("flip?from_=5", "no option of flip is called 'from_'"),
+    ],
+)
+def test_bad_options_are_named_as_users_call_them(spec, said):
+    with pytest.raises(UserMistake, match=f"^{re.escape(said)}"):
+        interventions_of(spec)

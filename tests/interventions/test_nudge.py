@@ -34,10 +34,6 @@ def test_nudge_and_remark_are_said_at_the_same_steps_and_change_no_blind_agent()
     assert plain.actions == nudged.actions == remarked.actions
 
 
-def test_nudge_and_remark_are_about_equally_long():
-    assert abs(len(NUDGE) - len(REMARK)) <= 4
-
-
 def test_a_language_model_reads_it_beside_the_report_and_has_it_in_its_past():
     task = Task(joints=("A", "B"), target="A", budget=20)
     told = Percept(joint="B", outcome="moved", positions=(False, True), text="B moved.")

@@ -134,6 +134,8 @@ class LocalModel:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""
         refuse_pictures(situation.percept, "a local model")
+        if situation.briefing.instruction:
+            raise BadValue("prompt", "an instruction of its own", "a hosted model: a local one has its own log")
         task, last = situation.task, situation.percept.joint
         prompt = self._prompt(situation)
         said, claim_probability, draw = "", None, float(rng.random())

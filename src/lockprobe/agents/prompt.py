@@ -11,18 +11,22 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, replace
-from typing import Literal
+from string import Formatter
+from typing import Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import ReplyFault
+from lockprobe.errors import BadValue, ReplyFault, UnknownName
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Decision, Outcome, Percept, Situation, Task, Turn
+from lockprobe.record import Briefing, Decision, Outcome, Percept, Situation, Task, Turn
 
 __all__ = [
+    "FIELDS",
+    "INSTRUCTIONS",
     "Message",
     "Reply",
     "chat_fingerprint",
+    "check_template",
     "claims",
     "conversation",
     "example",
@@ -37,20 +41,26 @@ __all__ = [
 _CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
 """What a reply may say of the last action."""
 
-_INSTRUCTIONS = """\
+INSTRUCTIONS = """\
 You are trying to open a lockbox, a panel with {count} joints.
 Every joint has two positions{names}. The joints lock each other in a hidden way: whether a joint can move \
 depends on the positions of other joints. If you attempt a joint that is not locked, it moves to its other \
 position; if it is locked, nothing happens.
 The box is open as soon as the target joint moves. You have {budget} steps. In every step you choose one joint to \
 attempt. {observation}
-Reply with one JSON object and nothing else:
-{{{assessment}"hypothesis": a short sentence on how the box works or "", "joint": the joint to attempt next}}
-The panel's joints: {listing}. The target joint: {target}."""
+{reply}
+The panel's joints: {joints}. The target joint: {target}."""
 """What is of one trial alone stands last: all trials of a condition share the rest, and providers' prefix caches it."""
 
-_ASSESSMENT = '"last_action": "moved" or "did not move" ("none" in the first step), '
-"""What is asked of the last action, if anything is."""
+FIELDS = ("joints", "target", "reply", "budget", "count", "names", "observation")
+"""What the instruction is made of, and any template of an instruction can be: the labels as listed; the target's; the
+form of the reply, as a sentence; the steps; how many joints; what positions are called; what is told after a step.
+"""
+
+_NEEDED = ("joints", "target", "reply")
+"""Without these nobody can play."""
+
+_USUAL = Briefing()
 
 _OBSERVATION = {
     True: "Then you are told whether it moved, and which joints are now at position 1.",
@@ -101,11 +111,13 @@ class Reply(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     last_action: Literal["moved", "did not move", "none"] | None = None
+    confidence: int | None = Field(default=None, ge=0, le=100)
+    report_false: bool | None = None
     hypothesis: str = Field(default="", max_length=4000)
     joint: str
 
 
-def instructions(task: Task, *, positions: bool, pictures: int = 0, warning: str = "") -> str:
+def instructions(task: Task, *, positions: bool, pictures: int = 0, briefing: Briefing = _USUAL) -> str:
     """The instruction at the start of a trial.
 
     Args:
@@ -113,18 +125,76 @@ def instructions(task: Task, *, positions: bool, pictures: int = 0, warning: str
         positions: Whether the observations tell positions, or outcomes only.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
-        warning: What is said of the reports; often empty.
+        briefing: What is asked: the instruction, if it is not the usual one, and what it asks and warns of.
     """
     observation = _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions]
-    return _INSTRUCTIONS.format(
+    template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
+    text = template.format(
         count=len(task.joints),
-        listing=", ".join(task.joints),
+        joints=", ".join(task.joints),
         target=task.target,
         budget=task.budget,
         names="" if pictures else ", 0 and 1",
         observation=f"{observation} {warning}".rstrip(),
-        assessment=_ASSESSMENT if task.assessment else "",
+        reply=f"Reply with one JSON object and nothing else:\n{_object(task, briefing)}",
     )
+    return text if warning in text else f"{text} {warning}"
+
+
+def check_template(text: str) -> None:
+    """Refuse a template of an instruction that cannot be filled in, or leaves out what nobody can play without.
+
+    Raises:
+        BadValue: If a field is none of :data:`FIELDS`, or joints, target or reply are missing.
+    """
+    try:
+        parts = [(name, form, how) for _, name, form, how in Formatter().parse(text) if name is not None]
+    except ValueError as error:
+        raise BadValue("template", str(error), "fields in single braces, and other braces doubled") from None
+    for name, form, conversion in parts:
+        if name not in FIELDS or form or conversion:
+            raise UnknownName("field of a template", f"{name}{f'!{conversion}' * bool(conversion)}", FIELDS)
+    names = [name for name, _, _ in parts]
+    if not set(_NEEDED) <= set(names):
+        raise BadValue("fields of a template", ", ".join(names), f"{', '.join(_NEEDED)} among them")
+
+
+class _Item(NamedTuple):
+    """One entry of a reply: its key, what is asked, how it is asked for again, and its form."""
+
+    key: str
+    asked: str
+    again: str
+    form: dict[str, object]
+
+
+def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> list[_Item]:
+    """The entries of a reply, in the order in which they are given.
+
+    Args:
+        task: Whether it is asked what the last action did.
+        briefing: What else it is asked.
+        said: What may be said of the last action now; None for all steps together.
+    """
+    items = []
+    if task.assessment:
+        again = " or ".join(map(json.dumps, said or ()))
+        form: dict[str, object] = {"type": "string", "enum": said}
+        items.append(_Item("last_action", '"moved" or "did not move" ("none" in the first step)', again, form))
+    if task.assessment and briefing.confidence and said != ["none"]:
+        sure = "how sure you are of that, a whole number from 0 to 100 (not in the first step)"
+        false = "true if you think that what you were last told or shown is false, else false (not in the first step)"
+        items.append(_Item("confidence", sure, "0 to 100", {"type": "integer"}))
+        items.append(_Item("report_false", false, "true or false", {"type": "boolean"}))
+    one_of: dict[str, object] = {"type": "string", "enum": list(task.joints)}
+    joint = _Item("joint", "the joint to attempt next", f"one of {json.dumps(list(task.joints))}", one_of)
+    works = _Item("hypothesis", 'a short sentence on how the box works or ""', '""', {"type": "string"})
+    return items + {"before": [works, joint], "after": [joint, works], "off": [joint]}[briefing.hypothesis]
+
+
+def _object(task: Task, briefing: Briefing) -> str:
+    """The object that is asked for, in words."""
+    return "{" + ", ".join(f'"{item.key}": {item.asked}' for item in _items(task, briefing)) + "}"
 
 
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
@@ -142,7 +212,7 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
         situation.task,
         positions=percepts[0].positions is not None,
         pictures=len(_shown(percepts[0])),
-        warning=situation.briefing.warning,
+        briefing=situation.briefing,
     )
     messages = [replace(told[0], text=f"{opening}\n\n{told[0].text}".strip())]
     for turn, observation in zip(situation.past, told[1:], strict=True):
@@ -170,11 +240,7 @@ def claims(situation: Situation) -> list[str]:
 
 def reply_schema(situation: Situation) -> dict[str, object]:
     """The reply as a JSON schema, with what may be said in this step."""
-    asked = {"last_action": {"type": "string", "enum": said}} if (said := claims(situation)) else {}
-    properties = asked | {
-        "hypothesis": {"type": "string"},
-        "joint": {"type": "string", "enum": list(situation.task.joints)},
-    }
+    properties = {item.key: item.form for item in _items(situation.task, situation.briefing, claims(situation))}
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
 
 
@@ -184,13 +250,14 @@ def parse_reply(text: str, situation: Situation) -> Decision:
     Raises:
         ReplyFault: If it is not the object that was asked for, saying why.
     """
-    body, asked = text.strip(), claims(situation)
+    body, said = text.strip(), claims(situation)
+    asked = [item.key for item in _items(situation.task, situation.briefing, said)]
     if body.startswith("```") and body.endswith("```"):
         body = body.strip("`").removeprefix("json").strip()
     try:
         found = json.loads(body)
-        if not asked and isinstance(found, dict):
-            found.pop("last_action", None)  # said without being asked
+        if isinstance(found, dict):
+            found = {key: value for key, value in found.items() if key in asked}  # said without being asked
         reply = Reply.model_validate(found)
     except ValidationError as error:
         first = error.errors()[0]
@@ -199,21 +266,26 @@ def parse_reply(text: str, situation: Situation) -> Decision:
         raise ReplyFault("not one JSON object") from None
     if reply.joint not in situation.task.joints:
         raise ReplyFault(f"joint: {reply.joint!r} is none of {', '.join(situation.task.joints)}")
-    said = reply.last_action
-    if asked and said not in asked:
-        raise ReplyFault("last_action: " + (f"{said!r} is none of {', '.join(asked)}" if said else "Field required"))
-    claimed = None if said is None else _CLAIMS[said]
-    return Decision(joint=reply.joint, claimed=claimed, hypothesis=reply.hypothesis, replies=(text,))
+    if reply.last_action is not None and reply.last_action not in said:
+        raise ReplyFault(f"last_action: {reply.last_action!r} is none of {', '.join(said)}")
+    for key in asked:
+        if getattr(reply, key) is None:
+            raise ReplyFault(f"{key}: Field required")
+    return Decision(
+        joint=reply.joint,
+        claimed=None if reply.last_action is None else _CLAIMS[reply.last_action],
+        hypothesis=reply.hypothesis,
+        replies=(text,),
+        confidence=reply.confidence,
+        report_false=reply.report_false,
+    )
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:
     """What a model is told after a malformed reply."""
-    said = " or ".join(json.dumps(claim) for claim in claims(situation))
-    last_action = f'"last_action": {said}, ' if said else ""
-    return (
-        f"That reply could not be used ({fault}). Reply with one JSON object and nothing else: "
-        f'{{{last_action}"hypothesis": "", "joint": one of {json.dumps(list(situation.task.joints))}}}'
-    )
+    items = _items(situation.task, situation.briefing, claims(situation))
+    again = ", ".join(f'"{item.key}": {item.again}' for item in items)
+    return f"That reply could not be used ({fault}). Reply with one JSON object and nothing else: {{{again}}}"
 
 
 def chat_fingerprint() -> str:

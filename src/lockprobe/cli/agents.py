@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json as json_
-from dataclasses import fields
 from typing import Annotated
 
 import typer
 
 from lockprobe.agents.catalogue import known_specs
+from lockprobe.options import options_of
 
 __all__ = ["agents", "interventions", "plants"]
 
@@ -36,7 +36,7 @@ def interventions(json: AsJson = False) -> None:
     found = [(place_of(kind), name, kind) for name, kind in kinds().items()]
     for place, name, kind in sorted(found, key=lambda one: list(PLACES).index(one[0])):
         dose = getattr(kind, "dose", "")
-        options = [field.name + " (dose)" * (field.name == dose) for field in fields(kind)]
+        options = [option.name + " (dose)" * (option.field == dose) for option in options_of(kind)]
         what = f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(options) or 'none'}."
         row = {"place": place, "spec": name, "dose": dose or None, "what": what}
         print(json_.dumps(row) if json else f"{place:11} {name:10}  {what}")

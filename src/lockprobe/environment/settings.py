@@ -13,6 +13,7 @@ import numpy as np
 from lockprobe.environment.observation import sizes
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.catalogue import with_words
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
@@ -65,7 +66,7 @@ class Settings:
     def chain(self) -> tuple[Channel, ...]:
         """All that acts on what is told, in order: words in front of pictures, or behind reports."""
         if self.observation == "symbolic":
-            return (*self.channels, TextChannel())
+            return with_words(self.channels, TextChannel())
         return (CameraChannel(depth="turbo" if self.observation == "rgbd" else "none"), *self.channels)
 
     @property

@@ -238,8 +238,10 @@ def _flips(settings: Settings) -> list[tuple[int, OutcomeFlip]]:
     """The flips with their numbers among flips; text changes no number."""
     flips: list[tuple[int, OutcomeFlip]] = []
     for channel in settings.channels:
-        if isinstance(channel, OutcomeFlip):
+        if isinstance(channel, OutcomeFlip) and channel == OutcomeFlip(p=channel.p, persistence=channel.persistence):
             flips.append((len(flips), channel))
         elif not isinstance(channel, TextChannel):
-            raise BadValue("channel", channel, 'an OutcomeFlip; vectorization_mode="sync" plays any other')
+            raise BadValue(
+                "channel", channel, 'an OutcomeFlip of p and persistence; vectorization_mode="sync" plays any other'
+            )
     return flips

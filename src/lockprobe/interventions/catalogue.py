@@ -1,36 +1,28 @@
 """From specs to interventions: ``flip?p=0.4``, and several with plus signs between, in the order in which they act.
 
-What ships stands in :data:`SHIPPED`. A package of one's own adds to it by an entry point in the group
-``lockprobe.interventions``, whose name is the spec's; ``python:module:Name?lag=1`` names a class directly, from code or
-from the command line, never from a file.
+What ships is every class of this package with a ``name``. A package of one's own adds to it by an entry point in the
+group ``lockprobe.interventions``, whose name is the spec's; ``python:module:Name?lag=1`` names a class directly, from
+code or from the command line, never from a file.
 """
 
 from __future__ import annotations
 
 import importlib
+import pkgutil
 import sys
-from dataclasses import MISSING, Field, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import is_dataclass
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.burst import Burst
-from lockprobe.interventions.delay import Delay
-from lockprobe.interventions.drop import Drop
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.force import Force
-from lockprobe.interventions.forget import Forget
-from lockprobe.interventions.history import History
-from lockprobe.interventions.nudge import Nudge
-from lockprobe.interventions.remark import Remark
-from lockprobe.interventions.tremble import Tremble
-from lockprobe.interventions.warn import Warn
-from lockprobe.options import read_options, with_options
+from lockprobe.options import in_words, options_of, read_options, with_options
 from lockprobe.seams import Intervention
 
-__all__ = ["PLACES", "SHIPPED", "TRUTH", "interventions_of", "kinds", "place_of", "spec_of"]
+__all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "place_of", "shipped", "spec_of", "with_words"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
@@ -38,12 +30,22 @@ PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": 
 TRUTH = "truth"
 """The condition in which nothing acts."""
 
-SHIPPED: dict[str, type[Any]] = {
-    kind.name: kind for kind in (OutcomeFlip, Drop, Delay, Burst, Warn, Nudge, Remark, History, Forget, Tremble, Force)
-}
-"""Name -> class."""
+One = TypeVar("One")
 
 _GROUP = "lockprobe.interventions"
+
+
+@cache
+def shipped() -> dict[str, type[Any]]:
+    """The interventions of this package, by the name that stands in a spec: each module holds one."""
+    package = __name__.rpartition(".")[0]
+    found: dict[str, type[Any]] = {}
+    for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
+        for kind in vars(importlib.import_module(module.name)).values():
+            name: object = getattr(kind, "name", None)
+            if isinstance(kind, type) and kind.__module__ == module.name and isinstance(name, str):
+                found[name] = kind
+    return found
 
 
 def kinds() -> dict[str, type[Any]]:
@@ -52,7 +54,7 @@ def kinds() -> dict[str, type[Any]]:
     Raises:
         BadValue: If a package names one that cannot be imported, or is none.
     """
-    found = dict(SHIPPED)
+    found = dict(shipped())
     for point in entry_points(group=_GROUP):
         if point.name not in found:
             found[point.name] = _checked(point.name, _imported(point.name, *point.value.split(":")))
@@ -80,19 +82,18 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
 def spec_of(intervention: Intervention) -> str:
     """The spec from which :func:`interventions_of` makes an intervention: its dose, and options not at their defaults.
 
-    >>> spec_of(Tremble(p=0.1)), spec_of(OutcomeFlip())
-    ('tremble?p=0.1', 'flip?p=0')
+    >>> [spec_of(one) for one in interventions_of("flip?persistence=sticky + nudge")]
+    ['flip?p=0&persistence=sticky', 'nudge']
     """
-    kind = type(intervention)
+    kind: Any = type(intervention)
     known = {named: name for name, named in kinds().items()}
     name = known.get(kind, f"python:{kind.__module__}:{kind.__name__}")
-    settings: tuple[Field[Any], ...] = fields(kind) if is_dataclass(kind) else ()
     options = {
-        field.name: _word(getattr(intervention, field.name))
-        for field in settings
-        if field.name == getattr(kind, "dose", "") or getattr(intervention, field.name) != _default(field)
+        option.name: in_words(getattr(intervention, option.field))
+        for option in options_of(kind)
+        if option.field == getattr(kind, "dose", "") or getattr(intervention, option.field) != option.default
     }
-    return f"{name}?{urlencode(options)}" if options else name
+    return f"{name}?{urlencode(options, safe=';')}" if options else name
 
 
 def place_of(kind: type[Any]) -> str:
@@ -105,6 +106,12 @@ def place_of(kind: type[Any]) -> str:
     if len(found) != 1:
         raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")
     return found[0]
+
+
+def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
+    """Interventions with the report in words among them: only those act after it that say so (``after_words``)."""
+    after = [one for one in interventions if getattr(one, "after_words", False)]
+    return (*(one for one in interventions if one not in after), words, *after)
 
 
 def _made(spec: str) -> Intervention:
@@ -138,13 +145,3 @@ def _checked(spec: str, kind: Any) -> type[Any]:
     place_of(kind)
     found: type[Any] = kind
     return found
-
-
-def _default(field: Field[Any]) -> object:
-    return field.default if field.default_factory is MISSING else field.default_factory()
-
-
-def _word(value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)

@@ -14,6 +14,9 @@ __all__ = ["FlipKind", "OutcomeFlip"]
 
 FlipKind = Literal["transient", "sticky", "outcome-only"]
 
+_ONLY = ("moved", "blocked", "any")
+_WHILE = ("looping", "always")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutcomeFlip:
@@ -27,36 +30,70 @@ class OutcomeFlip:
     * ``sticky``: a false position stays in the reports until that joint is attempted again.
     * ``outcome-only``: the report holds the outcome and no positions.
 
-    One number is drawn per attempt whatever ``p`` is, so the flips at a smaller ``p`` are a subset of those at a
-    larger one. Above p = 0.5 the report is informative again, with its meaning inverted.
+    One number is drawn per attempt whatever the options are, so the flips at a smaller ``p`` are a subset of those at a
+    larger one, and options only leave some of them out. Above p = 0.5 the report is informative again, with its
+    meaning inverted. A report that says nothing is not inverted.
 
     Attributes:
         p: Flip probability, [0, 1].
         persistence: What becomes of a false report.
+        only: Which outcomes are inverted.
+        from_: The first step, from 1, whose report can be inverted; None for the first of all.
+        until: The last one; None for the last of all.
+        at: The steps whose reports can be inverted; empty for all of them. In a spec: ``at=4;8``.
+        while_: With ``looping`` only a report is inverted whose attempt continues an action loop: the last three
+            attempts, this one among them, have stood in this order before.
 
     Raises:
-        BadValue: If ``p`` or ``persistence`` is none of these.
+        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str] = "flip"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = "channel"
+    later: ClassVar[tuple[str, ...]] = ("only", "from_", "until", "at", "while_")
     p: float = 0.0
     persistence: FlipKind = "transient"
+    only: Literal["moved", "blocked", "any"] = "any"
+    from_: int | None = None
+    until: int | None = None
+    at: tuple[int, ...] = ()
+    while_: Literal["looping", "always"] = "always"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.p <= 1.0:
             raise BadValue("flip rate p", self.p, "a number from 0 to 1")
         if self.persistence not in get_args(FlipKind):
             raise BadValue("flip", self.persistence, f"one of {', '.join(get_args(FlipKind))}")
+        for what, value, known in (("only", self.only, _ONLY), ("while", self.while_, _WHILE)):
+            if value not in known:
+                raise BadValue(what, value, f"one of {', '.join(known)}")
+        for what, step in (("from", self.from_), ("until", self.until), *(("at", step) for step in self.at)):
+            if step is not None and step < 1:
+                raise BadValue(what, step, "a step from 1")
+        if self.until is not None and self.until < (self.from_ or 1):
+            raise BadValue("until", self.until, f"a step from {self.from_}, where it begins")
+
+    def falls_on(self, step: int) -> bool:
+        """Whether the report of this step, from 1, can be inverted."""
+        return (
+            (self.from_ is None or step >= self.from_)
+            and (self.until is None or step <= self.until)
+            and (not self.at or step in self.at)
+        )
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
-        flipped = percept.joint is not None and rng.random() < self.p
+        flipped = percept.joint is not None and rng.random() < self.p and self._may(percept, past)
         outcome: Outcome | None = percept.outcome
         if flipped:
             outcome = "blocked" if percept.outcome == "moved" else "moved"
         return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, flipped))
+
+    def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:
+        if percept.outcome is None or self.only not in ("any", percept.outcome) or not self.falls_on(len(past)):
+            return False
+        return self.while_ == "always" or _continues_a_loop((*(was.attempted for was in past[1:]), percept.joint))
 
     def _positions(
         self, percept: Percept, past: tuple[Moment, ...], task: Task, flipped: bool
@@ -70,3 +107,9 @@ class OutcomeFlip:
             truth ^ flipped if label == percept.joint else earlier
             for label, truth, earlier in zip(task.joints, percept.positions, believed, strict=True)
         )
+
+
+def _continues_a_loop(attempted: tuple[str | None, ...]) -> bool:
+    """Whether the last three attempts have stood in this order before (a loop: three or more, paper, Sec. 3.3)."""
+    before, last = attempted[:-3], attempted[-3:]
+    return any(before[i : i + 3] == last for i in range(len(before) - 2))

@@ -12,6 +12,7 @@ from functools import lru_cache
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.catalogue import with_words
 from lockprobe.interventions.condition import MODALITIES, SYMBOLIC, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
@@ -72,14 +73,14 @@ def check_distinct(modalities: Iterable[str]) -> None:
 
 
 def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
-    """What acts in a trial, in order; last comes how the box is shown.
+    """What acts in a trial, in order; last comes how the box is shown, and what acts on the words of a report.
 
     Raises:
         BadValue: If it changes reports where pictures are shown.
     """
     acting, eye = condition.made(), camera(condition.modality)
     if eye is None:
-        return (*acting, TextChannel())
+        return with_words(acting, TextChannel())
     acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
     if any(isinstance(one, Channel) for one in acting):
         raise BadValue("condition", condition.label, f"none that changes reports: {condition.modality} has none")

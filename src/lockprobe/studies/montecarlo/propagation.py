@@ -8,7 +8,7 @@ trials had been played. What has too many states is sampled by :mod:`lockprobe.s
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 from typing import Any, Literal, NamedTuple, get_args
@@ -18,6 +18,8 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.seams import Intervention
+from lockprobe.studies.montecarlo.acting import Acting, acting_of
 from lockprobe.studies.montecarlo.plain import World, heeds_order, listed, policy_of, reported, world_of
 
 __all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
@@ -37,7 +39,7 @@ class Propagation:
         solved: Probability that the box is solved by step 0, 1, ..., shape (budget + 1,).
         apart: Probability that the reported configuration is not the true one after step 0, 1, ..., in trials that
             go on, shape (budget + 1,); 0 where none does. None where positions are not told.
-        states: How many states were met, over all listings.
+        states: How many states were met, over all listings; anew where other things can happen at a step.
     """
 
     solved: tuple[float, ...]
@@ -69,6 +71,7 @@ def propagate(
     *,
     p: float = 0.0,
     flip: FlipKind = "transient",
+    condition: str | Sequence[Intervention] = "",
     max_steps: int = 20,
     listing: Listing = "shuffled",
     most_states: int = MOST_STATES,
@@ -80,25 +83,29 @@ def propagate(
         box: Name of a box, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
+        condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
+            and all that is only asked, which policies do not read.
         max_steps: Budget in steps.
         listing: With ``shuffled`` the mean over all orders of the listing, where the order matters.
         most_states: How many states to follow at most.
 
     Raises:
-        UserMistake: If a name does not exist, a value is out of range, or there are more states.
+        UserMistake: If a name does not exist, a value is out of range, something else acts, or there are more states.
 
     >>> course = propagate("human-inspired")
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    policy, world = policy_of(agent), world_of(box, p=p, flip=flip, max_steps=max_steps)
+    acting = acting_of(condition, p, flip)
+    flip = acting.flip.persistence
+    policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
     if listing not in get_args(Listing):
         raise BadValue("listing", listing, f"one of {', '.join(get_args(Listing))}")
     panel = tuple(range(len(world.places)))
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
     solved, apart, states = [0.0] * (max_steps + 1), [0.0] * (max_steps + 1), 0
     for order in orders:
-        walk = _Walk(policy, world, order, most_states - states)
+        walk = _Walk(policy, world, acting, order, most_states - states)
         for step, (done, differs) in enumerate(walk.run()):
             solved[step] += done / len(orders)
             apart[step] += differs / len(orders)
@@ -108,72 +115,92 @@ def propagate(
 
 
 class _State(NamedTuple):
-    """Configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start."""
+    """Configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
+
+    ``told`` is heeded by the next report where false positions persist; None where the last report told none.
+    """
 
     configuration: int
-    told: int
+    told: int | None
     memory: Hashable
+
+
+class _Way(NamedTuple):
+    """Where a state leads, None where the box is solved, how probably, and whether wrong positions are told then."""
+
+    goal: _State | None
+    chance: float
+    wrong: bool = False
 
 
 class _Walk:
     """The states of one policy that is listed the joints in one order, and the chances between them."""
 
-    def __init__(self, policy: Policy[Any], world: World, order: tuple[int, ...], most_states: int) -> None:
-        self.ways: dict[_State, list[tuple[_State | None, float]]] = {}
+    def __init__(
+        self, policy: Policy[Any], world: World, acting: Acting, order: tuple[int, ...], most_states: int
+    ) -> None:
+        self.ways: dict[tuple[Hashable, _State], list[_Way]] = {}
         self._policy = policy
         self._world = world
+        self._acting = acting
         self._order = order
         self._view = world.view(order)
-        self._luck = [(flipped, luck) for flipped, luck in ((False, 1 - world.p), (True, world.p)) if luck]
         self._most = most_states
 
     def run(self) -> Iterator[tuple[float, float]]:
         """After step 0, 1, ...: the share that is solved, and the share that goes on and is told wrong positions."""
         solved, running = 0.0, {_State(0, 0, self._policy.begin(self._view)): 1.0}
         yield solved, 0.0
-        for _ in range(self._world.budget):
+        for step in range(1, self._world.budget + 1):
             after: dict[_State, float] = defaultdict(float)
+            apart, phase = 0.0, self._acting.phase(step)
             for state, mass in running.items():
-                for goal, chance in self._ways_from(state):
+                for goal, chance, wrong in self._ways_from(state, step, phase):
                     if goal is None:
                         solved += mass * chance
                     else:
                         after[goal] += mass * chance
+                        apart += mass * chance * wrong
             running = after
-            yield solved, self._apart(running)
+            yield solved, apart
 
-    def _apart(self, running: dict[_State, float]) -> float:
-        """A report that starts from the truth is wrong where it was inverted; one that persists, also later."""
-        if self._world.flip == "sticky":
-            return sum(mass for state, mass in running.items() if state.told != state.configuration)
-        return sum(running.values()) * sum(luck for flipped, luck in self._luck if flipped)
-
-    def _ways_from(self, state: _State) -> list[tuple[_State | None, float]]:
-        if state not in self.ways:
+    def _ways_from(self, state: _State, step: int, phase: Hashable) -> list[_Way]:
+        at = (phase, state)
+        if at not in self.ways:
             if len(self.ways) >= self._most:
                 raise BadValue(
                     f"states of {type(self._policy).__name__} on {self._world.name}",
                     f"more than {self._most}",
                     "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
                 )
-            self.ways[state] = list(self._leaving(state))
-        return self.ways[state]
+            self.ways[at] = list(self._leaving(state, step))
+        return self.ways[at]
 
-    def _leaving(self, state: _State) -> Iterator[tuple[_State | None, float]]:
-        """Where a state leads, None where the box is solved, and how probably."""
+    def _leaving(self, state: _State, step: int) -> Iterator[_Way]:
         world = self._world
-        for place, chance in enumerate(self._policy.probabilities(self._view, state.memory)):
+        chosen = self._policy.probabilities(self._view, state.memory)
+        for place, chance in enumerate(self._acting.attempted(chosen, step)):
             if not chance:
                 continue
             joint = self._order[place]
             moved = bool(world.movable[state.configuration] >> joint & 1)
             if moved and joint == world.target:
-                yield None, chance
+                yield _Way(None, chance)
                 continue
             configuration = state.configuration ^ moved << joint
-            for flipped, luck in self._luck:
-                told = reported(world.flip, configuration, state.told, joint, flipped=flipped)
-                shifted = None if world.flip == "outcome-only" else listed(told, self._order)
-                report = Told(joint=place, moved=moved != flipped, shifted=shifted)
-                memory = self._policy.remember(self._view, state.memory, report)
-                yield _State(configuration, told if world.flip == "sticky" else 0, memory), chance * luck
+            for inverted, luck in self._acting.reports(step, moved=moved):
+                yield self._told(state, configuration, place, moved, inverted, chance * luck)
+
+    def _told(
+        self, state: _State, configuration: int, place: int, moved: bool, inverted: bool | None, chance: float
+    ) -> _Way:
+        """The way on with a report that is inverted or not; None where nothing is told."""
+        sticky = self._world.flip == "sticky"
+        if inverted is None:
+            return _Way(_State(configuration, None if sticky else 0, state.memory), chance)
+        before = configuration if state.told is None else state.told
+        told = reported(self._world.flip, configuration, before, self._order[place], flipped=inverted)
+        shifted = None if self._world.flip == "outcome-only" else listed(told, self._order)
+        report = Told(joint=place, moved=moved != inverted, shifted=shifted)
+        memory = self._policy.remember(self._view, state.memory, report)
+        return _Way(_State(configuration, told if sticky else 0, memory), chance, told != configuration)

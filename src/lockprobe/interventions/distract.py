@@ -1,0 +1,55 @@
+"""A sentence beside the report about something else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.validation import check_probability
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Briefing, Moment, Task
+
+__all__ = ["ASIDES", "Distract"]
+
+ASIDES = (
+    "Note: the room in which the panel stands has a window.",
+    "Note: the table under the panel is as wide as the panel.",
+    "Note: somebody has put a cup of coffee beside the panel.",
+    "Note: the panel was built in a workshop on the ground floor.",
+    "Note: the labels of the joints are printed in dark letters.",
+    "Note: a calendar with pictures of boats hangs on the wall.",
+)
+"""What is said: nothing of what moved or may move, and nothing that changes what the report says."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Distract:
+    """With probability p a sentence stands beside the report that has nothing to do with it; the report stays as it is.
+
+    It comes at moments that are drawn, unlike ``remark``, and before every step but the first. Agents that read no
+    words pay no attention to it. Two numbers are drawn per step whatever p is, so what is said at a smaller p is said
+    at a larger one too.
+
+    Attributes:
+        p: Probability that a sentence is said, [0, 1].
+
+    Raises:
+        BadValue: If it is none.
+    """
+
+    name: ClassVar[str] = "distract"
+    dose: ClassVar[str] = "p"
+    p: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_probability("distract rate p", self.p)
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with a sentence, or without."""
+        said, which = rng.random(2)
+        if len(past) < 2 or said >= self.p:
+            return briefing
+        return briefing.remarking(ASIDES[int(which * len(ASIDES))])

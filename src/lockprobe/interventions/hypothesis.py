@@ -1,0 +1,43 @@
+"""Whether an agent has to say how the box works, before it chooses or after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+
+from lockprobe.errors import BadValue
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Briefing, Moment, Task
+
+__all__ = ["Ask", "Hypothesis"]
+
+Ask = Literal["before", "after", "off"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hypothesis:
+    """A hosted model says in one sentence how the box works before it names a joint, after it, or not at all.
+
+    ``before`` is what every hosted model is asked without this: a small chain of thought. What it is told stays as it
+    is. Agents that are asked for no sentence pay no attention to it. Nothing is drawn.
+
+    Attributes:
+        ask: When it is asked.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+
+    name: ClassVar[str] = "hypothesis"
+    ask: Ask = "before"
+
+    def __post_init__(self) -> None:
+        if self.ask not in get_args(Ask):
+            raise BadValue("ask", self.ask, f"one of {', '.join(get_args(Ask))}")
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with when it is asked."""
+        return replace(briefing, hypothesis=self.ask)

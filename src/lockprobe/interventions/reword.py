@@ -1,0 +1,88 @@
+"""The same facts in other words."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.validation import check_probability
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Moment, Percept, Task
+
+__all__ = ["SENTENCES", "Reword", "pattern_of"]
+
+SENTENCES = {
+    "{} moved.": (
+        "{} has moved.",
+        "{} changed its position.",
+        "The attempt moved {}.",
+        "There was movement at {}.",
+        "{} went to its other position.",
+    ),
+    "{} did not move.": (
+        "{} has not moved.",
+        "{} stayed where it was.",
+        "The attempt left {} unmoved.",
+        "There was no movement at {}.",
+        "{} kept its position.",
+    ),
+    "You attempted {}.": (
+        "The joint of the attempt was {}.",
+        "Your attempt was at {}.",
+        "What you attempted was {}.",
+        "The last attempt was at {}.",
+        "You have attempted {}.",
+    ),
+    "At 1: {}.": (
+        "In position 1: {}.",
+        "Now standing at 1: {}.",
+        "At position 1 there is: {}.",
+        "What is at 1: {}.",
+        "Position 1 is taken by: {}.",
+    ),
+}
+"""Each sentence of a report in words, and its paraphrases; as many of each, and none that could be another's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reword:
+    """With probability p a report says the same facts in other words: noise in the prompt, and nothing false.
+
+    It acts on the words of the report, after all that changes its facts; sentences that it does not know it leaves as
+    they are. Agents that read no words pay no attention to it. Three numbers are drawn per report whatever p is, so
+    the reports reworded at a smaller p are reworded in the same way at a larger one.
+
+    Attributes:
+        p: Probability that a report is reworded, [0, 1].
+
+    Raises:
+        BadValue: If it is none.
+    """
+
+    name: ClassVar[str] = "reword"
+    dose: ClassVar[str] = "p"
+    after_words: ClassVar[bool] = True
+    p: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_probability("reword rate p", self.p)
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        """The percept with its text in other words, or as it is."""
+        reworded, outcome, positions = rng.random(3)
+        if reworded >= self.p:
+            return percept
+        text = percept.text
+        for (said, others), which in zip(SENTENCES.items(), (outcome, outcome, outcome, positions), strict=True):
+            text = re.sub(pattern_of(said), others[int(which * len(others))].format(r"\1"), text)
+        return replace(percept, text=text)
+
+
+def pattern_of(sentence: str) -> str:
+    """A sentence with its fact as a regular expression; it matches whole sentences only."""
+    before, after = map(re.escape, sentence.split("{}"))
+    return rf"(?:(?<=^)|(?<=[.] )){before}(\w+(?:, \w+)*){after}(?= |$)"
