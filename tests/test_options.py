@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import read_options, spec_name, with_options
+from lockprobe.options import arguments_from, read_options, spec_name, with_options
 
 
 def test_the_name_is_what_stands_before_the_options():
@@ -68,3 +68,21 @@ def test_an_option_that_need_not_be_set_takes_what_it_holds_if_it_is():
     assert with_options(Optional, "x", {}) == Optional()
     found = with_options(Optional, "x", {"number": "1.5", "count": "3", "kind": "two"})
     assert found == Optional(number=1.5, count=3, kind="two")
+
+
+def test_arguments_of_anybody_s_function_are_read_by_annotation_or_default():
+    def written(box, *, size: "int", share=0.5, loud=False, word=None, many: int | None = None):
+        return size
+
+    class Made:
+        def __init__(self, rng: "not_there.Generator" = None, lag: "int" = 1):  # noqa: F821
+            self.lag = lag
+
+    given = {"size": "3", "share": "1", "loud": "yes", "word": "5", "many": "7"}
+    read = arguments_from(written, "written", given, ["box"])
+    assert read == {"size": 3, "share": 1.0, "loud": True, "word": "5", "many": 7}
+    assert arguments_from(Made, "made", {"lag": "2"}) == {"lag": 2}
+    with pytest.raises(UnknownName, match="no option of written is called 'box'"):
+        arguments_from(written, "written", {"box": "x"}, ["box"])
+    with pytest.raises(BadValue, match="^loud: got 'true', expected yes or no"):
+        arguments_from(written, "written", {"loud": "true"})

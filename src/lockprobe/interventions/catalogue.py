@@ -7,11 +7,7 @@ from the command line, never from a file.
 
 from __future__ import annotations
 
-import importlib
-import sys
 from dataclasses import MISSING, Field, fields, is_dataclass
-from importlib.metadata import entry_points
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
@@ -28,9 +24,10 @@ from lockprobe.interventions.remark import Remark
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.warn import Warn
 from lockprobe.options import read_options, with_options
+from lockprobe.plugins import Listed, find_plugin, listed_plugins, plugin_name_of, plugin_names
 from lockprobe.seams import Intervention
 
-__all__ = ["PLACES", "SHIPPED", "TRUTH", "condition", "kinds", "place_of", "spec_of"]
+__all__ = ["PLACES", "SHIPPED", "TRUTH", "condition", "kinds", "packaged", "place_of", "spec_of"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
@@ -43,20 +40,15 @@ SHIPPED: dict[str, type[Any]] = {
 }
 """Name -> class."""
 
-_GROUP = "lockprobe.interventions"
+
+def packaged() -> list[Listed]:
+    """The interventions of installed packages; with each that cannot be used stands why."""
+    return listed_plugins("intervention", SHIPPED, _checked)
 
 
 def kinds() -> dict[str, type[Any]]:
-    """Every intervention that can be named: those that ship, and those of installed packages.
-
-    Raises:
-        BadValue: If a package names one that cannot be imported, or is none.
-    """
-    found = dict(SHIPPED)
-    for point in entry_points(group=_GROUP):
-        if point.name not in found:
-            found[point.name] = _checked(point.name, _imported(point.name, *point.value.split(":")))
-    return found
+    """Every intervention that can be named: those that ship, and those of installed packages that can be used."""
+    return SHIPPED | {row.name: row.found for row in packaged() if row.found is not None}
 
 
 def condition(spec: str) -> tuple[Intervention, ...]:
@@ -84,8 +76,8 @@ def spec_of(intervention: Intervention) -> str:
     ('tremble?p=0.1', 'flip')
     """
     kind = type(intervention)
-    known = {named: name for name, named in kinds().items()}
-    name = known.get(kind, f"python:{kind.__module__}:{kind.__name__}")
+    shipped = {named: name for name, named in SHIPPED.items()}
+    name = shipped.get(kind) or plugin_name_of("intervention", kind)
     settings: tuple[Field[Any], ...] = fields(kind) if is_dataclass(kind) else ()
     options = {
         field.name: _word(getattr(intervention, field.name))
@@ -109,25 +101,15 @@ def place_of(kind: type[Any]) -> str:
 
 def _made(spec: str) -> Intervention:
     name, options = read_options(spec, "intervention")
-    if name.startswith("python:"):
-        kind = _checked(spec, _imported(spec, *name.removeprefix("python:").split(":")))
-    else:
-        known = kinds()
-        if name not in known:
-            raise UnknownName("intervention", name, known)
-        kind = known[name]
-    made: Intervention = with_options(kind, name, options)
+    if name in SHIPPED:
+        shipped: Intervention = with_options(SHIPPED[name], name, options)
+        return shipped
+    if (plugin := find_plugin("intervention", name)) is None:
+        raise UnknownName("intervention", name, [*SHIPPED, *plugin_names("intervention")])
+    kind = _checked(name, plugin.load())
+    with plugin.guarded():
+        made: Intervention = with_options(kind, name, options)
     return made
-
-
-def _imported(spec: str, module: str, name: str = "") -> type[Any]:
-    if (here := str(Path.cwd())) not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        found: type[Any] = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError, SyntaxError, ValueError) as error:
-        raise BadValue("intervention", spec, f"python:module:Name of an importable class ({error})") from error
-    return found
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:

@@ -14,8 +14,7 @@ from lockprobe.interventions.catalogue import condition as read_condition
 from lockprobe.interventions.catalogue import spec_of
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.lockbox.families import box as named_box
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
@@ -30,7 +29,7 @@ __all__ = ["run_trial"]
 def run_trial(
     *,
     agent: str | Agent = "human-inspired",
-    box: str | Lockbox = DEFAULT_BOX,
+    box: str | Path | Lockbox = DEFAULT_BOX,
     p: float = 0.0,
     flip: FlipKind = "transient",
     seed: int = 1,
@@ -49,7 +48,7 @@ def run_trial(
 
     Args:
         agent: Agent spec, or an object with the :class:`lockprobe.seams.Agent` protocol.
-        box: Name of a box, or a box.
+        box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         seed: Seed of the study.
@@ -69,9 +68,8 @@ def run_trial(
         UserMistake: If a name does not exist, a value is out of range, or something is missing that is needed.
     """
     spec = agent if isinstance(agent, str) else type(agent).__name__
-    found = named_box(box) if isinstance(box, str) else box
     study = Study(
-        name="trial", agents=(spec,), box=found, p=(p,), flip=flip, repetitions=repetition, trials=trial,
+        name="trial", agents=(spec,), box=find_box(box), p=(p,), flip=flip, repetitions=repetition, trials=trial,
         max_steps=max_steps, seed=seed, shuffle=shuffle, plant=plant, layout=layout, modalities=(modality,),
         assessment=assessment,
     )  # fmt: skip

@@ -8,7 +8,7 @@
     trials = 5
 
 Every key is an option of ``lockprobe run`` of the same name. An option on the command line goes before the file.
-A study file is data from anyone: it cannot name an agent that runs code.
+A study file is data from anyone: it cannot name what runs code.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plugins import refuse_python
 from lockprobe.studies import paper
 from lockprobe.studies.modality import SYMBOLIC, taken_in
 from lockprobe.studies.study import LayoutKind, Study
@@ -88,9 +89,8 @@ def read_request(path: Path) -> Request:
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(Request.model_fields)}" if first["type"] == "extra_forbidden" else ""
         raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
-    for spec in request.agent or ():
-        if spec.startswith("python:"):
-            raise BadFile(path, f"agent: {spec} would run code; name it on the command line with --agent")
+    for what, specs in (("agent", request.agent or ()), ("plant", [request.plant]), ("box", [request.box])):
+        refuse_python(path, what, specs)
     return request
 
 
