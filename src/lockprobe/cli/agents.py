@@ -1,4 +1,4 @@
-"""Who can act, on what, what can be changed between them and measured: a list of each."""
+"""Who can act, on what, and what can be changed between them: ``lockprobe agents``, ``plants``, ``interventions``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 
 from lockprobe.plugins import Kind, listed_plugins
 
-__all__ = ["agents", "interventions", "measures", "plants"]
+__all__ = ["AsJson", "agents", "interventions", "list_all", "plants"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 
@@ -20,22 +20,14 @@ def agents(json: AsJson = False) -> None:
     """The agents there are, by spec."""
     from lockprobe.agents.catalogue import known_specs
 
-    _list("agent", known_specs(), 24, json=json)
+    list_all("agent", known_specs(), 24, json=json)
 
 
 def plants(json: AsJson = False) -> None:
     """What can be acted on, by spec."""
     from lockprobe.plants.catalogue import known_plants
 
-    _list("plant", known_plants(), 9, json=json)
-
-
-def measures(json: AsJson = False) -> None:
-    """What can be measured of a trial, by name."""
-    from lockprobe.analysis.measures import MEASURES
-
-    known = {name: (measure.__doc__ or "").strip().splitlines()[0] for name, measure in MEASURES.items()}
-    _list("measure", known, 14, json=json)
+    list_all("plant", known_plants(), 9, json=json)
 
 
 def interventions(json: AsJson = False) -> None:
@@ -57,10 +49,19 @@ def interventions(json: AsJson = False) -> None:
         _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)
 
 
-def _list(kind: Kind, known: Mapping[str, str], width: int, *, json: bool) -> None:
-    """What Lockprobe has itself, and what installed packages add."""
+def list_all(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packaged: bool = True) -> None:
+    """Print what there is of a kind, a line each.
+
+    Args:
+        kind: The kind.
+        known: What Lockprobe has itself: spec -> what it is.
+        width: Columns of the spec.
+        json: Whether lines are JSON.
+        packaged: Whether what installed packages add is listed too.
+    """
     rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
-    rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in listed_plugins(kind, known)]
+    if packaged:
+        rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in listed_plugins(kind, known)]
     for row in rows:
         _print_row(row, f"{row['spec']:{width}}", json=json)
 
