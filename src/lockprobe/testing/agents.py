@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import find_box
-from lockprobe.plan import Plan
-from lockprobe.record import Trial
+from lockprobe.record import Decision, Fact, Situation, Trial
 from lockprobe.seams import Agent
-from lockprobe.studies.modality import is_pictured
-from lockprobe.studies.stage import play_timed
-from lockprobe.studies.study import Study
+from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["check_agent"]
 
-_T = TypeVar("_T")
 _SEEDS = (1, 2, 3)
 
 
@@ -51,39 +49,75 @@ def check_agent(
     name = agent if isinstance(agent, str) else type(agent).__name__
     assert isinstance(player, Agent), f"{name} has no `facts` or no `decide`"
     check_facts(player.facts, name)
-    rates = (0.0,) if is_pictured(modality) else (0.0, 0.4)
-    plans = [plan for box in boxes for plan in _plans(name, find_box(box), plant, modality, rates)]
-    alone = [_played([plan], player)[0] for plan in plans]
-    for trial in alone:
-        check_record(trial, name)
-    again = [_played([plan], player)[0] for plan in plans]
-    assert alone == again, f"{name} plays the same trial differently again: it keeps something, or draws elsewhere"
-    together = _played(plans, player)
-    assert alone == together, f"{name} keeps something between calls: trials side by side are not as one by one"
+    rates = (0.0,) if modality.startswith("rgb") else (0.0, 0.4)
+    before: tuple[_Call, ...] = ()
+    for box in boxes:
+        for seed in _SEEDS:
+            for p in rates:
+                listening = _Listening(agent=player)
+                alone, again, beside = (
+                    run_trial(agent=one, box=box, seed=seed, p=p, plant=plant, modality=modality)
+                    for one in (listening, player, _Beside(agent=player, calls=before))
+                )
+                check_record(alone, name)
+                assert _played(alone) == _played(again), (
+                    f"{name} plays the same trial differently again: it keeps something, or draws elsewhere"
+                )
+                assert _played(alone) == _played(beside), (
+                    f"{name} keeps something between calls: trials side by side are not as one by one"
+                )
+                before = tuple(listening.calls)
 
 
-def _plans(agent: str, box: Lockbox, plant: str, modality: str, rates: Sequence[float]) -> list[Plan]:
-    plans = []
-    for seed in _SEEDS:
-        study = Study(
-            name="check", agents=(agent,), box=box, p=tuple(rates), seed=seed, plant=plant, modalities=(modality,)
-        )
-        plans += [study.plan(agent, p, 1, 1, modality) for p in rates]
-    return plans
+def _played(trial: Trial) -> tuple[object, ...]:
+    """What came of a trial, whoever's name stands on it."""
+    return trial.steps, trial.ending
 
 
-async def _in_turns(work: Callable[[], _T], /) -> _T:
-    """Where plants act: before each of them does, every other trial goes on."""
-    await asyncio.sleep(0)
-    return work()
+@dataclass(frozen=True)
+class _Call:
+    """What an agent was asked once, with its stream as it was, and what it answered."""
+
+    situation: Situation
+    rng: np.random.Generator
+    decision: Decision
 
 
-def _played(plans: Sequence[Plan], agent: Agent) -> list[Trial]:
-    """These trials side by side, step by step in turns."""
+@dataclass
+class _Listening:
+    """An agent, with a note of all that it is asked."""
 
-    async def play() -> list[Trial]:
-        every = (play_timed(plan, agent, lambda key, step: None, place=_in_turns) for plan in plans)
-        return [trial for trial, _ in await asyncio.gather(*every)]
+    agent: Agent
+    calls: list[_Call] = field(default_factory=list)
 
-    with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a test may run in a loop of its own
-        return elsewhere.submit(asyncio.run, play()).result()
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return self.agent.facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        stream = deepcopy(rng)
+        decision = await self.agent.decide(situation, rng)
+        self.calls.append(_Call(situation, stream, decision))
+        return decision
+
+
+@dataclass
+class _Beside:
+    """An agent that is asked of another trial before every step of its own."""
+
+    agent: Agent
+    calls: Sequence[_Call]
+    asked: int = 0
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return self.agent.facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        if self.asked < len(self.calls):
+            other = self.calls[self.asked]
+            answered = await self.agent.decide(other.situation, deepcopy(other.rng))
+            if answered != other.decision:
+                raise AssertionError("it answers otherwise beside another trial")
+            self.asked += 1
+        return await self.agent.decide(situation, rng)

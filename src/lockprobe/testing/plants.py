@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-from lockprobe.agents.catalogue import resolve
-from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
-from lockprobe.plan import LABELS, Names
+from lockprobe.plan import LABELS
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.seams import Plant
-from lockprobe.studies.study import Study
+from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
-from lockprobe.trial import play
 
 __all__ = ["check_plant"]
 
@@ -51,16 +46,18 @@ def check_plant(
         _check_start(first, box, name)
         _check_attempts(first, box, attempts, name)
         _check_start(other, box, name)
+        check_facts(first.facts, name)
         first.close()
         other.close()
-        _check_in_the_loop(plant, box, name)
+        if isinstance(plant, str):
+            check_record(run_trial(agent="random", box=box, plant=plant), name)
 
 
-def _made(plant: str | Callable[..., Plant], box: Lockbox, labels: tuple[str, ...] | None = None) -> Plant:
-    rng, known = np.random.default_rng(7), labels or tuple(LABELS[: len(box.joints)])
+def _made(plant: str | Callable[..., Plant], box: Lockbox) -> Plant:
+    rng, labels = np.random.default_rng(7), tuple(LABELS[: len(box.joints)])
     if isinstance(plant, str):
-        return resolve_plant(plant).make(box, known, rng)
-    return plant(box=box, labels=known, rng=rng)
+        return resolve_plant(plant).make(box, labels, rng)
+    return plant(box=box, labels=labels, rng=rng)
 
 
 def _check_start(plant: Plant, box: Lockbox, name: str) -> None:
@@ -82,15 +79,3 @@ def _check_attempts(plant: Plant, box: Lockbox, attempts: int, name: str) -> Non
         assert seen.configuration == now, f"{name} does not obey the interlock {where}"
         assert seen.outcome == ("moved" if allowed else "blocked"), f"{name} reports a wrong outcome {where}"
         check_facts(seen.sensed, f"{name}, what it senses,")
-
-
-def _check_in_the_loop(plant: str | Callable[..., Plant], box: Lockbox, name: str) -> None:
-    plan = Study(name="check", agents=("random",), box=box, p=(0.0,)).plan("random", 0.0, 1, 1)
-    made = _made(plant, box, Names(plan).labels)
-    playing = play(plan, plant=made, interventions=(TextChannel(),), agent=resolve("random").make())
-    try:
-        with ThreadPoolExecutor(max_workers=1) as elsewhere:
-            check_record(elsewhere.submit(asyncio.run, playing).result(), name)
-        check_facts(made.facts, name)
-    finally:
-        made.close()
