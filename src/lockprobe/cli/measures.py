@@ -42,7 +42,7 @@ def measures(
 
     by_condition = defaultdict(list)
     for trial in load(directory):
-        by_condition[trial.condition].append(trial)
+        by_condition[trial.key.rsplit("/rep=", 1)[0]].append(trial)
     found = {condition: measured(trials, chosen) for condition, trials in by_condition.items()}
     if json:
         for condition, rows in found.items():
