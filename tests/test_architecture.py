@@ -63,6 +63,6 @@ def test_no_file_is_a_drawer(name):
             assert node.end_lineno - node.lineno < 60, f"{node.name} is long"
 
 
-def test_one_broad_except_at_the_boundary():
+def test_broad_excepts_stand_where_anybody_s_code_runs_and_nowhere_else():
     broad = [name for name in FILES if re.search(r"except (Base)?Exception\b", (SOURCE / name).read_text("utf-8"))]
-    assert broad == ["trial.py"]
+    assert broad == ["plugins.py", "trial.py"]

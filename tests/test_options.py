@@ -7,7 +7,15 @@ import pytest
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import in_words, options_of, read_options, settings_of, spec_name, with_options
+from lockprobe.options import (
+    arguments_from,
+    in_words,
+    options_of,
+    read_options,
+    settings_of,
+    spec_name,
+    with_options,
+)
 
 
 def test_the_name_is_what_stands_before_the_options():
@@ -97,3 +105,21 @@ def test_settings_are_by_option_and_later_ones_at_their_defaults_are_left_out():
 
 def test_several_values_are_read_as_they_are_written():
     assert with_options(Many, "x", {"at": in_words((1, 20))}).at == (1, 20)
+
+
+def test_arguments_of_anybody_s_function_are_read_by_annotation_or_default():
+    def written(box, *, size: "int", share=0.5, loud=False, word=None, many: int | None = None):
+        return size
+
+    class Made:
+        def __init__(self, rng: "not_there.Generator" = None, lag: "int" = 1):  # noqa: F821
+            self.lag = lag
+
+    given = {"size": "3", "share": "1", "loud": "yes", "word": "5", "many": "7"}
+    read = arguments_from(written, "written", given, ["box"])
+    assert read == {"size": 3, "share": 1.0, "loud": True, "word": "5", "many": 7}
+    assert arguments_from(Made, "made", {"lag": "2"}) == {"lag": 2}
+    with pytest.raises(UnknownName, match="no option of written is called 'box'"):
+        arguments_from(written, "written", {"box": "x"}, ["box"])
+    with pytest.raises(BadValue, match="^loud: got 'true', expected yes or no"):
+        arguments_from(written, "written", {"loud": "true"})

@@ -7,8 +7,8 @@
 >>> trial.solved
 True
 
-``tidy_rows`` gives one row a step, ``trial_rows`` one row a trial:
-``pandas.DataFrame(lockprobe.tidy_rows(lockprobe.load(directory)))``.
+``tidy`` gives one row a step, ``trial_rows`` one row a trial: ``pandas.DataFrame(lockprobe.tidy(trials))``. What one
+needs to write an agent, a plant, a box, an intervention or a measure is here too (docs/extending.md).
 """
 
 from __future__ import annotations
@@ -19,16 +19,42 @@ from typing import TYPE_CHECKING
 from lockprobe.environment import announce
 
 if TYPE_CHECKING:
-    from lockprobe.export import tidy_rows, trial_rows
-    from lockprobe.lockbox.families import box
+    from lockprobe.agents.policy import Policy
+    from lockprobe.errors import BadValue, LockprobeError, TrialFault, UserMistake
+    from lockprobe.export import tidy, trial_rows
+    from lockprobe.lockbox.box import Joint, Lockbox
+    from lockprobe.lockbox.families import find_box as box
+    from lockprobe.record import Decision, Percept, Situation, Snapshot, Step, Trial
     from lockprobe.report.schema import results
+    from lockprobe.seams import Actuator, Agent, Channel, Memory, Plant, Prompt
     from lockprobe.studies.journal import load
     from lockprobe.studies.montecarlo import population, propagate
     from lockprobe.studies.runner import run_study
     from lockprobe.studies.single import run_trial
+    from lockprobe.studies.study import Study
     from lockprobe.studies.studyfile import study
 
 __all__ = [
+    "Actuator",
+    "Agent",
+    "BadValue",
+    "Channel",
+    "Decision",
+    "Joint",
+    "Lockbox",
+    "LockprobeError",
+    "Memory",
+    "Percept",
+    "Plant",
+    "Policy",
+    "Prompt",
+    "Situation",
+    "Snapshot",
+    "Step",
+    "Study",
+    "Trial",
+    "TrialFault",
+    "UserMistake",
     "__version__",
     "box",
     "load",
@@ -38,12 +64,32 @@ __all__ = [
     "run_study",
     "run_trial",
     "study",
-    "tidy_rows",
+    "tidy",
     "trial_rows",
 ]
 
 _HOMES = {
-    "box": "lockprobe.lockbox.families",
+    "Actuator": "lockprobe.seams",
+    "Agent": "lockprobe.seams",
+    "BadValue": "lockprobe.errors",
+    "Channel": "lockprobe.seams",
+    "Decision": "lockprobe.record",
+    "Joint": "lockprobe.lockbox.box",
+    "Lockbox": "lockprobe.lockbox.box",
+    "LockprobeError": "lockprobe.errors",
+    "Memory": "lockprobe.seams",
+    "Percept": "lockprobe.record",
+    "Plant": "lockprobe.seams",
+    "Policy": "lockprobe.agents.policy",
+    "Prompt": "lockprobe.seams",
+    "Situation": "lockprobe.record",
+    "Snapshot": "lockprobe.record",
+    "Step": "lockprobe.record",
+    "Study": "lockprobe.studies.study",
+    "Trial": "lockprobe.record",
+    "TrialFault": "lockprobe.errors",
+    "UserMistake": "lockprobe.errors",
+    "box": "lockprobe.lockbox.families:find_box",
     "load": "lockprobe.studies.journal",
     "population": "lockprobe.studies.montecarlo",
     "propagate": "lockprobe.studies.montecarlo",
@@ -51,16 +97,18 @@ _HOMES = {
     "run_study": "lockprobe.studies.runner",
     "run_trial": "lockprobe.studies.single",
     "study": "lockprobe.studies.studyfile",
+    "tidy": "lockprobe.export",
     "tidy_rows": "lockprobe.export",
     "trial_rows": "lockprobe.export",
 }
+"""Public name -> its module, and its name there where that is another one."""
 
 
 announce()  # a Gymnasium that is loaded, or will be, knows lockprobe/Lockbox-v0; none is loaded here
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *_HOMES, *__all__})
 
 
 def __getattr__(name: str) -> object:
@@ -71,4 +119,5 @@ def __getattr__(name: str) -> object:
         return version("lockprobe")
     if name not in _HOMES:
         raise AttributeError(f"module 'lockprobe' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    module, _, other = _HOMES[name].partition(":")
+    return getattr(import_module(module), other or name)

@@ -9,6 +9,7 @@
     │   ├── BadFile            a file that cannot be used as what it was given for
     │   ├── SettingsChanged    another study already lives in this directory
     │   ├── DirectoryBusy      another process is writing to this directory
+    │   ├── BrokenPlugin       what another package adds does not work
     │   └── Missing            a key, package or model file that has to be supplied first
     ├── BudgetReached          the money that was allowed is spent; nothing is broken, and all is on disk
     └── TrialFault             ends a trial as ``error``, never as a failure to solve
@@ -35,6 +36,7 @@ __all__ = [
     "BadFile",
     "BadValue",
     "Boundary",
+    "BrokenPlugin",
     "BudgetReached",
     "ChannelFault",
     "DirectoryBusy",
@@ -158,6 +160,21 @@ class DirectoryBusy(UserMistake):
 
     def __init__(self, directory: Path | str) -> None:
         super().__init__(f"{directory} is being written by another lockprobe: wait for it, or give another --out")
+
+
+class BrokenPlugin(UserMistake):
+    """Raised when what another package adds does not work.
+
+    Args:
+        kind: What it was added as, for example ``"agent"``.
+        name: Its name in a spec.
+        package: Distribution and version that have it; empty where nobody knows.
+        error: What it raised.
+    """
+
+    def __init__(self, kind: str, name: str, package: str, error: Exception) -> None:
+        owner = f" of {package}" if package else ""
+        super().__init__(f"{kind} {name!r}{owner} does not work ({type(error).__name__}: {error})")
 
 
 class Missing(UserMistake):

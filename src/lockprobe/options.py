@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -13,6 +13,7 @@ from lockprobe.errors import BadValue, UnknownName
 __all__ = [
     "PEOPLE",
     "Option",
+    "arguments_from",
     "group_of",
     "in_words",
     "options_of",
@@ -150,6 +151,57 @@ def with_options(
             raise UnknownName(f"option of {name}", option, known)
         values[known[option]] = _value(option, text, types[known[option]])
     return kind(**values)
+
+
+def arguments_from(
+    make: Callable[..., object], name: str, options: Mapping[str, str], taken: Collection[str] = ()
+) -> dict[str, object]:
+    """Arguments for a function or class of anybody's, from options in words.
+
+    An option is an argument that can be given by name. Its value is read by its annotation, else as its default is.
+
+    Args:
+        make: The function or class.
+        name: What users call it.
+        options: Argument -> value in words.
+        taken: Arguments that it gets otherwise; they are no options.
+
+    Raises:
+        UnknownName: If there is no such option; the message lists those that exist.
+        BadValue: If a value is none that the argument takes.
+    """
+    if not options:
+        return {}
+    import inspect  # not for specs without options
+
+    known = {
+        argument.name: argument
+        for argument in inspect.signature(make).parameters.values()
+        if argument.kind in (argument.KEYWORD_ONLY, argument.POSITIONAL_OR_KEYWORD) and argument.name not in taken
+    }
+    for option in options:
+        if option not in known:
+            raise UnknownName(f"option of {name}", option, known or ["none"])
+    hints = _hints(make)
+    return {option: _value(option, text, _kind(known[option], hints)) for option, text in options.items()}
+
+
+def _hints(make: Callable[..., object]) -> dict[str, Any]:
+    """Its annotations; none where they name what was imported for type checkers only."""
+    try:
+        return get_type_hints(getattr(make, "__init__") if isinstance(make, type) else make)  # noqa: B009
+    except (AttributeError, NameError, TypeError):
+        return {}
+
+
+def _kind(argument: Any, hints: Mapping[str, Any]) -> Any:
+    """The type of an argument: as annotated, else as its default is, else text."""
+    if argument.name in hints:
+        return hints[argument.name]
+    written = {kind.__name__: kind for kind in (bool, int, float, str)}
+    if argument.annotation in written:
+        return written[argument.annotation]
+    return str if argument.default in (None, argument.empty) else type(argument.default)
 
 
 def _value(name: str, text: str, kind: Any) -> object:

@@ -131,3 +131,16 @@ def test_trials_that_are_played_in_turns_are_played_as_one_by_one():
     agent = resolve(POLICIES[-1]).make()
     alone = [run_trial(agent=POLICIES[-1], trial=i, p=0.4).actions for i in (1, 2, 3)]
     assert [run_trial(agent=agent, trial=i, p=0.4).actions for i in (1, 2, 3)] == alone
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    spec=st.sampled_from(POLICIES),
+    reports=st.lists(st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC"))), max_size=4),
+    last=st.lists(st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC"))), max_size=2),
+)
+def test_a_trial_that_was_told_otherwise_last_is_another_trial(spec, reports, last):
+    agent, fresh = resolve(spec).make(), resolve(spec).make()
+    agent.recall(situation(reports, True))
+    other = situation([*reports[:-1], *last], True)
+    assert agent.recall(other) == fresh.recall(other)

@@ -9,7 +9,8 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.export import COLUMNS, tidy_rows, write_csv, write_jsonl, write_parquet
+import lockprobe
+from lockprobe.export import COLUMNS, tidy, tidy_rows, write_csv, write_jsonl, write_parquet
 
 PROMISED = (
     "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
@@ -99,3 +100,9 @@ def test_what_steers_a_terminal_reaches_no_row():
         write([trial], file)
         assert not {"\x1b", "\x07", "\u202e", "\\u202e", "\\u001b"} & set(re.findall(r"\\u....|.", file.getvalue()))
         assert "x?[2J?y" in file.getvalue()
+
+
+def test_a_table_of_one_trial_or_several_is_at_hand():
+    first, second = play_study(small_study())[:2]
+    assert tidy([first, second]) == [*tidy(first), *tidy(second)]
+    assert lockprobe.tidy is tidy

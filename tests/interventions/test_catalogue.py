@@ -106,16 +106,6 @@ def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
         place_of(Both)
 
 
-class _Point:
-    name, value = "louder", f"{__name__}:Louder"
-
-
-def test_a_package_adds_its_own_by_an_entry_point(monkeypatch):
-    monkeypatch.setattr("lockprobe.interventions.catalogue.entry_points", lambda group: [_Point()])
-    assert interventions_of("louder?marks=2") == (Louder(marks=2),)
-    assert spec_of(Louder(marks=2)) == "louder?marks=2"
-
-
 @dataclass(frozen=True)
 class Draws:
     """Draws as often as its dose says."""

@@ -3,7 +3,8 @@
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
 model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant``
-(people), ``python:module:Name`` (your own class). Options follow a question mark:
+(people), ``python:module:Name`` (your own class), and what installed packages add by an entry point in the group
+``lockprobe.agents``. Options follow a question mark:
 ``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
 ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
@@ -12,10 +13,8 @@ from __future__ import annotations
 
 import difflib
 import importlib
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 from urllib.parse import urlencode
@@ -30,7 +29,8 @@ from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.errors import BadValue, UnknownName, printable
-from lockprobe.options import PEOPLE, read_options, with_options
+from lockprobe.options import PEOPLE, read_options, spec_name, with_options
+from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.seams import Agent
 
 __all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
@@ -92,7 +92,7 @@ class AgentSource:
 
 
 def known_specs() -> dict[str, str]:
-    """Every form of spec and what it is."""
+    """Every form of spec that Lockprobe has itself, and what it is."""
     return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
 
 
@@ -123,15 +123,9 @@ def resolve(spec: str, access: Access = _ACCESS) -> AgentSource:
         return AgentSource(spec=spec, engine="person", senses="pictures", make=Participant)
     if head == "llm":
         return _language_model(spec, rest, access)
-    if head == "python":
-        return AgentSource(
-            spec=spec,
-            engine="inline",
-            senses="pictures",
-            make=lambda: _own_class(spec, rest),
-            check=lambda: _can_be_made(spec, rest),
-        )
-    raise UnknownName("agent", spec, known_specs(), near=_meant(spec))
+    if (plugin := find_plugin("agent", spec_name(spec))) is not None:
+        return _of_another_package(spec, plugin)
+    raise UnknownName("agent", spec, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
 
 
 def _meant(spec: str) -> str | None:
@@ -214,18 +208,20 @@ def _language_model(spec: str, name: str, access: Access) -> AgentSource:
     raise UnknownName("language model", spec, [name for name in _OTHERS if name.startswith("llm:")])
 
 
-def _can_be_made(spec: str, path: str) -> None:
-    _own_class(spec, path)
+def _of_another_package(spec: str, plugin: Plugin) -> AgentSource:
+    """An agent that Lockprobe does not have itself. Nothing of it is imported before it is made or checked."""
+    options = read_options(spec)[1]
 
+    def make() -> Agent:
+        found = plugin.make(options)
+        with plugin.guarded():
+            is_one = isinstance(found, Agent)
+        if not is_one:
+            raise BadValue("agent", spec, "a class with `facts` and `async decide(situation, rng)`")
+        agent: Agent = found
+        return agent
 
-def _own_class(spec: str, path: str) -> Agent:
-    module, _, name = path.partition(":")
-    if (here := str(Path.cwd())) not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        found = getattr(importlib.import_module(module), name)()
-    except (ImportError, AttributeError, TypeError, ValueError, SyntaxError, RuntimeError, OSError) as error:
-        raise BadValue("agent", spec, f"python:module:Name of an importable class ({error})") from error
-    if not isinstance(found, Agent):
-        raise BadValue("agent", spec, "a class with `facts` and `async decide(situation, rng)`")
-    return found
+    def check() -> None:
+        make()
+
+    return AgentSource(spec=spec, engine="inline", senses="pictures", make=make, check=check)

@@ -166,7 +166,11 @@ class Policy(Generic[Memory]):
         if self.looks:
             refuse_pictures(situation.percept, type(self).__name__)
         known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
-        if known is not None and known.task == task and known.past == past[:-1]:
+        if (
+            known is not None
+            and past
+            and (known.task, known.past, known.percept) == (task, past[:-1], past[-1].percept)
+        ):
             view = known.view
             memory = self._heard(view, known.memory, task, situation.percept, past)
         else:
@@ -175,7 +179,7 @@ class Policy(Generic[Memory]):
             for done, turn in enumerate(past):
                 memory = self._heard(view, memory, task, turn.percept, past[:done])
             memory = self._heard(view, memory, task, situation.percept, past)
-        self.__dict__["_recalled"] = _Recalled(task, past, view, memory)
+        self.__dict__["_recalled"] = _Recalled(task, past, situation.percept, view, memory)
         return view, memory
 
     def _heard(self, view: View, memory: Memory, task: Task, percept: Percept, past: Sequence[Turn]) -> Memory:
@@ -189,5 +193,6 @@ class _Recalled(NamedTuple, Generic[Memory]):
 
     task: Task
     past: tuple[Turn, ...]
+    percept: Percept
     view: View
     memory: Memory

@@ -36,6 +36,7 @@ COMMANDS = {
     "agents": ("agents", "agents", "The agents there are."),
     "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
     "interventions": ("agents", "interventions", "What can be told, asked, remembered or done otherwise."),
+    "measures": ("measures", "measures", "What can be measured of a trial, and a study's means."),
     "models": ("models", "models", "Language models on this machine."),
     "doctor": ("health", "doctor", "What works on this machine, and how to mend the rest."),
 }

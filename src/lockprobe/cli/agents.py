@@ -3,40 +3,73 @@
 from __future__ import annotations
 
 import json as json_
+from collections.abc import Mapping
 from typing import Annotated
 
 import typer
 
-from lockprobe.agents.catalogue import known_specs
 from lockprobe.options import options_of
+from lockprobe.plugins import Kind, listed_plugins
 
-__all__ = ["agents", "interventions", "plants"]
+__all__ = ["AsJson", "agents", "interventions", "list_all", "plants"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 
 
 def agents(json: AsJson = False) -> None:
     """The agents there are, by spec."""
-    for spec, what in known_specs().items():
-        print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:24}  {what}")
+    from lockprobe.agents.catalogue import known_specs
+
+    list_all("agent", known_specs(), 24, json=json)
 
 
 def plants(json: AsJson = False) -> None:
     """What can be acted on, by spec."""
     from lockprobe.plants.catalogue import known_plants
 
-    for spec, what in known_plants().items():
-        print(json_.dumps({"spec": spec, "what": what}) if json else f"{spec:9}  {what}")
+    list_all("plant", known_plants(), 9, json=json)
 
 
 def interventions(json: AsJson = False) -> None:
     """What can be changed, by place of the loop: told, asked, remembered, done."""
-    from lockprobe.interventions.catalogue import PLACES, kinds, place_of
+    from lockprobe.interventions.catalogue import PLACES, packaged, place_of, shipped
 
-    found = [(place_of(kind), name, kind) for name, kind in kinds().items()]
-    for place, name, kind in sorted(found, key=lambda one: list(PLACES).index(one[0])):
-        dose = getattr(kind, "dose", "")
-        options = [option.name + " (dose)" * (option.field == dose) for option in options_of(kind)]
-        what = f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(options) or 'none'}."
-        row = {"place": place, "spec": name, "dose": dose or None, "what": what}
-        print(json_.dumps(row) if json else f"{place:11} {name:10}  {what}")
+    found = [(name, kind, "", "") for name, kind in shipped().items()]
+    found += [(row.name, row.found, row.package, row.what) for row in packaged()]
+    rows: list[dict[str, object]] = []
+    for name, kind, package, why in found:
+        dose = getattr(kind, "dose", None)
+        options = [one.name + " (dose)" * (one.field == dose) for one in options_of(kind)] if kind else []
+        first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0]
+        what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
+        place = place_of(kind) if kind else None
+        rows.append({"place": place, "spec": name, "dose": dose, "what": what} | _of(package))
+    places = [*PLACES, None]
+    for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
+        _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)
+
+
+def list_all(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packaged: bool = True) -> None:
+    """Print what there is of a kind, a line each.
+
+    Args:
+        kind: The kind.
+        known: What Lockprobe has itself: spec -> what it is.
+        width: Columns of the spec.
+        json: Whether lines are JSON.
+        packaged: Whether what installed packages add is listed too.
+    """
+    rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
+    if packaged:
+        rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in listed_plugins(kind, known)]
+    for row in rows:
+        _print_row(row, f"{row['spec']:{width}}", json=json)
+
+
+def _of(package: str) -> dict[str, object]:
+    return {"package": package} if package else {}
+
+
+def _print_row(row: Mapping[str, object], begin: str, *, json: bool) -> None:
+    owner = f" ({row['package']})" if "package" in row else ""
+    print(json_.dumps(row) if json else f"{begin}  {row['what']}{owner}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 import sys
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 from math import isinf
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.atomic_file import write_file
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty, undone
@@ -25,6 +25,7 @@ from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimal_plans, optimum, random_no_repeat_success, random_success
 from lockprobe.lockbox.structures import FAMILIES
+from lockprobe.plugins import listed_plugins
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
@@ -42,6 +43,9 @@ def list_boxes(json: AsJson = False) -> None:
     if json:
         for name in named_boxes():
             print(json_.dumps(_facts(box(name))))
+        for name, package, added in _packaged():
+            facts: dict[str, object] = {"error": added} if isinstance(added, str) else _facts(added)
+            print(json_.dumps(facts | {"name": name, "package": package}))
         return
     print(f"{'name':16} joints  optimum  undone  random  no-repeat")
     told = ""
@@ -51,11 +55,26 @@ def list_boxes(json: AsJson = False) -> None:
         default = "  (default)" if name == DEFAULT_BOX else ""
         what = f"  {FAMILIES[family]}" if family != told else default
         told = family
-        print(
-            f"{name:16} {len(found.joints):6}  {optimum(found):7}  {undone(found):6}"
-            f"  {random_success(found):6.3f}  {random_no_repeat_success(found):9.3f}{what}"
-        )
+        print(_row(name, found) + what)
+    for name, package, added in _packaged():
+        print(f"{name:16} {added}" if isinstance(added, str) else f"{_row(name, added)}  ({package})")
     print("Also: random-N-SEED, an interlock of N joints drawn from the seed, for example random-5-17; and TOML files.")
+
+
+def _row(name: str, box: Lockbox) -> str:
+    return (
+        f"{name:16} {len(box.joints):6}  {optimum(box):7}  {undone(box):6}"
+        f"  {random_success(box):6.3f}  {random_no_repeat_success(box):9.3f}"
+    )
+
+
+def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
+    """The boxes of installed packages: name, package, and the box or why it cannot be used."""
+    for row in listed_plugins("box", named_boxes()):
+        try:
+            yield row.name, row.package, row.what if row.found is None else find_box(row.name)
+        except UserMistake as mistake:
+            yield row.name, row.package, f"Cannot be used. {mistake}"
 
 
 @app.command("show")

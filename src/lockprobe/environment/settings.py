@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,7 @@ from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.boxfile import read_box
-from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.lockbox.families import box as named_box
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Percept, Task
@@ -127,7 +124,7 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or two of them do not go together.
     """
-    known = {
+    known: dict[str, Any] = {
         "box": DEFAULT_BOX, "observation": "symbolic", "plant": "symbolic", "channels": (), "max_steps": 20,
         "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
     }  # fmt: skip
@@ -140,7 +137,7 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
     if asked["info"] not in (None, "truth"):
         raise BadValue("info", asked["info"], "None or 'truth'")
     settings = Settings(
-        box=_box(asked["box"]),
+        box=find_box(asked["box"]),
         observation=asked["observation"],
         plant=str(asked["plant"]),
         channels=_channels(asked["channels"]),
@@ -187,16 +184,6 @@ def _cost(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, float | int) or not 0 <= value < math.inf:
         raise BadValue("step_cost", value, "a number from 0 on")
     return float(value)
-
-
-def _box(asked: object) -> Lockbox:
-    if isinstance(asked, Lockbox):
-        return asked
-    if isinstance(asked, Path) or (isinstance(asked, str) and (asked.endswith(".toml") or "/" in asked)):
-        return read_box(Path(asked))
-    if not isinstance(asked, str):
-        raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
-    return named_box(asked)
 
 
 def _channels(asked: object) -> tuple[Channel, ...]:

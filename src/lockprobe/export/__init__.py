@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lockprobe.export.files import write_csv, write_jsonl, write_parquet
-from lockprobe.export.tidy import COLUMNS, tidy_rows
+from lockprobe.export.tidy import COLUMNS, tidy, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
 
-__all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy_rows", "trial_rows", "write_csv", "write_jsonl", "write_parquet"]
+__all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy", "tidy_rows", "trial_rows", "write_csv", "write_jsonl", "write_parquet"]

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from lockprobe.errors import readable
 from lockprobe.record import Trial
 
-__all__ = ["COLUMNS", "NO_TIMES", "Cell", "Times", "tidy_columns", "tidy_rows"]
+__all__ = ["COLUMNS", "NO_TIMES", "Cell", "Times", "tidy", "tidy_columns", "tidy_rows"]
 
 COLUMNS = (
     "key",
@@ -88,6 +88,14 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 **{name: last[name] for name in more},
             }
             yield {name: readable(cell) if isinstance(cell, str) else cell for name, cell in row.items()}
+
+
+def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, Cell]]:
+    """The steps of one trial or several as a table, one row a step, truth beside told: for pandas, polars or R.
+
+    ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of :func:`tidy_rows`.
+    """
+    return list(tidy_rows([trials] if isinstance(trials, Trial) else trials))
 
 
 def _dealt_anew(trials: Sequence[Trial]) -> bool:

@@ -9,20 +9,18 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-import sys
 from collections.abc import Sequence
 from dataclasses import is_dataclass
 from functools import cache
-from importlib.metadata import entry_points
-from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.options import in_words, options_of, read_options, with_options
+from lockprobe.plugins import Listed, find_plugin, listed_plugins, plugin_name_of, plugin_names
 from lockprobe.seams import Intervention
 
-__all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "place_of", "shipped", "spec_of", "with_words"]
+__all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "packaged", "place_of", "shipped", "spec_of", "with_words"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
 """Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
@@ -32,7 +30,10 @@ TRUTH = "truth"
 
 One = TypeVar("One")
 
-_GROUP = "lockprobe.interventions"
+
+def packaged() -> list[Listed]:
+    """The interventions of installed packages; with each that cannot be used stands why."""
+    return listed_plugins("intervention", shipped(), _checked)
 
 
 @cache
@@ -49,16 +50,8 @@ def shipped() -> dict[str, type[Any]]:
 
 
 def kinds() -> dict[str, type[Any]]:
-    """Every intervention that can be named: those that ship, and those of installed packages.
-
-    Raises:
-        BadValue: If a package names one that cannot be imported, or is none.
-    """
-    found = dict(shipped())
-    for point in entry_points(group=_GROUP):
-        if point.name not in found:
-            found[point.name] = _checked(point.name, _imported(point.name, *point.value.split(":")))
-    return found
+    """Every intervention that can be named: those that ship, and those of installed packages that can be used."""
+    return shipped() | {row.name: row.found for row in packaged() if row.found is not None}
 
 
 def interventions_of(spec: str) -> tuple[Intervention, ...]:
@@ -86,8 +79,8 @@ def spec_of(intervention: Intervention) -> str:
     ['flip?p=0&persistence=sticky', 'nudge']
     """
     kind: Any = type(intervention)
-    known = {named: name for name, named in kinds().items()}
-    name = known.get(kind, f"python:{kind.__module__}:{kind.__name__}")
+    known = {named: name for name, named in shipped().items()}
+    name = known.get(kind) or plugin_name_of("intervention", kind)
     options = {
         option.name: in_words(getattr(intervention, option.field))
         for option in options_of(kind)
@@ -116,25 +109,15 @@ def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
 
 def _made(spec: str) -> Intervention:
     name, options = read_options(spec, "intervention")
-    if name.startswith("python:"):
-        kind = _checked(spec, _imported(spec, *name.removeprefix("python:").split(":")))
-    else:
-        known = kinds()
-        if name not in known:
-            raise UnknownName("intervention", name, known)
-        kind = known[name]
-    made: Intervention = with_options(kind, name, options)
+    if name in shipped():
+        own: Intervention = with_options(shipped()[name], name, options)
+        return own
+    if (plugin := find_plugin("intervention", name)) is None:
+        raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
+    kind = _checked(name, plugin.load())
+    with plugin.guarded():
+        made: Intervention = with_options(kind, name, options)
     return made
-
-
-def _imported(spec: str, module: str, name: str = "") -> type[Any]:
-    if (here := str(Path.cwd())) not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        found: type[Any] = getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError, SyntaxError, ValueError) as error:
-        raise BadValue("intervention", spec, f"python:module:Name of an importable class ({error})") from error
-    return found
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:

@@ -16,6 +16,8 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.generate import random_box
 from lockprobe.lockbox.structures import STRUCTURES
+from lockprobe.options import read_options
+from lockprobe.plugins import Plugin, find_plugin, plugin_names
 
 __all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
 
@@ -48,18 +50,45 @@ def sized(family: str, joints: int | None) -> str:
     return sizes.get(joints or 4, family)
 
 
-def find_box(name: str) -> Lockbox:
-    """A box by name, or from a TOML file by path.
+def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
+    """A box by name, by the path of a TOML file, or as it is: wherever somebody asks for a box.
+
+    A name is one that :func:`box` knows, one that an installed package adds by an entry point in the group
+    ``lockprobe.boxes``, or ``python:module:Name?option=value``: a :class:`Lockbox`, or a function that returns one.
 
     Raises:
-        UnknownName: If there is no box of the name.
+        UnknownName: If there is no box of the name, or it has no such option.
         BadFile: If the file holds none that can be played.
-    """
-    if not name.endswith(".toml") and "/" not in name:
-        return box(name)
-    from lockprobe.lockbox.boxfile import read_box  # pydantic: not for a box by name
+        BadValue: If it is neither, or what a package adds is no box that can be played.
+        BrokenPlugin: If what a package adds does not work.
 
-    return read_box(Path(name))
+    >>> find_box("chain-4") == find_box(find_box("chain-4"))
+    True
+    """
+    if isinstance(asked, Lockbox):
+        return asked
+    if not isinstance(asked, str | Path):
+        raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
+    if isinstance(asked, Path) or (not asked.startswith("python:") and (asked.endswith(".toml") or "/" in asked)):
+        from lockprobe.lockbox.boxfile import read_box  # pydantic: not for a box by name
+
+        return read_box(Path(asked))
+    name = asked.partition("?")[0]
+    if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", name)) is None:
+        return box(asked)
+    return _of_another_package(asked, plugin)
+
+
+def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
+    """A box that Lockprobe does not have itself."""
+    from lockprobe.lockbox.check import fault_of
+
+    found = plugin.make(read_options(asked, "box")[1])
+    if not isinstance(found, Lockbox):
+        raise BadValue("box", asked, "a Lockbox, or a function that returns one")
+    if fault := fault_of(found):
+        raise BadValue("box", asked, f"one that can be played ({fault.reason})")
+    return found
 
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:
@@ -76,7 +105,7 @@ def box(name: str = DEFAULT_BOX) -> Lockbox:
         return STRUCTURES[name]()
     drawn = re.fullmatch(r"random-([0-9]{1,12})-([0-9]{1,12})", name)
     if drawn is None:
-        raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED"])
+        raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED", *plugin_names("box")])
     joints, seed = int(drawn[1]), int(drawn[2])
     if not 2 <= joints <= MAX_JOINTS:
         raise BadValue(name, joints, f"2 to {MAX_JOINTS} joints")

@@ -1,14 +1,16 @@
 """From a plant's spec to the plant. Nothing heavy is imported before it is asked for.
 
 Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor).
-Options follow a question mark: ``twin?pose_error=0.004&looks=varied``.
+Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Beside them stand those that installed packages
+add by an entry point in the group ``lockprobe.plants``, and ``python:module:Name``: a class or function that is called
+with ``box``, ``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options.
 """
 
 from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 
@@ -16,9 +18,10 @@ import numpy as np
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.options import read_options, with_options
+from lockprobe.options import arguments_from, read_options, with_options
 from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.seams import Plant
 
 __all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
@@ -52,7 +55,7 @@ class PlantSource:
 
 
 def known_plants() -> dict[str, str]:
-    """Every plant and what it is."""
+    """Every plant that Lockprobe has itself, and what it is."""
     options = {kind: ", ".join(field.name for field in fields(kind)) for kind in (SceneSettings, TwinSettings)}
     return {
         "symbolic": "The rules and nothing else.",
@@ -72,7 +75,9 @@ def resolve_plant(spec: str) -> PlantSource:
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
     name, options = read_options(spec, "plant")
     if name not in PLANTS:
-        raise UnknownName("plant", name, PLANTS)
+        if (plugin := find_plugin("plant", name)) is None:
+            raise UnknownName("plant", name, [*PLANTS, *plugin_names("plant")])
+        return _of_another_package(spec, plugin, options)
     if name == "symbolic":
         if options:
             raise BadValue("plant", spec, "symbolic without options")
@@ -80,6 +85,27 @@ def resolve_plant(spec: str) -> PlantSource:
     settings = with_options(SceneSettings if name == "fast-twin" else TwinSettings, name, options)
     make = _twin(settings) if isinstance(settings, TwinSettings) else _fast_twin(settings)
     return PlantSource(spec=spec, settings=settings, make=make, check=partial(_check, settings, make))
+
+
+def _of_another_package(spec: str, plugin: Plugin, options: Mapping[str, str]) -> PlantSource:
+    """A plant that Lockprobe does not have itself. Nothing of it is imported before it is made or checked."""
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        # not guarded: what breaks here breaks one trial, and not the study
+        kind, given = plugin.load(), {"box": box, "labels": labels, "rng": rng}
+        made: Plant = kind(**given, **arguments_from(kind, plugin.name, options, given))
+        return made
+
+    def check(box: Lockbox) -> None:
+        with plugin.guarded():
+            plant = make(box, box.names, np.random.default_rng(0))
+            is_one = isinstance(plant, Plant)
+            if is_one:
+                plant.close()
+        if not is_one:
+            raise BadValue("plant", spec, "a class with `facts`, `observe()`, `attempt(joint)` and `close()`")
+
+    return PlantSource(spec=spec, make=make, check=check)
 
 
 def _fast_twin(settings: SceneSettings) -> Make:

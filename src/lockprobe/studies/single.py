@@ -13,8 +13,7 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition, flips, read_condition
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.lockbox.families import box as named_box
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.options import spec_name
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -30,7 +29,7 @@ __all__ = ["run_trial"]
 def run_trial(
     *,
     agent: str | Agent = "human-inspired",
-    box: str | Lockbox = DEFAULT_BOX,
+    box: str | Path | Lockbox = DEFAULT_BOX,
     p: float = 0.0,
     flip: FlipKind = "transient",
     seed: int = 1,
@@ -49,7 +48,7 @@ def run_trial(
 
     Args:
         agent: Agent spec, or an object with the :class:`lockprobe.seams.Agent` protocol.
-        box: Name of a box, or a box.
+        box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         seed: Seed of the study.
@@ -70,9 +69,8 @@ def run_trial(
         UserMistake: If a name does not exist, a value is out of range, or something is missing that is needed.
     """
     spec = agent if isinstance(agent, str) else type(agent).__name__
-    found = named_box(box) if isinstance(box, str) else box
     study = Study(
-        name="trial", agents=(spec,), box=found, conditions=(_condition(condition, p, flip, modality),),
+        name="trial", agents=(spec,), box=find_box(box), conditions=(_condition(condition, p, flip, modality),),
         repetitions=repetition, trials=trial, max_steps=max_steps, seed=seed, shuffle=shuffle, plant=plant,
         layout=layout, assessment=assessment,
     )  # fmt: skip

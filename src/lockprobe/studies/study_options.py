@@ -25,6 +25,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
+from lockprobe.plugins import refuse_python
 from lockprobe.studies.study import LayoutKind
 from lockprobe.validation import plain
 
@@ -160,17 +161,9 @@ def read_options_file(path: Path) -> StudyOptions:
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(StudyOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
         raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
-    named = {
-        "agent": options.agent,
-        "condition": options.acting,
-        "sweep": options.sweep,
-        "plant": [options.plant or ""],
-        "box": [options.box or ""],
-    }
-    for what, specs in named.items():
-        for spec in specs or ():
-            if "python:" in spec:
-                raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
+    named = {"agent": options.agent, "condition": options.acting, "sweep": options.sweep}
+    for what, specs in {**named, "plant": [options.plant], "box": [options.box]}.items():
+        refuse_python(path, what, specs or ())
     return options
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import box as named_box
+from lockprobe.lockbox.families import find_box
 
 __all__ = ["Played", "World", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
 
@@ -125,13 +126,13 @@ def listed(configuration: int, order: tuple[int, ...]) -> int:
     return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))
 
 
-def world_of(box: str | Lockbox, *, p: float, flip: FlipKind, max_steps: int) -> World:
+def world_of(box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int) -> World:
     """A box, by name or itself, and what is told of it.
 
     Raises:
         UserMistake: If there is no such box, or a value is out of range.
     """
-    lockbox = named_box(box) if isinstance(box, str) else box
+    lockbox = find_box(box)
     OutcomeFlip(p=p, persistence=flip)
     if not 1 <= max_steps <= LONGEST:
         raise BadValue("max_steps", max_steps, f"a whole number from 1 to {LONGEST}")

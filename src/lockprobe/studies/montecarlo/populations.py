@@ -10,6 +10,7 @@ import os
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -107,7 +108,7 @@ class Population:
 
 def population(
     agent: str | Policy[Any] = "random",
-    box: str | Lockbox = DEFAULT_BOX,
+    box: str | Path | Lockbox = DEFAULT_BOX,
     *,
     p: float = 0.0,
     flip: FlipKind = "transient",
@@ -128,7 +129,7 @@ def population(
 
     Args:
         agent: Spec of an agent that is a policy, or a policy.
-        box: Name of a box, or a box.
+        box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         trials: How many.

@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.agents.policy import Policy, Told
@@ -67,7 +68,7 @@ ROUNDING = 1e-9
 
 def propagate(
     agent: str | Policy[Any] = "human-inspired",
-    box: str | Lockbox = DEFAULT_BOX,
+    box: str | Path | Lockbox = DEFAULT_BOX,
     *,
     p: float = 0.0,
     flip: FlipKind = "transient",
@@ -80,7 +81,7 @@ def propagate(
 
     Args:
         agent: Spec of an agent that is a policy, or a policy.
-        box: Name of a box, or a box.
+        box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,

@@ -1,12 +1,4 @@
-"""Contracts as functions: what every intervention has to keep, to be called from the tests of whoever writes one.
-
-::
-
-    from lockprobe.testing import check_intervention
-
-    def test_delay():
-        check_intervention(Delay(lag=2))
-"""
+"""What every intervention has to keep."""
 
 from __future__ import annotations
 

@@ -1,0 +1,1 @@
+"""Reports that come late, and what one needs to study them."""

@@ -1,0 +1,67 @@
+"""What the package adds keeps Lockprobe's contracts, and does what it says."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from latecomer.late import Late
+from latecomer.untold import untold
+
+import lockprobe
+from lockprobe.analysis.measures import measured
+from lockprobe.testing import check_agent, check_box, check_measure, check_plant, make_trial, play_trials
+
+
+@pytest.mark.parametrize("lag", [0, 1, 3])
+def test_late_keeps_the_contract(check_intervention, lag):
+    check_intervention(Late(lag=lag), doses=(0, 1, 3))
+
+
+def test_late_tells_what_was_true_before():
+    trial = make_trial([3, 0, 2, 1], condition=[Late(lag=1)])
+    assert [step.moved for step in trial.steps] == [True, False, True, True]
+    assert [step.told_moved for step in trial.steps] == [None, True, False, True]
+
+
+def test_the_others_keep_theirs():
+    check_agent("stubborn?tries=3")
+    check_plant("weighed?friction=1.5")
+    check_box("gate?bolts=5")
+    check_measure("untold")
+
+
+def test_they_play_together():
+    late = play_trials("stubborn", 10, box="gate", plant="weighed", condition="late?lag=2", max_steps=40)
+    soon = play_trials("stubborn", 10, box="gate", plant="weighed", max_steps=40)
+    assert [measured(trials, ["untold"])[0].value > 0 for trials in (soon, late)] == [False, True]
+    assert late[0].steps[0].sensed["force_n"] in (2.0, 20.0)
+    assert untold(late[0]) == 2 / len(late[0].steps)
+    with pytest.raises(lockprobe.UserMistake, match="expected a whole number from 0"):
+        lockprobe.run_trial(condition="late?lag=-1")
+
+
+def command(*words):
+    return subprocess.run(
+        [sys.executable, "-m", "lockprobe", *words], capture_output=True, text=True, check=True
+    ).stdout
+
+
+@pytest.mark.parametrize(
+    ("listing", "name"),
+    [("interventions", "late"), ("agents", "stubborn"), ("plants", "weighed"), ("measures", "untold")],
+)
+def test_lockprobe_lists_them(listing, name):
+    rows = {row["spec"]: row for row in map(json.loads, command(listing, "--json").splitlines())}
+    assert rows[name]["package"] == "lockprobe-latecomer 0.1.0"
+    assert rows[name]["what"][0].isupper()
+
+
+def test_a_study_is_played_with_them(tmp_path):
+    assert "gate " in command("box", "list")
+    out = str(tmp_path / "study")
+    command("run", "flips", "--agent", "stubborn", "--agent", "random", "--box", "gate?bolts=4", "--plant", "weighed",
+            "--p", "0,0.3", "--trials", "2", "--repetitions", "1", "--no-report", "--out", out)  # fmt: skip
+    trials = lockprobe.load(out)
+    assert {(trial.agent, trial.box) for trial in trials} == {("stubborn", "gate-4"), ("random", "gate-4")}
+    assert len(lockprobe.tidy(trials)) == sum(len(trial.steps) for trial in trials)

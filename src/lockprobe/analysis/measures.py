@@ -1,0 +1,270 @@
+"""Measures: a number or a yes or no of one trial, and their means over the trials of a condition.
+
+A measure is a function of a trial. It returns a number, True or False, or None where it does not apply. What ships
+stands in :data:`MEASURES`. An installed package adds to it by an entry point in the group ``lockprobe.measures``, whose
+name is the measure's; ``python:module:name?option=value`` names a function directly, on the command line and in Python.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from inspect import signature
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.behaviour import has_loop, loop_coverage, redundant_share
+from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, crossed_spread
+from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.proportions import LEVEL, proportion
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.options import arguments_from, group_of, read_options
+from lockprobe.plugins import Plugin, find_plugin, plugin_names
+from lockprobe.record import Trial
+
+__all__ = ["MEASURES", "Measure", "Measured", "NamedMeasure", "find_measure", "measured"]
+
+Measure = Callable[[Trial], float | bool | None]
+"""A trial -> a number, yes or no, or None where it does not apply."""
+
+
+def _steps_to_solve(trial: Trial) -> int | None:
+    """Steps until the target moved, of solved trials only: to be read beside the share of solved ones."""
+    return len(trial.steps) if trial.solved else None
+
+
+def _solved(trial: Trial) -> bool:
+    """Whether the target moved within the budget."""
+    return trial.solved
+
+
+def _repeated(trial: Trial) -> float | None:
+    """Share of choices that are the same joint as the choice before, of trials of two steps or more, [0, 1]."""
+    chosen = [step.chosen or step.joint for step in trial.steps]
+    pairs = list(pairwise(chosen))
+    return sum(first == second for first, second in pairs) / len(pairs) if pairs else None
+
+
+def _redundant(trial: Trial) -> float | None:
+    """Share of steps that tried a joint again in a true configuration in which it had been tried, [0, 1]."""
+    return redundant_share(trial) if trial.steps else None
+
+
+def _loop(trial: Trial) -> bool:
+    """Whether some run of three or more actions appears at least twice without overlap (Sec. 3.3)."""
+    return has_loop(trial)
+
+
+def _covered(trial: Trial) -> float | None:
+    """Share of steps in the best cover by action loops, [0, 1] (Sec. 3.3)."""
+    return loop_coverage(trial) if trial.steps else None
+
+
+def _told_falsely(trial: Trial) -> float | None:
+    """Share of reported attempts of which the report said the opposite of what happened, [0, 1]."""
+    reported = [step for step in trial.steps if step.told_moved is not None]
+    return sum(step.told_falsely for step in reported) / len(reported) if reported else None
+
+
+MEASURES: Mapping[str, Measure] = {
+    "solved": _solved,
+    "steps-to-solve": _steps_to_solve,
+    "repeated": _repeated,
+    "redundant": _redundant,
+    "loop": _loop,
+    "covered": _covered,
+    "told-falsely": _told_falsely,
+}
+"""Name -> measure."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedMeasure:
+    """A measure with the name that users call it by.
+
+    Attributes:
+        name: Its spec; of a function, its name.
+        what: The first line of its description.
+        of: The function; None where it does not apply.
+        plugin: Where it is from, if Lockprobe does not have it itself.
+    """
+
+    name: str
+    what: str
+    of: Measure
+    plugin: Plugin | None = None
+
+    def __call__(self, trial: Trial) -> float | bool | None:
+        """The measure of one trial.
+
+        Raises:
+            BadValue: If it is neither a finite number nor True, False or None.
+            BrokenPlugin: If it breaks, and a package has it.
+        """
+        if self.plugin is None:
+            value = self.of(trial)
+        else:
+            with self.plugin.guarded():
+                value = self.of(trial)
+        if value is None or isinstance(value, bool):
+            return value
+        if isinstance(value, np.bool_):
+            return bool(value)
+        if not isinstance(value, int | float | np.number) or not math.isfinite(value):
+            raise BadValue(f"measure {self.name}", value, "a finite number, True, False or None")
+        return float(value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """One measure over some trials. Error trials are left out.
+
+    Attributes:
+        name: Its spec.
+        what: What it is, in a line.
+        kind: ``share`` of a yes or no; ``mean`` of a number.
+        n: Trials to which it applies.
+        left_out: Trials that ended as solved or out of budget and to which it does not apply.
+        value: The mean over the ``n`` trials; None without one.
+        low: Lower end of its 95 % interval. Of a share Wilson's, on the effective number of trials where they come in
+            clusters. Of a mean Student's t over clusters; None with fewer than two, or where all values are the same,
+            since their spread is then unknown.
+        high: Upper end.
+    """
+
+    name: str
+    what: str
+    kind: Literal["share", "mean"]
+    n: int
+    left_out: int
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
+    """The measure that a spec names, or a function as one.
+
+    Args:
+        measure: A name, ``python:module:name?option=value``, or a function of a trial. Options in a spec are arguments
+            that the function gets beside the trial; of a class, those it is made with.
+
+    Raises:
+        UnknownName: If there is none, or it has no such option.
+        BadValue: If it is no function of a trial.
+        BrokenPlugin: If what a package adds does not work.
+    """
+    if isinstance(measure, NamedMeasure):
+        return measure
+    if not isinstance(measure, str):
+        name = getattr(measure, "__name__", type(measure).__name__)
+        return NamedMeasure(name=name, what=_first_line(measure), of=measure)
+    name, options = read_options(measure, "measure")
+    if name in MEASURES:
+        if options:
+            raise BadValue("measure", measure, f"{name} without options")
+        return NamedMeasure(name=name, what=_first_line(MEASURES[name]), of=MEASURES[name])
+    if (plugin := find_plugin("measure", name)) is None:
+        raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
+    found = plugin.load()
+    if isinstance(found, type):
+        made = plugin.make(options)
+    else:
+        made = found if not options else partial(found, **_bound(plugin, found, options))
+    if not callable(made):
+        raise BadValue("measure", measure, "a function of a trial")
+    return NamedMeasure(name=measure, what=_first_line(found), of=made, plugin=plugin)
+
+
+def _bound(plugin: Plugin, found: Callable[..., object], options: Mapping[str, str]) -> dict[str, object]:
+    """The arguments of a function beside its first, the trial."""
+    with plugin.guarded():
+        return arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1])
+
+
+def measured(
+    trials: Sequence[Trial], measures: Iterable[str | Measure | NamedMeasure] = tuple(MEASURES)
+) -> tuple[Measured, ...]:
+    """The mean of each measure over some trials, with a 95 % interval, in the order of the measures.
+
+    Trials of equal luck (repetition and trial) are a cluster, and so are those of one person; where every trial is a
+    cluster of its own, a share has Wilson's interval.
+
+    Args:
+        trials: Of one agent under one condition; people count as one agent.
+        measures: Specs, or functions of a trial.
+
+    Raises:
+        UserMistake: As :func:`find_measure`, and if a measure returns what is none, or numbers of one trial and yes or
+            no of another.
+    """
+    counted = ended(trials)
+    return tuple(_measured(counted, find_measure(one)) for one in measures)
+
+
+def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
+    found = [(trial, value) for trial in trials if (value := measure(trial)) is not None]
+    kinds = {isinstance(value, bool) for _, value in found}
+    if len(kinds) > 1:
+        raise BadValue(f"measure {measure.name}", [value for _, value in found][:4], "numbers, or True and False")
+    share = kinds == {True}
+    values = np.array([value for _, value in found], dtype=np.float64)
+    kept = [trial for trial, _ in found]
+    value, low, high = (_share if share else _mean)(values, *_clusters(kept)) if found else (None, None, None)
+    return Measured(
+        name=measure.name,
+        what=measure.what,
+        kind="share" if share else "mean",
+        n=len(found),
+        left_out=len(trials) - len(found),
+        value=value,
+        low=low,
+        high=high,
+    )
+
+
+_Interval = tuple[float | None, float | None, float | None]
+
+
+def _clusters(trials: Sequence[Trial]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Of each trial the clusters to which it belongs, from 0: its luck, and its person or else its luck again."""
+    luck = [f"{trial.repetition}/{trial.trial}" for trial in trials]
+    person = [
+        trial.agent if trial.agent != group_of(trial.agent) else f"/{same}"
+        for trial, same in zip(trials, luck, strict=True)
+    ]
+    one, two = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, person))
+    return one, two
+
+
+def _share(values: NDArray[np.float64], luck: NDArray[np.int64], person: NDArray[np.int64]) -> _Interval:
+    if len(np.unique(luck)) == len(np.unique(person)) == len(values):
+        alone = proportion(int(values.sum()), len(values))
+        return alone.value, alone.low, alone.high
+    if np.array_equal(luck, person):
+        found = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
+    else:
+        found = crossed_proportion(values, np.ones(len(values)), luck, person)
+    return found.value, found.low, found.high
+
+
+def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], person: NDArray[np.int64]) -> _Interval:
+    mean = float(values.mean())
+    clusters = min(len(np.unique(luck)), len(np.unique(person)))
+    if clusters < 2 or np.ptp(values) == 0:
+        return mean, None, None
+    from scipy.stats import t
+
+    second = np.arange(len(values)) if np.array_equal(luck, person) else person
+    error = math.sqrt(crossed_spread(values - mean, luck, second)) / len(values)
+    half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
+    return mean, mean - half, mean + half
+
+
+def _first_line(thing: object) -> str:
+    return (getattr(thing, "__doc__", None) or "").strip().partition("\n")[0]

@@ -1,0 +1,81 @@
+"""What every plant has to keep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import find_box
+from lockprobe.plan import LABELS
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.seams import Plant
+from lockprobe.studies.single import run_trial
+from lockprobe.testing.records import check_facts, check_record
+
+__all__ = ["check_plant"]
+
+
+def check_plant(
+    plant: str | Callable[..., Plant],
+    *,
+    boxes: Sequence[str | Path | Lockbox] = ("chain-4", "bichain-4", "gray-code"),
+    attempts: int = 40,
+) -> None:
+    """Hold a plant against its contract.
+
+    Before the first attempt it shows the box as it starts, and looking changes nothing. An attempt toggles the joint if
+    the interlock allows that and changes nothing else; the snapshot says so. A new plant starts anew, whatever another
+    one did. What it senses and its facts survive the record. It can be closed.
+
+    Args:
+        plant: Its spec, or what is called with ``box``, ``labels`` and ``rng``.
+        boxes: The boxes that it is made for.
+        attempts: How many joints, drawn at random, are attempted on each.
+
+    Raises:
+        AssertionError: If it breaks one of these; the message says which.
+    """
+    name = plant if isinstance(plant, str) else getattr(plant, "__name__", type(plant).__name__)
+    for asked in boxes:
+        box = find_box(asked)
+        first, other = _made(plant, box), _made(plant, box)
+        assert isinstance(first, Plant), f"{name} has no `facts`, `observe`, `attempt` or `close`"
+        _check_start(first, box, name)
+        _check_attempts(first, box, attempts, name)
+        _check_start(other, box, name)
+        check_facts(first.facts, name)
+        first.close()
+        other.close()
+        if isinstance(plant, str):
+            check_record(run_trial(agent="random", box=box, plant=plant), name)
+
+
+def _made(plant: str | Callable[..., Plant], box: Lockbox) -> Plant:
+    rng, labels = np.random.default_rng(7), tuple(LABELS[: len(box.joints)])
+    if isinstance(plant, str):
+        return resolve_plant(plant).make(box, labels, rng)
+    return plant(box=box, labels=labels, rng=rng)
+
+
+def _check_start(plant: Plant, box: Lockbox, name: str) -> None:
+    for _ in range(2):
+        seen = plant.observe()
+        assert seen.configuration == box.initial, f"{name} does not start as {box.name} does, or looking changes it"
+        assert (seen.joint, seen.outcome) == (None, None), f"{name} reports an attempt before the first one"
+
+
+def _check_attempts(plant: Plant, box: Lockbox, attempts: int, name: str) -> None:
+    now, rng = box.initial, np.random.default_rng(11)
+    for _ in range(attempts):
+        joint = int(rng.integers(len(box.joints)))
+        allowed = box.may_move(now, joint)
+        now, _moved = box.attempt(now, joint)
+        seen = plant.attempt(joint)
+        where = f"on {box.name}, where the interlock {'lets' if allowed else 'does not let'} joint {joint} move"
+        assert seen.joint == joint, f"{name} reports another joint than the one attempted, {joint}"
+        assert seen.configuration == now, f"{name} does not obey the interlock {where}"
+        assert seen.outcome == ("moved" if allowed else "blocked"), f"{name} reports a wrong outcome {where}"
+        check_facts(seen.sensed, f"{name}, what it senses,")

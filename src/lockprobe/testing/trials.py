@@ -1,0 +1,110 @@
+"""Trials made by hand or by playing, all of them by the closed loop itself: their records are such as studies write."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.record import Decision, Fact, Moment, Outcome, Percept, Situation, Task, Trial
+from lockprobe.seams import Agent, Intervention
+from lockprobe.studies.single import run_trial
+
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["ScriptedAgent", "make_trial", "play_trials"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScriptedAgent:
+    """Plays a given list of joints, then begins anew; it heeds nothing.
+
+    It knows its place in the list by the exchanges that it remembers: ``history`` and ``forget`` confuse it.
+
+    Attributes:
+        joints: Places in the listing, from 0; without shuffling that is the panel order.
+        claims: What it says of the step before, step by step; the first is about nothing. It says nothing after them.
+        breaks: Whether it breaks at the end of its list.
+
+    Raises:
+        BadValue: If there is no joint.
+    """
+
+    joints: tuple[int, ...]
+    claims: tuple[Outcome | None, ...] = ()
+    breaks: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.joints and not self.breaks:
+            raise BadValue("joints", self.joints, "at least one place in the listing")
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Its list."""
+        return {"joints": " ".join(map(str, self.joints))}
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """The next of its list.
+
+        Raises:
+            RuntimeError: At the end of its list, if it breaks there.
+        """
+        done = len(situation.past)
+        if self.breaks and done >= len(self.joints):
+            raise RuntimeError("the script ends here")
+        joint = situation.task.joints[self.joints[done % len(self.joints)]]
+        return Decision(joint=joint, claimed=self.claims[done] if done < len(self.claims) else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _FalseAt:
+    """The reports of some steps, from 1, are inverted."""
+
+    steps: tuple[int, ...]
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        return OutcomeFlip(p=float(len(past) in self.steps)).perceive(percept, past, task, rng)
+
+
+def make_trial(
+    joints: Sequence[int],
+    *,
+    box: str | Path | Lockbox = DEFAULT_BOX,
+    false_at: Collection[int] = (),
+    claims: Sequence[Outcome | None] = (),
+    broken: bool = False,
+    condition: Sequence[Intervention] = (),
+    **options: Any,
+) -> Trial:
+    """A trial that attempts these joints, as the box really reacts. It ends with the list, or when the target moves.
+
+    Args:
+        joints: Places in panel order, from 0.
+        box: The box: a name, a path, or a box.
+        false_at: Steps, from 1, of which the report is inverted.
+        claims: What the agent says of the step before; the first is about nothing.
+        broken: Whether it breaks after these joints; it ends as ``error`` then.
+        condition: Interventions that act as well.
+        **options: Others of :func:`lockprobe.run_trial`: ``seed``, ``repetition``, ``trial``, ``plant`` …
+    """
+    agent = ScriptedAgent(joints=tuple(joints), claims=tuple(claims), breaks=broken)
+    false = (_FalseAt(steps=tuple(false_at)),) if false_at else ()
+    options = {"shuffle": False, "max_steps": len(agent.joints) + broken, **options}
+    return run_trial(agent=agent, box=box, condition=(*false, *condition), **options)
+
+
+def play_trials(agent: str | Agent = "random", trials: int = 10, **options: Any) -> list[Trial]:
+    """The first trials of one agent under one condition, really played.
+
+    Args:
+        agent: Agent spec, or an agent.
+        trials: How many, from 1; each has luck of its own.
+        **options: Others of :func:`lockprobe.run_trial`: ``box``, ``condition``, ``seed``, ``max_steps`` …
+    """
+    return [run_trial(agent=agent, trial=number, **options) for number in range(1, trials + 1)]

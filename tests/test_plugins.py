@@ -1,0 +1,223 @@
+"""What other packages add is found by its name, imported late, and breaks in one line."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+import strangers
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.analysis.measures import find_measure
+from lockprobe.cli import main
+from lockprobe.errors import BadFile, BadValue, BrokenPlugin, UnknownName, UserMistake
+from lockprobe.interventions.catalogue import interventions_of, kinds, spec_of
+from lockprobe.jsonline import trial_from_json, trial_to_json
+from lockprobe.lockbox.families import box, find_box
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plugins import GROUPS, find_plugin, plugin_name_of, plugin_names
+from lockprobe.studies.single import run_trial
+from lockprobe.studies.study_options import read_options_file
+
+USES = {
+    "agent": lambda spec: resolve(spec).make(),
+    "box": find_box,
+    "intervention": interventions_of,
+    "measure": find_measure,
+    "plant": lambda spec: resolve_plant(spec).check(box()),
+}
+"""What is added -> how a spec of it is used."""
+
+
+@pytest.fixture
+def lockprobe(capsys, monkeypatch):
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["lockprobe", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capsys.readouterr()
+        return ended.value.code or 0, out, err
+
+    return run
+
+
+@pytest.fixture
+def strange(tmp_path, monkeypatch):
+    strangers.install(tmp_path, monkeypatch)
+
+
+@pytest.mark.usefixtures("strange")
+def test_a_package_adds_one_of_each_kind_by_name():
+    assert {kind: plugin_names(kind) for kind in GROUPS} == {
+        "agent": ("first",), "box": ("gate",), "intervention": ("hush",), "measure": ("untold",), "plant": ("plain",)
+    }  # fmt: skip
+    trial = run_trial(agent="first?place=2", box="gate?size=4", plant="plain?force=2", condition="hush?steps=2")
+    assert (trial.agent, trial.box, trial.joints[0]) == ("first?place=2", "gate-4", "gate")
+    assert trial.facts == {"place": 2}
+    assert trial.plant == {"plant": "plain?force=2", "force": 2.0}
+    assert [step.told_moved is None for step in trial.steps[:3]] == [True, True, False]
+    assert find_measure("untold")(trial) == pytest.approx(2 / 20)
+    assert find_measure("untold?weight=2.5")(trial) == pytest.approx(5 / 20)
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+@pytest.mark.usefixtures("strange")
+def test_the_same_stands_behind_python_without_an_entry_point():
+    agent, gate, plant = "python:strange:First?place=1", "python:strange:GATE", "python:strange:Plain"
+    trial = run_trial(agent=agent, box=gate, plant=plant, condition="python:strange:Hush?steps=3 + tremble?p=0")
+    assert (trial.box, trial.plant["plant"], trial.agent) == ("gate-4", plant, agent)
+    assert find_measure("python:strange:hasty")(trial) is False
+
+
+@pytest.mark.usefixtures("strange")
+def test_a_condition_is_written_with_the_name_of_its_package():
+    (hush,) = interventions_of("python:strange:Hush?steps=2")
+    assert spec_of(hush) == "hush?steps=2"
+    assert plugin_name_of("intervention", type(resolve("first").make())) == "python:strange:First"
+
+
+@pytest.mark.usefixtures("strange")
+@pytest.mark.parametrize(
+    ("kind", "spec", "said"),
+    [
+        ("agent", "first?plaice=1", "no option of first is called 'plaice' (did you mean 'place'?)"),
+        ("agent", "first?place=one", "place: got 'one', expected a whole number"),
+        ("agent", "frist", "no agent is called 'frist' (did you mean 'first'?)"),
+        ("agent", "python:strange:breaks", "agent 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
+        ("agent", "python:strange:gate", "expected a class with `facts`"),
+        ("box", "python:strange:hasty", "box 'python:strange:hasty' does not work (TypeError: "),
+        ("box", "python:strange:First", "expected a Lockbox, or a function that returns one"),
+        ("box", "python:strange:GATE?size=3", "expected no options: it is a Lockbox"),
+        ("box", "gate?size=9", "joints: got 9, expected at most 8"),
+        ("box", "python:strange:STUCK", "expected one that can be played (unsolvable: no sequence"),
+        ("box", "gat", "no box is called 'gat'"),
+        ("plant", "python:strange:First", "plant 'python:strange:First' does not work (TypeError: "),
+        ("plant", "python:strange:breaks", "plant 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
+        ("plant", "plan", "no plant is called 'plan' (did you mean 'plain'?)"),
+        ("plant", "plain?box=3", "no option of plain is called 'box'"),
+        ("intervention", "hush?steps=few", "steps: got 'few', expected a whole number"),
+        ("intervention", "python:strange:First", "expected a frozen dataclass"),
+        ("measure", "untold?trial=1", "no option of untold is called 'trial'"),
+        ("measure", "python:strange:GATE", "expected a function of a trial"),
+        ("measure", "solved?x=1", "expected solved without options"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_line(kind, spec, said):
+    with pytest.raises(UserMistake) as mistake:
+        USES[kind](spec)
+    assert said in str(mistake.value)
+    assert "\n" not in str(mistake.value)
+
+
+BROKEN = "import not_installed_anywhere\n"
+NAMED = "of broken-things 0.3 does not work (ModuleNotFoundError: No module named 'not_installed_anywhere')"
+
+
+@pytest.fixture
+def broken(tmp_path, monkeypatch):
+    """One package that works, and one that does not and adds as many of each kind."""
+    for name in ("good", "bad"):
+        (tmp_path / name).mkdir()
+    strangers.install(tmp_path / "good", monkeypatch)
+    bad = {group: {f"bad-{group}": "Thing"} for group in strangers.POINTS}
+    strangers.install(tmp_path / "bad", monkeypatch, "broken", BROKEN, bad, "broken-things")
+
+
+@pytest.mark.usefixtures("broken")
+@pytest.mark.parametrize("kind", GROUPS)
+def test_a_broken_package_is_named_by_those_who_use_it_and_disturbs_nobody_else(kind):
+    with pytest.raises(BrokenPlugin) as mistake:
+        USES[kind](GROUPS[kind].replace("lockprobe.", "bad-"))
+    assert str(mistake.value).endswith(NAMED)
+    assert run_trial(agent="first", box="gate", plant="plain", condition="hush + drop?p=0.5").steps
+    assert "broken" not in sys.modules
+
+
+@pytest.mark.usefixtures("broken")
+@pytest.mark.parametrize("command", ["agents", "plants", "interventions", "measures"])
+def test_lists_have_what_works_and_name_what_does_not(lockprobe, command):
+    status, out, err = lockprobe(command, "--json")
+    rows = {row["spec"]: row for row in map(json.loads, out.splitlines())}
+    (good,) = strangers.POINTS[command]
+    assert (status, err) == (0, "")
+    assert rows[good]["package"] == "strange-things 0.3"
+    assert rows[good]["what"]
+    assert rows[f"bad-{command}"]["what"].endswith(NAMED)
+    assert len(rows) >= 5
+    assert lockprobe(command)[1].count("broken-things") >= 1
+
+
+@pytest.mark.usefixtures("broken")
+def test_boxes_are_listed_with_those_of_packages(lockprobe):
+    rows = {row["name"]: row for row in map(json.loads, lockprobe("box", "list", "--json")[1].splitlines())}
+    assert (rows["gate"]["optimum"], rows["gate"]["package"]) == (3, "strange-things 0.3")
+    assert rows["bad-boxes"]["error"].endswith(NAMED)
+    assert "gate             " in lockprobe("box", "list")[1]
+    assert json.loads(lockprobe("box", "show", "gate?size=5", "--json")[1])["optimum"] == 5
+
+
+def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockprobe):
+    taken = {"agents": {"random": "First"}, "interventions": {"drop": "Hush"}, "boxes": {"fork": "gate"}}
+    strangers.install(tmp_path, monkeypatch, points=taken)
+    assert type(resolve("random").make()).__name__ == "RandomAgent"
+    assert type(interventions_of("drop")[0]).__name__ == "Drop"
+    assert kinds()["drop"].__module__ == "lockprobe.interventions.drop"
+    assert find_box("fork") == box("fork")
+    assert "Lockprobe has one of this name itself (strange-things 0.3)" in lockprobe("interventions")[1]
+
+
+def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        strangers.install(tmp_path / name, monkeypatch, f"strange_{name}", package=f"things-{name}")
+    with pytest.raises(
+        BadValue, match=r"^agent: got 'first', expected a name that one package has, not things-b 0.3 and"
+    ):
+        resolve("first")
+
+
+def test_nothing_of_a_package_is_imported_before_it_is_used(tmp_path, monkeypatch):
+    strangers.install(tmp_path, monkeypatch, text="raise SystemExit('it ran')")
+    assert resolve("first?place=2").senses == "pictures"
+    assert not resolve_plant("plain").has_camera
+    assert not resolve_plant("python:strange:Plain").has_camera
+    assert find_plugin("box", "gate").package == "strange-things 0.3"
+    with pytest.raises(UnknownName, match="gate"):
+        box("gate")  # what a record names is a box of Lockprobe's own, or none
+
+
+@pytest.mark.parametrize("setting", ["agent", "plant", "box"])
+def test_no_file_runs_code(tmp_path, setting):
+    (tmp_path / "mine.toml").write_text(f'{setting} = "python:strange:Thing"\n', "utf-8")
+    with pytest.raises(BadFile, match=f"{setting}: python:strange:Thing would run code; name it on the command line"):
+        read_options_file(tmp_path / "mine.toml")
+
+
+def test_a_plant_that_breaks_in_one_trial_breaks_that_trial(tmp_path, monkeypatch):
+    moody = strangers.WORKING + (
+        "\nclass Moody(Plain):\n"
+        "    def __init__(self, *, box, labels, rng):\n"
+        "        super().__init__(box=box, labels=labels, rng=rng)\n"
+        "        if labels[0] in 'BCD': raise OSError('no answer')\n"
+    )
+    strangers.install(tmp_path, monkeypatch, text=moody)
+    fine, broken = (run_trial(plant="python:strange:Moody", shuffle=shuffle, seed=2) for shuffle in (False, True))
+    assert fine.error is None
+    assert (broken.error.boundary, broken.error.message) == ("plant", "OSError: no answer")
+
+
+def test_a_study_is_run_with_what_a_module_here_has(tmp_path):
+    """A command line names a module in the working directory; workers import it too, and the study is resumed."""
+    (tmp_path / "mine.py").write_text(strangers.WORKING, "utf-8")
+    command = [
+        sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "python:mine:First", "--agent", "random",
+        "--plant", "python:mine:Plain", "--box", "python:mine:gate?size=5", "--p", "0", "--trials", "2",
+        "--repetitions", "1", "--workers", "2", "--no-report", "--out", "d",
+    ]  # fmt: skip
+    for _ in range(2):
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+    records = [trial_from_json(line) for line in (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()]
+    assert {(trial.agent, trial.box) for trial in records} == {("python:mine:First", "gate-5"), ("random", "gate-5")}
+    assert len(records) == 4
+    assert all(trial.plant["force"] == 1.5 and trial.steps[0].sensed == {"force": 1.5} for trial in records)
