@@ -1,24 +1,36 @@
 """How a box is shown: from a modality's spec to the channels of a trial (paper, Sec. 2.2).
 
-Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). What a
-camera can be told stands after a question mark: ``rgbd?depth=height``.
+Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). Options of
+what shows it stand after a question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a
+flip before the camera, so that pictures are false.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import fields
 from functools import lru_cache
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
 from lockprobe.plan import Plan
-from lockprobe.seams import Channel, Intervention
+from lockprobe.seams import Intervention
 
-__all__ = ["MODALITIES", "SYMBOLIC", "camera", "check_distinct", "interventions_for", "is_pictured", "taken_in"]
+__all__ = [
+    "MODALITIES",
+    "SYMBOLIC",
+    "check_distinct",
+    "check_tellable",
+    "false_rate",
+    "interventions_for",
+    "is_pictured",
+    "shown",
+    "taken_in",
+]
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 
@@ -26,6 +38,9 @@ SYMBOLIC = ("symbolic",)
 """The modalities of a study that has no pictures."""
 
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
+
+_OF_DEPTH = ("depth", "near", "far")
+"""Options that ``rgb`` has not."""
 
 _WITHOUT_WINDOW = ("height", "packed")
 """Kinds of depth that mean the same whatever ``near`` and ``far`` are."""
@@ -37,61 +52,103 @@ def is_pictured(modality: str) -> bool:
 
 
 @lru_cache(maxsize=64)
-def camera(modality: str) -> CameraChannel | None:
-    """The camera of a modality; None for reports in words.
-
-    Raises:
-        UnknownName: If there is no such modality, or its camera has no such option; the message lists what exists.
-        BadValue: If an option has a value that it cannot have.
-    """
-    name, _, query = modality.partition("?")
+def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
+    """What shows the box, and how often its pictures are false."""
+    name, options = read_options(modality, "modality")
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
-        if query:
-            raise BadValue("modality", modality, "symbolic without options")
-        return None
-    if name == "rgb" and query:
-        raise BadValue("modality", modality, "rgb without options: they are all of depth, which rgbd shows")
-    options = read_options(modality, "modality")[1]
+        return with_options(TextChannel, name, options), 0.0
+    known = [field.name for field in fields(CameraChannel) if name == "rgbd" or field.name not in _OF_DEPTH]
+    for option in options:
+        if option not in (*known, "p"):
+            raise UnknownName(f"option of {name}", option, (*known, "p"))
+    flips = with_options(OutcomeFlip, name, {"p": options.pop("p", "0")})
     found = with_options(CameraChannel, name, options, {"depth": _DEPTH[name]})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
     if found.depth in _WITHOUT_WINDOW and ("near" in options or "far" in options):
         raise BadValue("modality", modality, f"depth={found.depth} without near and far, which it does not use")
-    return found
+    return found, flips.p
+
+
+def shown(modality: str) -> TextChannel | CameraChannel:
+    """What shows the box in a modality: words, or a camera.
+
+    >>> shown("symbolic?tell=state").tell
+    'state'
+
+    Raises:
+        UnknownName: If there is no such modality, or it has no such option; the message lists what exists.
+        BadValue: If an option has a value that it cannot have.
+    """
+    return _read(modality)[0]
+
+
+def false_rate(modality: str) -> float:
+    """How often a modality's pictures are false of themselves, [0, 1]: ``rgb?p=0.4``.
+
+    Raises:
+        UnknownName: As of :func:`shown`.
+        BadValue: As of :func:`shown`.
+    """
+    return _read(modality)[1]
 
 
 def check_distinct(modalities: Iterable[str]) -> None:
     """Refuse modalities that show the same under two names, which would be compared as if they were two.
 
     Raises:
-        UnknownName: As of :func:`camera`.
-        BadValue: As of :func:`camera`, and if two are the same.
+        UnknownName: As of :func:`shown`.
+        BadValue: As of :func:`shown`, and if two are the same.
     """
-    seen: dict[CameraChannel | None, str] = {}
+    seen: dict[tuple[TextChannel | CameraChannel, float], str] = {}
     for modality in modalities:
-        first = seen.setdefault(camera(modality), modality)
+        first = seen.setdefault(_read(modality), modality)
         if first != modality:
             raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 
 
-def interventions_for(plan: Plan) -> tuple[Intervention, ...]:
-    """What acts in one trial, in order; last comes how the box is shown.
+def check_tellable(modality: str, flip: FlipKind, p: Iterable[float]) -> None:
+    """Refuse what leaves nothing to be told, or flips twice.
+
+    Args:
+        modality: How the box is shown.
+        flip: The kind of flip.
+        p: The flip rates.
 
     Raises:
-        BadValue: If its condition changes reports where pictures are shown, or flips them beside its flip rate.
+        UnknownName: As of :func:`shown`.
+        BadValue: As of :func:`shown`, and if the two do not go together.
     """
-    eye = camera(plan.modality)
-    if eye is not None:
-        if any(isinstance(one, Channel) for one in plan.condition):
-            raise BadValue("condition", plan.key, f"none that changes reports: with {plan.modality} there are none")
-        return (*plan.condition, eye)
+    channel, own = _read(modality)
+    if own and any(p):
+        raise BadValue("p", list(p), f"0 with {modality}, which has a flip rate of its own")
+    if flip == "outcome-only" and (own or any(p)) and isinstance(channel, CameraChannel):
+        raise BadValue("flip", flip, f"transient or sticky with {modality}: a picture shows positions")
+    if flip == "outcome-only" and isinstance(channel, TextChannel) and channel.tell == "state":
+        raise BadValue("flip", flip, f"transient or sticky with {modality}, which tells positions alone")
+
+
+def interventions_for(plan: Plan) -> tuple[Intervention, ...]:
+    """What acts in one trial, in order; last comes how the box is shown, which shows what is left of the report.
+
+    Raises:
+        BadValue: If its condition flips reports beside its flip rate, or what is flipped cannot be shown.
+    """
+    channel, own = _read(plan.modality)
+    check_tellable(plan.modality, plan.flip, (plan.p,))
     flips = any(isinstance(one, OutcomeFlip) for one in plan.condition)
-    if flips and plan.p:
-        raise BadValue("p", plan.p, "0 with a condition that flips reports itself")
-    own = () if flips else (OutcomeFlip(p=plan.p, persistence=plan.flip),)
-    return (*own, *plan.condition, TextChannel())
+    p = plan.p or own
+    if flips and p:
+        raise BadValue("p", p, "0 with a condition that flips reports itself")
+    if isinstance(channel, CameraChannel):
+        if any(isinstance(one, OutcomeFlip) and one.persistence == "outcome-only" for one in plan.condition):
+            raise BadValue("condition", plan.key, f"no outcome-only flip with {plan.modality}: pictures show positions")
+        first = (OutcomeFlip(p=p, persistence=plan.flip),) if p else ()
+    else:
+        first = () if flips else (OutcomeFlip(p=p, persistence=plan.flip),)
+    return (*first, *plan.condition, channel)
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.studies.modality import SYMBOLIC, check_distinct, is_pictured, taken_in
+from lockprobe.studies.modality import SYMBOLIC, check_distinct, check_tellable, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
 
@@ -103,15 +103,12 @@ class Study:
         self._check_pictures()
 
     def _check_pictures(self) -> None:
-        """Refuses pictures where there is no camera, and where reports are to be inverted."""
+        """Refuses pictures where there is no camera, and modalities that cannot show what is flipped."""
         has_camera = resolve_plant(self.plant).has_camera
         for modality in self.modalities:
             if is_pictured(modality) and not has_camera:
                 raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {self.plant}")
-            if is_pictured(modality) and any(self.p):
-                raise BadValue(
-                    "p", list(self.p), f"0 with {modality}: a picture shows the truth, only reports can be false"
-                )
+            check_tellable(modality, self.flip, self.p)
         check_distinct(self.modalities)
 
     def settings(self) -> dict[str, object]:
