@@ -182,6 +182,15 @@ def test_who_compares_states_plays_the_truth_as_who_is_told_outcomes(agent, form
             assert (one.moved, one.told_moved, one.told_state) == (other.moved, other.told_moved, other.told_state)
 
 
+@pytest.mark.parametrize("agent", SCRIPTED)
+def test_under_flips_everyone_goes_on_and_says_what_comparing_says(agent):
+    trial = run_trial(agent=agent, p=0.4, trial=2, modality="symbolic?tell=state")
+    assert trial.error is None
+    if agent.startswith(("human", "cognitive", "viewer")):
+        said = [None, *("moved" if step.told_moved else "blocked" for step in trial.steps)]
+        assert [step.decision.claimed for step in trial.steps] == said[:-1]
+
+
 def test_the_form_changes_no_agent_that_reads_facts():
     plain, table = (
         run_trial(agent="cognitive:perseverant", p=0.4, modality=m) for m in ("symbolic", "symbolic?form=table")
