@@ -115,25 +115,29 @@ def measure(
     rng = np.random.default_rng(2)
     eye = Eye(model, scene.camera, settings)
 
-    def look(number: int = 0) -> Frame:
+    def look(positions: tuple[bool, ...] | None = None, number: int = 0) -> Frame:
         return eye.look(states[number], scene.panel.pose, scene.panel.handles, rng)
 
     first = look()
     pair = median_ms(look, frames)
     channel = CameraChannel(depth="turbo")
     task = Task(joints=tuple("ABCD"), target="A", budget=20)
-    whole = median_ms(lambda: channel.perceive(Percept(look=look), (), task, rng), frames)
+    whole = median_ms(lambda: channel.perceive(Percept(positions=(False,) * 4, look=look), (), task, rng), frames)
     print(first.renderer)
     plant = FastTwin(scene.box, labels=task.joints, settings=settings, rng=np.random.default_rng(3))
     attempts = itertools.cycle((0, 3, 2, 1, 0, 0, 1, 2, 3))
-    looked = lambda: Percept(look=plant.attempt(next(attempts)).look)  # noqa: E731
+
+    def looked() -> Percept:
+        snapshot = plant.attempt(next(attempts))
+        return Percept(positions=snapshot.configuration, look=lambda positions=None: snapshot.look())
+
     channel.perceive(looked(), (), task, rng)
     twin = median_ms(lambda: channel.perceive(looked(), (), task, rng), frames)
     plant.close()
     rows = (("colours and depth", pair), ("RGB-D observation", whole), ("fast-twin attempt and observation", twin))
     for what, (clock, processors) in rows:
         print(f"  {what:34} {clock:7.1f} ms, {processors:7.1f} ms of processors, {clock / step:9.0f} steps")
-    depths = [look(number).depth for number in range(len(states))]
+    depths = [look(number=number).depth for number in range(len(states))]
     if reference:
         worst = max((np.abs(one - other) > TOLERANCE).mean() for one, other in zip(reference, depths, strict=True))
         print(f"  depth differs from the first renderer's in at most {100 * worst:.4f} % of pixels, 16 configurations")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition
-from lockprobe.lockbox.box import Lockbox, bits
+from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.record import Percept, Snapshot, Task
 from lockprobe.seeds import trial_stream
@@ -107,12 +107,13 @@ class Names:
 
     def task(self, plan: Plan) -> Task:
         """What the agent knows before it begins."""
-        places = tuple(plan.box.joints[i].place for i in self.order)
+        joints = [plan.box.joints[i] for i in self.order]
         return Task(
             joints=self.listing,
             target=self.labels[plan.box.target_index],
             budget=plan.budget,
-            places=places,
+            places=tuple(joint.place for joint in joints),
+            kinds=tuple(joint.kind for joint in joints),
             assessment=plan.assessment,
         )
 
@@ -126,17 +127,26 @@ class Names:
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
             positions=tuple(snapshot.configuration[i] for i in self.order),
-            look=None if snapshot.look is None else partial(self._in_the_listing, snapshot.look),
+            look=None if snapshot.look is None else partial(self._seen, snapshot),
         )
 
-    def _in_the_listing(self, look: Callable[[], Frame]) -> Frame:
-        """What is seen, its handles in the order in which joints are listed."""
-        frame = look()
+    def _seen(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
+        """What is seen, or would be if joints stood as told; handles in the order in which joints are listed."""
+        told = snapshot.configuration if positions is None else self._configuration(positions)
+        if told == snapshot.configuration:
+            assert snapshot.look is not None
+            frame = snapshot.look()
+        elif snapshot.render is None:
+            raise BadValue("false picture", bits(told), "a plant that can draw what is not: fast-twin or twin")
+        else:
+            frame = snapshot.render(told)
         return replace(frame, handles=frame.handles[list(self.order)])
 
-    def told_state(self, percept: Percept) -> str | None:
+    def _configuration(self, positions: tuple[bool, ...]) -> Configuration:
+        """Positions of the joints as listed, in panel order."""
+        told = dict(zip(self.listing, positions, strict=True))
+        return tuple(told[label] for label in self.labels)
+
+    def told_state(self, positions: tuple[bool, ...] | None) -> str | None:
         """Reported positions as a bit string in panel order."""
-        if percept.positions is None:
-            return None
-        told = dict(zip(self.listing, percept.positions, strict=True))
-        return bits(tuple(told[label] for label in self.labels))
+        return None if positions is None else bits(self._configuration(positions))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from lockprobe.call import Usage
 from lockprobe.errors import Boundary
@@ -26,6 +26,7 @@ __all__ = [
     "Decision",
     "Ending",
     "Fact",
+    "Look",
     "Moment",
     "Outcome",
     "Percept",
@@ -59,8 +60,10 @@ class Task:
         target: Label of the joint that has to move.
         budget: Steps it has.
         places: Where each joint sits on the panel, aligned with ``joints``, as :class:`lockprobe.lockbox.box.Joint`
-            has it; for agents that look at the panel. It is in no text. Empty where it is not shown.
+            has it; for agents that look at the panel. It is in no text, but where a report in words tells places. Empty
+            where it is not shown.
         assessment: Whether it is asked what its last action did. Asking may change behaviour.
+        kinds: Whether each joint slides (``prismatic``) or turns (``revolute``), as ``places``.
     """
 
     joints: tuple[str, ...]
@@ -68,6 +71,22 @@ class Task:
     budget: int
     places: tuple[tuple[float, float], ...] = ()
     assessment: bool = True
+    kinds: tuple[str, ...] = ()
+
+
+class Look(Protocol):
+    """Takes a picture in the agent's terms: handles in the order of ``Task.joints``."""
+
+    def __call__(self, positions: tuple[bool, ...] | None = None, /) -> Frame:
+        """What a camera sees now, or would see if the joints stood as told.
+
+        Args:
+            positions: As told, aligned with ``Task.joints``; None for how they stand.
+
+        Raises:
+            BadValue: If they stand otherwise, and the plant can show what is only.
+        """
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +99,8 @@ class Snapshot:
         outcome: What that attempt really did.
         sensed: What a robot measured of it, its own verdict among them; it may be wrong.
         look: Takes a picture now; it has to be called before the next attempt. None where there is no camera.
+        render: Draws the picture that would be taken now in another configuration, and changes nothing. It has to be
+            called before the next attempt, too. None where a camera sees only what is.
     """
 
     configuration: tuple[bool, ...]
@@ -87,6 +108,7 @@ class Snapshot:
     outcome: Outcome | None = None
     sensed: Mapping[str, Fact] = field(default_factory=dict)
     look: Callable[[], Frame] | None = field(default=None, compare=False, repr=False)
+    render: Callable[[tuple[bool, ...]], Frame] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +123,9 @@ class Percept:
         pictures: The observation as pictures.
         handles: For each joint of ``Task.joints`` where in the pictures its handle is seen, (column, row), at position
             0 and at position 1; for scripted agents that look at pictures. It is in no text.
-        look: Takes a picture of the truth, handles in the order of ``Task.joints``; for channels, never for agents.
+        states_only: Whether reports tell positions and never outcomes, so that what an attempt did has to be found out
+            by comparing them.
+        look: Takes a picture of the truth, or of what is told; for channels, never for agents.
     """
 
     joint: str | None = None
@@ -110,7 +134,8 @@ class Percept:
     text: str = ""
     pictures: tuple[Picture, ...] = ()
     handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
-    look: Callable[[], Frame] | None = field(default=None, compare=False, repr=False)
+    states_only: bool = False
+    look: Look | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,15 +215,29 @@ class Moment:
 
     Attributes:
         was: The truth in the agent's terms: joint, outcome and positions.
-        told: What the agent was finally told.
+        told: What the agent was finally told or shown.
         chosen: Label of the joint that it had chosen; None for the first look.
         attempted: Label of the joint that was attempted; None for the first look.
+        facts: The report in facts, before it was put into words or pictures, which may leave some out; None where it
+            was not, and ``told`` holds them.
     """
 
     was: Percept
     told: Percept
     chosen: str | None = None
     attempted: str | None = None
+    facts: Percept | None = None
+
+    @property
+    def reported(self) -> Percept:
+        """The report in facts: what the words or pictures were made of."""
+        return self.told if self.facts is None else self.facts
+
+    @property
+    def shown(self) -> tuple[bool, ...] | None:
+        """Positions that the agent was told, or that its pictures show; None if neither."""
+        told = self.told.positions
+        return self.reported.positions if told is None and self.told.pictures else told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,9 +266,10 @@ class Step:
         state: True configuration before the step, a bit string in panel order.
         joint: The joint attempted, by its name in the box.
         moved: Whether it really moved.
-        told_moved: What the report afterwards said of the joint attempted last; None where it said nothing of it. A
-            picture of the box says what happened.
-        told_state: The configuration as reported afterwards, a bit string in panel order; None if not told.
+        told_moved: What the report afterwards said of the joint attempted last; None where it said nothing of it. Where
+            positions are told or pictured and no outcome, it is what comparing them with those before says.
+        told_state: The configuration as reported afterwards, a bit string in panel order; None if not told. Of pictures
+            the configuration that they show, where it is not the true one; None if it is.
         told: The report afterwards as the agent saw it.
         decision: What the agent answered; ``decision.claimed`` is about the *previous* step.
         sensed: What a robot measured, its own verdict (moved, blocked, failed) among it; empty without a robot.

@@ -54,6 +54,10 @@ class Channel(Protocol):
     It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
     calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck. It
     changes outcome and positions, from which words are made; one with ``after_words = True`` gets the words.
+
+    A class attribute ``shows = True`` says that it puts the report into words or pictures, which may leave facts out:
+    later channels know them as ``Moment.reported``. Settings that a class attribute ``later`` names are left out of the
+    record where they have their defaults.
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:

@@ -35,6 +35,7 @@ from lockprobe.record import (
     Decision,
     Ending,
     Fact,
+    Look,
     Moment,
     Percept,
     Situation,
@@ -184,10 +185,10 @@ def _fact(value: object) -> Fact:
     return value if plain else str(value)  # type: ignore[return-value]
 
 
-def _look(look: Callable[[], Frame]) -> Frame:
+def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
     """A picture that cannot be taken is the plant's fault, whoever asked for it."""
     with _boundary(PlantFault):
-        return look()
+        return look(positions)
 
 
 def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
@@ -296,15 +297,18 @@ class _Loop:
 
     def _tell(self, snapshot: Snapshot, chosen: str | None = None, attempted: str | None = None) -> Moment:
         percept = self._names.percept(snapshot)
-        was = percept
+        was, facts = percept, None
         if percept.look is not None:
             was = replace(percept, look=None)
             percept = replace(percept, look=partial(_look, percept.look))
         with _boundary(ChannelFault):
             for channel, rng in self._channels:
-                percept = channel.perceive(percept, self._moments, self._task, rng)
-        told = percept if percept.look is None else replace(percept, look=None)
-        return Moment(was=was, told=told, chosen=chosen, attempted=attempted)
+                before, percept = percept, channel.perceive(percept, self._moments, self._task, rng)
+                if getattr(channel, "shows", False):
+                    facts = _unlooked(before)
+                elif (percept.outcome, percept.positions) != (before.outcome, before.positions):
+                    facts = None  # it changed what is told: that holds the facts now
+        return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -366,8 +370,8 @@ class _Loop:
             state=bits(self._configuration),
             joint=self._joints[joint],
             moved=snapshot.outcome == "moved",
-            told_moved=snapshot.outcome == "moved" if told.pictures else _told_moved(told, self._moments, self._task),
-            told_state=self._names.told_state(told),
+            told_moved=_told_moved(moment, self._moments, self._task, really=snapshot.outcome == "moved"),
+            told_state=self._names.told_state(_told_positions(moment)),
             told=told.text,
             decision=decision,
             sensed=_facts(snapshot.sensed),
@@ -377,12 +381,32 @@ class _Loop:
         )
 
 
-def _told_moved(told: Percept, before: Sequence[Moment], task: Task) -> bool | None:
-    """What a report says of the joint that it is about, by outcome or by position; None where it says nothing of it."""
+def _unlooked(percept: Percept) -> Percept:
+    """The percept without a way to look."""
+    return percept if percept.look is None else replace(percept, look=None)
+
+
+def _told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
+    """What a report says of the joint that it is about, by outcome or by position; None where it says nothing of it.
+
+    Positions are compared with those told or pictured last. A picture that was made of no report shows what happened.
+    """
+    told, shown = now.told, now.shown
     if told.outcome is not None:
         return told.outcome == "moved"
-    last = before[-1].told.positions
-    if told.joint is None or told.positions is None or last is None:
+    if told.pictures and shown is None:
+        return really
+    if told.joint is None or shown is None:
+        return None
+    last = next((known for moment in reversed(before) if (known := moment.shown) is not None), None)
+    if last is None:
         return None
     place = task.joints.index(told.joint)
-    return told.positions[place] != last[place]
+    return shown[place] != last[place]
+
+
+def _told_positions(moment: Moment) -> tuple[bool, ...] | None:
+    """Positions for the record: those told; of pictures those that they show, where they are not the true ones."""
+    if moment.told.positions is None and moment.shown == moment.was.positions:
+        return None
+    return moment.shown

@@ -221,6 +221,21 @@ def test_what_is_said_of_pictures_has_a_fingerprint_of_its_own(monkeypatch, name
     assert picture_fingerprint() != before[1]
 
 
+def test_what_is_told_is_said_as_the_first_percept_has_it():
+    said = {
+        tell: conversation(Situation(task=TASK, past=(), percept=percept))[0].text
+        for tell, percept in {
+            "both": Percept(positions=(False,) * 4),
+            "state": Percept(positions=(False,) * 4, states_only=True),
+            "outcome": Percept(),
+        }.items()
+    }
+    assert "Then you are told whether it moved, and which joints are now at position 1." in said["both"]
+    assert "Then you are told whether it moved.\n" in said["outcome"]
+    compare = "You are not told whether a joint moved: find out by comparing successive reports."
+    assert f"Then you are told which joints are now at position 1. {compare}\n" in said["state"]
+
+
 def test_what_is_said_with_and_without_pictures_changes_both_fingerprints(monkeypatch):
     before = chat_fingerprint(), picture_fingerprint()
     monkeypatch.setattr(prompt, "INSTRUCTIONS", prompt.INSTRUCTIONS.replace("trying", "asked"))
@@ -230,6 +245,6 @@ def test_what_is_said_with_and_without_pictures_changes_both_fingerprints(monkey
 
 def test_what_is_said_of_reports_alone_leaves_the_fingerprint_of_pictures(monkeypatch):
     before = chat_fingerprint(), picture_fingerprint()
-    monkeypatch.setattr(prompt, "_OBSERVATION", {True: "You are told all.", False: "You are told some."})
+    monkeypatch.setattr(prompt, "_OBSERVATION", dict.fromkeys(prompt._OBSERVATION, "You are told all."))
     assert chat_fingerprint() != before[0]
     assert picture_fingerprint() == before[1]

@@ -65,6 +65,14 @@ def test_who_rendered_it_is_known_once_it_was_looked_at_and_remembered():
     assert other.facts == named
 
 
+def test_it_can_be_drawn_as_it_is_not():
+    plant = remote("fast-twin?width=64&height=64")
+    first = plant.observe()
+    assert (first.render((True,) * 4).rgb != first.look().rgb).any()
+    assert (first.render(first.configuration).rgb == first.look().rgb).all()
+    plant.close()
+
+
 def test_what_is_wrong_there_is_said_here():
     with pytest.raises(UserMistake, match="^no plant is called 'metal'"):
         remote("metal")

@@ -89,7 +89,7 @@ class NotAChannel:
         ({"plant": "fast-twin?width=9"}, BadValue, "width: got 9, expected a number from 64 to 4096"),
         (SEEN | {"steps_left": True}, BadValue, "steps_left: got True, expected False where pictures are seen"),
         (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, persistence='transient', only='any'"),
-        (SEEN | {"channels": [TextChannel()]}, BadValue, "channel: got TextChannel(), expected none that changes reports"),
+        (SEEN | {"channels": [TextChannel()]}, BadValue, "channel: got TextChannel(tell='both', form='words', places=False), expected none that changes reports"),
         ({"max_step": 3}, UnknownName, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
         ({"box": "chain-99"}, UnknownName, "no box is called 'chain-99'"),
         ({"box": 4}, BadValue, "box: got 4, expected a name, a Lockbox or the path of a TOML file"),

@@ -44,6 +44,15 @@ def test_a_hosted_model_was_told_the_instruction_and_a_strategy_was_not():
     assert instruction(scripted) == "Joints A, B, C, D; the target is A; 1 steps."
 
 
+def test_what_was_told_is_said_as_the_record_has_it():
+    trial = replied(GOOD)
+    told = {tell: instruction(replace(trial, channels=({"channel": "TextChannel", "tell": tell},))) for tell in
+            ("state", "outcome")}  # fmt: skip
+    assert "You are not told whether a joint moved" in told["state"]
+    assert "Then you are told whether it moved.\n" in told["outcome"]
+    assert instruction(replace(trial, channels=({"channel": "TextChannel"},))) == instruction(trial)
+
+
 def test_of_a_strategy_is_said_what_it_chose():
     (trial, *_) = play_study(small_study(["human-inspired"], p=[0.3], repetitions=1, trials=1))
     said = retold(trial)

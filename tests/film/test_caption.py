@@ -40,6 +40,8 @@ def test_a_claim_and_a_verdict_that_are_wrong_are_marked():
     assert seen[1] == Line("truth blocked, told blocked, robot says moved", alarming=True)
     shown = replace(trial.steps[0], pictures={"rgb": f"{'0' * 20}.png"})
     assert outcome_lines(replace(trial, steps=(shown,)), 0)[1] == Line("truth blocked")
+    false = replace(shown, told_moved=True)
+    assert outcome_lines(replace(trial, steps=(false,)), 0)[1] == Line("truth blocked, told moved", alarming=True)
     odd = replace(trial.steps[0], sensed={"verdict": "<anything else>"})
     assert outcome_lines(replace(trial, steps=(odd,)), 0)[1].text == "truth blocked, told blocked"
 

@@ -1,5 +1,7 @@
 """The camera shows the box and says nothing about it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,7 +24,7 @@ FRAME = Frame(
     handles=HANDLES,
     renderer="a fake",
 )
-MOVED = Percept(joint="B", outcome="moved", positions=(True, False), look=lambda: FRAME)
+MOVED = Percept(joint="B", outcome="moved", positions=(True, False), look=lambda positions: FRAME)
 
 
 def told(percept, channel):
@@ -30,7 +32,7 @@ def told(percept, channel):
 
 
 def test_rgb_is_one_picture_and_one_sentence():
-    first = told(Percept(positions=(True, False), look=lambda: FRAME), CameraChannel())
+    first = told(Percept(positions=(True, False), look=lambda positions: FRAME), CameraChannel())
     assert first.text == "The picture shows the box."
     assert [(picture.kind, picture.shown) for picture in first.pictures] == [("rgb", True)]
     np.testing.assert_array_equal(from_png(first.pictures[0].png), FRAME.rgb)
@@ -39,7 +41,7 @@ def test_rgb_is_one_picture_and_one_sentence():
 
 @pytest.mark.parametrize("depth", ["none", "turbo", "gray", "height", "packed"])
 def test_what_happened_is_not_told(depth):
-    blocked = Percept(joint="B", outcome="blocked", positions=(False, True), look=lambda: FRAME)
+    blocked = Percept(joint="B", outcome="blocked", positions=(False, True), look=lambda positions: FRAME)
     moved, same = told(MOVED, CameraChannel(depth=depth)), told(blocked, CameraChannel(depth=depth))
     assert (moved.outcome, moved.positions, moved.joint) == (None, None, "B")
     assert moved.text == same.text
@@ -67,7 +69,7 @@ def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
 
 def test_the_legend_stands_in_the_first_report_only():
     channel = CameraChannel(depth="turbo", near=0.5, far=0.9)
-    first = told(Percept(look=lambda: FRAME), channel).text
+    first = told(Percept(positions=(True, False), look=lambda positions: FRAME), channel).text
     assert first.startswith("The first picture shows the box, the second its depth. Colour is distance")
     assert "red 0.5 m" in first
     assert "dark violet 0.9 m" in first
@@ -82,10 +84,40 @@ def test_handles_are_places_in_the_picture_in_the_listed_order():
     assert all(isinstance(number, float) for joint in handles for place in joint for number in place)
 
 
-def test_nothing_is_drawn():
-    rng = np.random.default_rng(9)
-    CameraChannel(depth="turbo").perceive(MOVED, (), TASK, rng)
-    assert rng.random() == np.random.default_rng(9).random()
+@pytest.mark.parametrize("percept", [MOVED, Percept(joint="B", look=MOVED.look)])
+@pytest.mark.parametrize(
+    "channel", [CameraChannel(), CameraChannel(depth="turbo", blur=2, noise=0.1), CameraChannel(occlude=0.5)]
+)
+def test_it_draws_equally_often_whatever_its_settings_are(percept, channel):
+    rng, other = np.random.default_rng(9), np.random.default_rng(9)
+    channel.perceive(percept, (), TASK, rng)
+    other.random(3)
+    assert rng.random() == other.random()
+
+
+def test_it_asks_for_a_picture_of_what_is_told():
+    asked = []
+    told(
+        replace(MOVED, positions=(False, True), look=lambda positions: asked.append(positions) or FRAME),
+        CameraChannel(),
+    )
+    assert asked == [(False, True)]
+
+
+def test_where_no_positions_are_told_there_is_no_picture():
+    shown = told(replace(MOVED, positions=None), CameraChannel())
+    assert (shown.pictures, shown.text, shown.outcome, shown.joint) == ((), "", None, "B")
+
+
+@pytest.mark.parametrize("depth", ["none", "turbo"])
+def test_pictures_are_degraded_by_every_dose(depth):
+    plain = told(MOVED, CameraChannel(depth=depth))
+    assert told(MOVED, CameraChannel(depth=depth, blur=0, noise=0, occlude=0)).pictures == plain.pictures
+    for name, dose in {"blur": 2, "noise": 0.1, "occlude": 0.5}.items():
+        worse = told(MOVED, CameraChannel(depth=depth, **{name: dose}))
+        assert worse.pictures[0] != plain.pictures[0]
+        assert (worse.pictures[1:] == plain.pictures[1:]) == (name != "occlude" or depth == "none")
+        assert worse.handles == plain.handles
 
 
 @pytest.mark.parametrize(("depth", "modality"), [("none", "rgb"), ("turbo", "rgbd")])

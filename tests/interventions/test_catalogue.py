@@ -165,11 +165,6 @@ def test_a_flip_in_a_condition_is_the_flip_of_a_study():
         run_trial(p=0.2, condition="flip?p=0.4")
 
 
-def test_reports_cannot_be_changed_where_pictures_are_shown():
-    with pytest.raises(UserMistake, match="none that changes reports: rgb has none"):
-        run_trial(agent="viewer", plant="fast-twin", modality="rgb", condition="drop?p=0.1")
-
-
 def test_the_command_lists_them(lockprobe_command):
     rows = [json.loads(line) for line in lockprobe_command("interventions", "--json").splitlines()]
     assert {row["spec"] for row in rows} == set(shipped())

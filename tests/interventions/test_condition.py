@@ -96,3 +96,12 @@ def test_settings_import_nothing_until_a_trial_is_played():
 def test_equal_conditions_stand_once_the_first_before():
     one, other = Condition(interventions=(OutcomeFlip(p=0.2),)), read_condition("nudge")
     assert distinct([one, other, read_condition("flip?p=0.2")]) == (one, other)
+
+
+def test_doses_of_pictures_are_swept_too_and_0_is_no_dose():
+    assert [one.modality for one in sweep("rgb?blur=0,8")] == ["rgb", "rgb?blur=8"]
+    assert [one.spec for one in sweep("nudge + rgbd?depth=height&p=0.2,0.4")] == [
+        "nudge + rgbd?depth=height&p=0.2", "nudge + rgbd?depth=height&p=0.4",
+    ]  # fmt: skip
+    with pytest.raises(BadValue, match="sweep"):
+        sweep("rgbd?near=0.5,0.6")

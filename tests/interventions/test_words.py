@@ -1,9 +1,24 @@
-"""The report in words adds and hides nothing."""
+"""The report as text holds what is to be told and nothing else, in every form."""
+
+import json
+import re
+from itertools import pairwise
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from lockprobe.interventions.words import TextChannel
-from lockprobe.record import Percept, Task
+from lockprobe import run_trial
+from lockprobe.agents.cognitive import CHARACTERS
+from lockprobe.agents.heuristic import PRESETS
+from lockprobe.errors import BadValue
+from lockprobe.interventions.condition import flips
+from lockprobe.interventions.words import TextChannel, rows_of
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.layouts import places as places_of
+from lockprobe.plan import Names, Plan
+from lockprobe.record import Moment, Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 
@@ -27,3 +42,189 @@ def test_without_positions_only_the_outcome_is_told():
     assert text(Percept(joint="B", outcome="blocked")) == "B did not move."
     assert text(Percept()) == ""
     assert text(Percept(positions=(False, False))) == "At 1: none."
+
+
+FORMS, TELLS = ("words", "json", "table"), ("state", "outcome", "both")
+LABELS = ("B", "D", "A", "C", "E")
+EARLIER = (Moment(was=Percept(), told=Percept()),)
+
+
+def parsed(form, text, labels):
+    """Joint attempted, outcome (None if it is not told), and positions, as a report in any form has them."""
+    if not text:
+        return None, None, None
+    if form == "json":
+        told = json.loads(text)
+        moved = told.get("moved")
+        positions = told.get("positions")
+        outcome = None if moved is None else "moved" if moved else "blocked"
+        return told.get("attempted"), outcome, positions and tuple(bool(positions[label]) for label in labels)
+    if form == "table":
+        head, *lines = (re.split(r"\s{2,}", line) for line in text.splitlines())
+        rows = {row["joint"]: row for line in lines for row in [dict(zip(head, line, strict=True))]}
+        joint = next((label for label in labels if rows[label].get("last action", "-") != "-"), None)
+        done = None if joint is None else rows[joint]["last action"]
+        outcome = {"moved": "moved", "did not move": "blocked"}.get(done)
+        positions = tuple(rows[label]["position"] == "1" for label in labels) if "position" in head else None
+        return joint, outcome, positions
+    moved, blocked, tried = (
+        re.search(rf"(?:^|\. ){pattern}\.", text)
+        for pattern in (r"(\w) moved", r"(\w) did not move", r"You attempted (\w)")
+    )
+    there = re.search(r"At 1: ([^.]+)\.", text)
+    found = moved or blocked or tried
+    return (
+        found and found.group(1),
+        "moved" if moved else "blocked" if blocked else None,
+        there and tuple(label in there.group(1).split(", ") for label in labels),
+    )
+
+
+percepts = st.builds(
+    Percept,
+    joint=st.sampled_from(LABELS),
+    outcome=st.sampled_from(["moved", "blocked", None]),
+    positions=st.none() | st.tuples(*[st.booleans()] * len(LABELS)),
+)
+
+
+@given(percept=percepts, form=st.sampled_from(FORMS), tell=st.sampled_from(TELLS))
+def test_every_fact_parses_back_and_no_other(percept, form, tell):
+    task = Task(joints=LABELS, target="A", budget=20)
+    told = TextChannel(tell=tell, form=form).perceive(percept, EARLIER, task, np.random.default_rng(1))
+    assert told.outcome == (None if tell == "state" else percept.outcome)
+    assert told.positions == (None if tell == "outcome" else percept.positions)
+    assert told.states_only == (tell == "state")
+    joint, outcome, positions = parsed(form, told.text, LABELS)
+    assert (outcome, positions) == (told.outcome, told.positions)
+    nothing = told.outcome is None and told.positions is None
+    said_by_words = form != "words" or told.outcome is not None or tell == "state"
+    assert joint == (None if nothing or not said_by_words else percept.joint)
+    assert (told.text == "") == nothing
+
+
+@given(
+    layout=st.sampled_from(["serial", "zigzag", "ngram", "grid", "scattered"]),
+    seed=st.integers(0, 1000),
+    form=st.sampled_from(FORMS),
+)
+def test_where_joints_lie_parses_back(layout, seed, form):
+    rng = np.random.default_rng(seed)
+    count = len(LABELS)
+    where = places_of(layout, count, rng)
+    kinds = tuple(rng.choice(["prismatic", "revolute"], count).tolist())
+    task = Task(joints=LABELS, target="A", budget=20, places=where, kinds=kinds)
+    text = TextChannel(places=True, form=form).perceive(Percept(positions=(False,) * count), (), task, rng).text
+    rows, said = panel(form, text)
+    assert rows == rows_of(task)
+    assert said == {
+        label: {"prismatic": "slider", "revolute": "knob"}[kind] for label, kind in zip(LABELS, kinds, strict=True)
+    }
+    place = dict(zip(LABELS, where, strict=True))
+    for row in rows:
+        assert [place[label][0] for label in row] == sorted(place[label][0] for label in row)
+    for upper, lower in pairwise(rows):
+        assert min(place[label][1] for label in upper) > max(place[label][1] for label in lower)
+    assert sorted(label for row in rows for label in row) == sorted(LABELS)
+
+
+def panel(form, text):
+    if form == "json":
+        found = json.loads(text)["panel"]
+        return found["rows from above, each from left to right"], found["kinds"]
+    if form == "table":
+        _, *lines = (re.split(r"\s{2,}", line) for line in text.splitlines())
+        at = {line[0]: (int(line[2]), int(line[3])) for line in lines}
+        rows = [
+            [label for label in sorted(at, key=at.get) if at[label][0] == row]
+            for row in sorted({r for r, _ in at.values()})
+        ]
+        return rows, {line[0]: line[4] for line in lines}
+    said = re.findall(r"panel(?: from above)?, from left to right: ([^.]+)\.", text)
+    named = [re.findall(r"(\w) \((\w+)\)", row) for row in said]
+    return [[label for label, _ in row] for row in named], {label: kind for row in named for label, kind in row}
+
+
+def test_places_are_told_once_as_the_panel_has_them():
+    trial = run_trial(agent="random", modality="symbolic?places=yes", layout="shuffled", trial=4)
+    plan = Plan(
+        key="k", study="s", agent="random", box=box(), condition=flips((0,))[0], repetition=1, trial=4,
+        seed=1,
+    )  # fmt: skip
+    assert (
+        "On the panel, from left to right: "
+        + ", ".join(
+            f"{label} ({'knob' if name.startswith('revolute') else 'slider'})"
+            for label, name in zip(trial.labels, trial.joints, strict=True)
+        )
+        in trial.opening
+    )
+    assert not any("panel" in step.told for step in trial.steps)
+    assert Names(plan).labels == trial.labels
+    assert run_trial(agent="random", trial=4, layout="shuffled").actions == trial.actions
+
+
+SCRIPTED = [
+    "random", "random-no-repeat", "round-robin", "ideal-observer", "ideal-observer?noise=naive",
+    "ideal-observer?plan=information", "viewer", "cognitive:softmax-memory?failure=4&stay=1",
+    "cognitive:random-map?window=2&avoid=failed", *(f"human-inspired:{preset}" for preset in PRESETS),
+    *(f"cognitive:{character}" for character in CHARACTERS),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("agent", SCRIPTED)
+@pytest.mark.parametrize("form", FORMS)
+def test_who_compares_states_plays_the_truth_as_who_is_told_outcomes(agent, form):
+    for trial in (1, 2) if form == "words" else (3,):
+        both = run_trial(agent=agent, trial=trial)
+        state = run_trial(agent=agent, trial=trial, modality=f"symbolic?tell=state&form={form}")
+        assert [step.decision for step in state.steps] == [step.decision for step in both.steps]
+        for one, other in zip(state.steps, both.steps, strict=True):
+            assert (one.moved, one.told_moved, one.told_state) == (other.moved, other.told_moved, other.told_state)
+
+
+@pytest.mark.parametrize("agent", SCRIPTED)
+def test_under_flips_everyone_goes_on_and_says_what_comparing_says(agent):
+    trial = run_trial(agent=agent, p=0.4, trial=2, modality="symbolic?tell=state")
+    assert trial.error is None
+    if agent.startswith(("human", "cognitive", "viewer")):
+        said = [None, *("moved" if step.told_moved else "blocked" for step in trial.steps)]
+        assert [step.decision.claimed for step in trial.steps] == said[:-1]
+
+
+def test_the_form_changes_no_agent_that_reads_facts():
+    plain, table = (
+        run_trial(agent="cognitive:perseverant", p=0.4, modality=m) for m in ("symbolic", "symbolic?form=table")
+    )
+    assert [step.decision for step in plain.steps] == [step.decision for step in table.steps]
+
+
+def test_a_lie_about_a_state_is_taken_back_by_the_next_report_of_that_joint():
+    """Compared with the last report: false if this report lies, or the last one lied of this joint, but not both."""
+    for flip in ("transient", "sticky"):
+        for seed in range(1, 9):
+            told = run_trial(agent="random", p=0.4, flip=flip, modality="symbolic?tell=state", seed=seed)
+            both = run_trial(agent="random", p=0.4, flip=flip, seed=seed)
+            assert told.actions == both.actions
+            assert [step.told_state for step in told.steps] == [step.told_state for step in both.steps]
+            lied = {}
+            for i, (step, report) in enumerate(zip(told.steps, both.steps, strict=True)):
+                before = (
+                    lied if flip == "sticky" else {told.steps[i - 1].joint: lied[told.steps[i - 1].joint]} if i else {}
+                )
+                assert step.told_falsely == (report.told_falsely != before.get(step.joint, False))
+                lied[step.joint] = report.told_falsely
+
+
+def test_the_record_says_what_is_told_and_is_as_before_where_all_is():
+    channels = {
+        m: run_trial(agent="random", modality=m).channels[-1] for m in ("symbolic", "symbolic?tell=state&form=json")
+    }
+    assert channels["symbolic"] == {"channel": "TextChannel"}
+    assert channels["symbolic?tell=state&form=json"] == {"channel": "TextChannel", "tell": "state", "form": "json"}
+
+
+@pytest.mark.parametrize(("setting", "value"), [("tell", "all"), ("form", "song")])
+def test_what_it_cannot_write_is_refused(setting, value):
+    with pytest.raises(BadValue, match=f"^{setting}: got '{value}', expected one of"):
+        TextChannel(**{setting: value})

@@ -4,11 +4,12 @@ import pytest
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.condition import Condition, flips
+from lockprobe.interventions.delay import Delay
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies import modality
-from lockprobe.studies.modality import camera, check_distinct, interventions_for, is_pictured, taken_in
+from lockprobe.studies.modality import check_distinct, false_rate, interventions_for, is_pictured, shown, taken_in
 
 
 def test_reports_are_flipped_and_put_into_words():
@@ -24,26 +25,70 @@ def test_reports_are_flipped_and_put_into_words():
         ("rgbd?near=0.5&far=0.9", CameraChannel(depth="turbo", near=0.5, far=0.9)),
     ],
 )
-def test_pictures_come_from_the_camera_alone(spec, eye):
+def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
     assert is_pictured(spec)
+    assert shown(spec) == eye
     assert interventions_for(flips((0.0,), "sticky", (spec,))[0]) == (eye,)
 
 
-def test_a_report_needs_no_camera():
-    assert not is_pictured("symbolic")
-    assert camera("symbolic") is None
+def test_false_pictures_are_made_by_a_flip_before_the_camera():
+    flipped = (OutcomeFlip(p=0.3, persistence="sticky"), CameraChannel())
+    assert interventions_for(flips((0.3,), "sticky", ("rgb",))[0]) == flipped
+    assert interventions_for(flips((0.0,), "sticky", ("rgb?p=0.3",))[0]) == flipped
+    assert false_rate("rgbd?p=0.25&depth=gray") == 0.25
+    assert false_rate("rgbd") == false_rate("symbolic?tell=state") == 0.0
+    under = Condition(interventions=(Delay(lag=1),), modality="rgb")
+    assert interventions_for(under) == (Delay(lag=1), CameraChannel())
+
+
+@pytest.mark.parametrize(
+    ("p", "flip", "modality", "message"),
+    [
+        (0.3, "sticky", "rgb?p=0.2", r"p: got \[0.3\], expected 0 with rgb\?p=0.2, which has a flip rate of its own"),
+        (0.3, "outcome-only", "rgb", "flip: got 'outcome-only', expected transient or sticky with rgb"),
+        (0.0, "outcome-only", "rgb?p=0.2", "flip: got 'outcome-only', expected transient or sticky with rgb"),
+        (0.3, "outcome-only", "symbolic?tell=state", "flip: .* which tells positions alone"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
+    with pytest.raises(BadValue, match=f"^{message}"):
+        interventions_for(flips((p,), flip, (modality,))[0])
+
+
+@pytest.mark.parametrize(
+    ("spec", "channel"),
+    [
+        ("symbolic", TextChannel()),
+        ("symbolic?tell=state", TextChannel(tell="state")),
+        ("symbolic?form=json&places=yes", TextChannel(form="json", places=True)),
+    ],
+)
+def test_a_report_needs_no_camera(spec, channel):
+    assert not is_pictured(spec)
+    assert shown(spec) == channel
+    assert interventions_for(flips((0.3,), "sticky", (spec,))[0]) == (OutcomeFlip(p=0.3, persistence="sticky"), channel)
 
 
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
         ("depth", "no modality is called 'depth'; there are: symbolic, rgb, rgbd"),
-        ("symbolic?depth=gray", r"modality: got 'symbolic\?depth=gray', expected symbolic without options"),
-        ("rgbd?colour=red", "no option of rgbd is called 'colour'; there are: depth, near, far"),
+        ("symbolic?depth=gray", "no option of symbolic is called 'depth'; there are: tell, form, places"),
+        ("symbolic?tell=lies", "tell: got 'lies', expected one of state, outcome, both"),
+        ("symbolic?form=song", "form: got 'song', expected one of words, json, table"),
+        ("symbolic?places=1", "places: got '1', expected yes or no"),
+        (
+            "rgbd?colour=red",
+            "no option of rgbd is called 'colour' .did you mean 'blur'..; there are: depth, near, far, blur, noise, occlude, p",
+        ),
+        ("rgb?p=2", "flip rate p: got 2.0, expected a number from 0 to 1"),
+        ("rgb?occlude=1.1", "occlude: got 1.1, expected a number from 0 to 1"),
+        ("rgb?blur=-1", "blur: got -1.0, expected a number from 0"),
+        ("rgbd?noise=inf", "noise: got inf, expected a number from 0"),
         ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, gray, height, packed"),
         ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgbd with a kind of depth"),
-        ("rgb?depth=turbo", "modality: got .*, expected rgb without options"),
-        ("rgb?near=0.5", "modality: got .*, expected rgb without options"),
+        ("rgb?depth=turbo", "no option of rgb is called 'depth'; there are: blur, noise, occlude, p"),
+        ("rgb?near=0.5", "no option of rgb is called 'near'; there are: blur, noise, occlude, p"),
         ("rgbd?depth=height&near=0.5", "modality: got .*, expected depth=height without near and far"),
         ("rgbd?depth=packed&far=0.9", "modality: got .*, expected depth=packed without near and far"),
         ("rgbd?near=x", "near: got 'x', expected a number"),
@@ -51,23 +96,30 @@ def test_a_report_needs_no_camera():
 )
 def test_what_is_no_modality_is_refused(spec, message):
     with pytest.raises((BadValue, UnknownName), match="^" + message):
-        camera(spec)
+        shown(spec)
 
 
 @pytest.mark.parametrize(
-    ("first", "second"), [("rgbd", "rgbd?depth=turbo"), ("rgbd?near=0.5&far=0.9", "rgbd?far=0.9&near=0.50")]
+    ("first", "second"),
+    [
+        ("rgbd", "rgbd?depth=turbo"),
+        ("rgbd?near=0.5&far=0.9", "rgbd?far=0.9&near=0.50"),
+        ("rgbd", "rgbd?p=0&blur=0"),
+        ("symbolic?tell=state", "symbolic?form=words&tell=state"),
+    ],
 )
 def test_two_names_of_the_same_are_refused(first, second):
     with pytest.raises(
         BadValue, match="^modality: got .* another way to show the box than .*, which is the same$"
     ) as raised:
-        check_distinct(("symbolic", first, "rgb", second))
+        check_distinct(("symbolic?tell=outcome", first, "rgb", second))
     assert second in str(raised.value)
     assert f"than {first}," in str(raised.value)
 
 
 def test_variants_of_a_modality_are_several():
     check_distinct(("symbolic", "rgb", "rgbd", "rgbd?depth=gray", "rgbd?near=0.5", "rgbd?depth=gray&near=0.5"))
+    check_distinct(("symbolic", "symbolic?tell=state", "symbolic?places=yes", "rgb", "rgb?p=0.4", "rgb?blur=2"))
 
 
 def test_who_reads_reports_takes_in_no_pictures():

@@ -286,7 +286,11 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
             {"modality": ["rgb"]},
             "modality: got 'rgb', expected symbolic too for random, which reads reports and looks at",
         ),
-        ({"p": [0, 0.2]}, r"p: got \[0.0, 0.2\], expected 0 with rgb: a picture shows the truth"),
+        ({"p": [0, 0.2], "flip": "outcome-only"}, "flip: got 'outcome-only', expected transient or sticky with rgb: a"),
+        (
+            {"p": [0.2], "modality": ["rgb?p=0.4"]},
+            r"p: got \[0.2\], expected 0 with rgb.p=0.4, which has a flip rate of",
+        ),
         ({"modality": ["rgb", "rgb"]}, r"modality: got \['rgb', 'rgb'\], expected at least one, and every one once"),
         ({"modality": ["rgbd", "rgbd?depth=turbo"]}, "modality: got 'rgbd.depth=turbo', expected another way to show"),
         ({"modality": ["rbg"]}, "no modality is called 'rbg' .did you mean 'rgb'?"),
@@ -297,6 +301,15 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
 def test_what_cannot_be_shown_is_refused(change, message):
     with pytest.raises((BadValue, UnknownName), match="^" + message):
         study(StudyOptions(**({"study": "modalities", "agent": ["viewer", "random"]} | change)))
+
+
+def test_pictures_may_be_false():
+    found = study(
+        StudyOptions(study="modalities", agent=["viewer"], p=[0, 0.4], modality=["rgb", "symbolic?tell=state"])
+    )
+    assert [(plan.modality, plan.p) for plan in list(found.plans("viewer"))[:4]] == [
+        ("rgb", 0.0), ("rgb", 0.4), ("symbolic?tell=state", 0.0), ("symbolic?tell=state", 0.4),
+    ]  # fmt: skip
 
 
 def test_default_agents_that_have_nothing_to_play_are_left_out():

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.agents.policy import Policy, Told, View, draw
+from lockprobe.agents.policy import Policy, Told, View, draw, told_outcome
 from lockprobe.beliefs.exact import planner
 from lockprobe.beliefs.planning import Plan, best_joints
 from lockprobe.beliefs.posterior import Belief, Persistence, Report, begin, noise_model, update
@@ -99,7 +99,7 @@ class IdealObserver(Policy[Belief]):
         probabilities = self.probabilities(view, belief)
         return Decision(
             joint=situation.task.joints[draw(probabilities, rng)],
-            claimed=_claimed(belief.moved, situation.percept.outcome),
+            claimed=_claimed(belief.moved, told_outcome(situation)),
             probabilities=probabilities,
         )
 

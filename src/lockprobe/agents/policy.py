@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.senses import refuse_pictures
-from lockprobe.record import Decision, Fact, Percept, Situation, Task, Turn
+from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Policy", "Told", "View", "draw", "opened_after", "pick", "tell", "view_of"]
+__all__ = ["Policy", "Told", "View", "draw", "opened_after", "pick", "tell", "told_outcome", "view_of"]
 
 Memory = TypeVar("Memory", bound=Hashable)
 
@@ -90,6 +90,14 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn]) -> Told | None:
     return Told(joint=joint, moved=moved, shifted=shifted)
 
 
+def told_outcome(situation: Situation) -> Outcome | None:
+    """What the last report says of the joint attempted, by outcome or by position; None where it says nothing of it."""
+    if situation.percept.outcome is not None:
+        return situation.percept.outcome
+    told = tell(situation.task, situation.percept, situation.past)
+    return None if told is None else "moved" if told.moved else "blocked"
+
+
 def opened_after(opened: int, told: Told) -> int:
     """Joints believed away from their start, bit j for joint j: as told, else as the outcomes so far imply."""
     if told.shifted is not None:
@@ -149,7 +157,7 @@ class Policy(Generic[Memory]):
         joint = situation.task.joints[self.choose(view, memory, rng)]
         return Decision(
             joint=joint,
-            claimed=situation.percept.outcome if self.looks else None,
+            claimed=told_outcome(situation) if self.looks else None,
             probabilities=self.probabilities(view, memory) if self.exact else None,
         )
 

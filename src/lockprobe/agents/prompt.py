@@ -63,9 +63,16 @@ _NEEDED = ("joints", "target", "reply")
 _USUAL = Briefing()
 
 _OBSERVATION = {
-    True: "Then you are told whether it moved, and which joints are now at position 1.",
-    False: "Then you are told whether it moved.",
+    (True, True): "Then you are told whether it moved, and which joints are now at position 1.",
+    (False, True): "Then you are told whether it moved.",
+    (
+        True,
+        False,
+    ): "Then you are told which joints are now at position 1. You are not told whether a joint moved: find out "
+    "by comparing successive reports.",
 }
+"""By whether positions are told, and outcomes."""
+
 _SEEN = """\
 Before every step you are shown {pictures}, always taken from the same place; beside every joint its label is painted \
 on the panel. You are not told whether a joint moved: find out by comparing successive pictures."""
@@ -117,17 +124,22 @@ class Reply(BaseModel):
     joint: str
 
 
-def instructions(task: Task, *, positions: bool, pictures: int = 0, briefing: Briefing = _USUAL) -> str:
+def instructions(
+    task: Task, *, positions: bool, outcomes: bool = True, pictures: int = 0, briefing: Briefing = _USUAL
+) -> str:
     """The instruction at the start of a trial.
 
     Args:
         task: What the agent may know.
         positions: Whether the observations tell positions, or outcomes only.
+        outcomes: Whether they tell outcomes, or positions only.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
         briefing: What is asked: the instruction, if it is not the usual one, and what it asks and warns of.
     """
-    observation = _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions]
+    observation = (
+        _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions, outcomes or not positions]
+    )
     template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
     text = template.format(
         count=len(task.joints),
@@ -211,6 +223,7 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     opening = instructions(
         situation.task,
         positions=percepts[0].positions is not None,
+        outcomes=not percepts[0].states_only,
         pictures=len(_shown(percepts[0])),
         briefing=situation.briefing,
     )

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from lockprobe.agents.policy import told_outcome
 from lockprobe.errors import BadValue
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
 from lockprobe.seams import Agent
@@ -76,8 +77,8 @@ class Viewer:
         """Look, then choose as the strategy does with reports of what was seen."""
         reports = self.reports(situation.task, [*(turn.percept for turn in situation.past), situation.percept])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
-        decision = await self.strategy.decide(Situation(task=situation.task, past=past, percept=reports[-1]), rng)
-        return replace(decision, claimed=reports[-1].outcome)
+        told = Situation(task=situation.task, past=past, percept=reports[-1])
+        return replace(await self.strategy.decide(told, rng), claimed=told_outcome(told))
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
         """What it was shown, from the first picture to the last, as reports; a percept without pictures is one.
@@ -86,9 +87,10 @@ class Viewer:
             BadValue: If pictures do not say where handles are.
         """
         reports: list[Percept] = []
+        before: tuple[bool, ...] | None = None  # where joints were read, or told, last
         for percept in percepts:
-            before = reports[-1].positions if reports else None
             reports.append(self._report(task, percept, before) if percept.pictures else percept)
+            before = before if reports[-1].positions is None else reports[-1].positions
         return reports
 
     def _report(self, task: Task, percept: Percept, before: tuple[bool, ...] | None) -> Percept:

@@ -31,7 +31,7 @@ from lockprobe.analysis.observing import Moment, moment
 from lockprobe.analysis.outcomes import ended
 from lockprobe.beliefs.posterior import Report, begin, noise_model
 from lockprobe.beliefs.structures import interlocks
-from lockprobe.record import Trial
+from lockprobe.record import Step, Trial
 from lockprobe.seeds import generator
 
 __all__ = [
@@ -222,12 +222,17 @@ def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> Judged
 def _told(trial: Trial) -> list[Told]:
     """Every attempt in numbers, and what was told of it."""
     numbers = _numbers(trial)
-    positions = {told: _positions(trial, numbers, told) for told in {step.told_state for step in trial.steps}}
+    positions = {told: _positions(trial, numbers, told) for told in set(map(_in_words, trial.steps))}
     found: list[Told] = [
-        (joint := numbers[step.joint], Report(joint, bool(step.told_moved), positions[step.told_state]))
+        (joint := numbers[step.joint], Report(joint, bool(step.told_moved), positions[_in_words(step)]))
         for step in trial.steps
     ]
     return [*found[:-1], (found[-1][0], None)] if trial.solved else found
+
+
+def _in_words(step: Step) -> str | None:
+    """The configuration as told in words; of pictures, which are in the record where they are false, none."""
+    return None if step.pictures else step.told_state
 
 
 def _numbers(trial: Trial) -> dict[str, int]:

@@ -102,7 +102,9 @@ class PlantElsewhere:
         return not self._closed and self._host is _Host.running
 
     def _seen(self, snapshot: Snapshot) -> Snapshot:
-        return replace(snapshot, look=partial(self._ask, "look")) if self._has_camera else snapshot
+        if not self._has_camera:
+            return snapshot
+        return replace(snapshot, look=partial(self._ask, "look"), render=partial(self._ask, "render"))
 
     def _ask(self, what: str, *arguments: object) -> Any:
         return self._host.ask((self._number, what, *arguments))

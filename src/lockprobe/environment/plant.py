@@ -87,7 +87,7 @@ class WatchedPlant:
             _ABANDONED.append(plant)
 
     def _noted(self, snapshot: Snapshot) -> Snapshot:
-        look = None if snapshot.look is None else functools.cache(snapshot.look)
-        self._now = replace(snapshot, look=look)
+        look, render = (None if way is None else functools.cache(way) for way in (snapshot.look, snapshot.render))
+        self._now = replace(snapshot, look=look, render=render)
         self.configuration = snapshot.configuration
         return self._now

@@ -12,7 +12,7 @@ from typing import IO
 import numpy as np
 
 from lockprobe.errors import TrialFault, UserMistake
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import Configuration, Lockbox
 from lockprobe.pictures.frame import Frame
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Fact, Snapshot
@@ -80,6 +80,11 @@ class _Served:
         assert look is not None
         return look()
 
+    def render(self, number: int, configuration: Configuration) -> Frame:
+        render = self._last[number].render
+        assert render is not None
+        return render(configuration)
+
     def close(self, number: int) -> _Facts:
         facts = self.facts(number)
         self._last.pop(number, None)
@@ -88,4 +93,4 @@ class _Served:
 
     def _kept(self, number: int, snapshot: Snapshot) -> Snapshot:
         self._last[number] = snapshot
-        return replace(snapshot, look=None)
+        return replace(snapshot, look=None, render=None)

@@ -9,10 +9,14 @@ from pathlib import Path
 from lockprobe.agents.prompt import Message, conversation, instructions, parse_reply, repair
 from lockprobe.errors import ReplyFault
 from lockprobe.inputs import read_input
+from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.record import Decision, Percept, Situation, Step, Task, Trial, Turn
 
 __all__ = ["Exchange", "instruction", "retold", "told_last"]
+
+_BOTH: Tell = "both"
+"""What reports in words hold where a record does not say otherwise."""
 
 _SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
 """Kinds of pictures that an agent sees; others are kept for the record."""
@@ -77,7 +81,15 @@ def instruction(trial: Trial) -> str:
     if not str(trial.facts.get("prompt", "")).startswith("chat "):
         return f"Joints {', '.join(task.joints)}; the target is {task.target}; {task.budget} steps."
     shown = sum(kind in _SHOWN for kind in trial.opening_pictures)
-    return instructions(task, positions=not shown and trial.flip != "outcome-only", pictures=shown)
+    tell = _tells(trial)
+    positions = not shown and trial.flip != "outcome-only" and tell != "outcome"
+    return instructions(task, positions=positions, outcomes=tell != "state", pictures=shown)
+
+
+def _tells(trial: Trial) -> str:
+    """What reports in words held, as the record's last channel of words has it."""
+    words = [channel for channel in trial.channels if channel.get("channel") == TextChannel.__name__]
+    return str(words[-1].get("tell", _BOTH)) if words else _BOTH
 
 
 def _opening(trial: Trial) -> str:

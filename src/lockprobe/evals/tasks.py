@@ -15,8 +15,10 @@ from lockprobe.errors import BadValue, Missing, UserMistake
 from lockprobe.evals.playing import agent_spec, play_trial
 from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import metrics_of, played
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.words import TextChannel
 from lockprobe.plan import Names, Plan
-from lockprobe.studies.modality import camera
+from lockprobe.studies.modality import shown
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, parse_p, study_options
 from lockprobe.studies.studyfile import study
@@ -124,11 +126,17 @@ def _check_options(options: Mapping[str, object]) -> None:
 def _sample(plan: Plan) -> Sample:
     """One trial as a sample, its place in the metadata."""
     task = Names(plan).task(plan)
-    eye = camera(plan.modality)
-    pictures = 0 if eye is None else 1 + (eye.depth != "none")
+    channel = shown(plan.modality)
+    pictures = 1 + (channel.depth != "none") if isinstance(channel, CameraChannel) else 0
+    tell = channel.tell if isinstance(channel, TextChannel) else "both"
     return Sample(
         id=sample_id(plan),
-        input=instructions(task, positions=plan.condition.tells_positions, pictures=pictures),
+        input=instructions(
+            task,
+            positions=plan.condition.tells_positions and tell != "outcome",
+            outcomes=tell != "state",
+            pictures=pictures,
+        ),
         target=task.target,
         metadata=metadata_of(plan),
     )

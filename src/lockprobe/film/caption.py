@@ -58,13 +58,14 @@ def step_lines(trial: Trial, at: int) -> tuple[Line, ...]:
 def outcome_lines(trial: Trial, at: int) -> tuple[Line, ...]:
     """The same with what came of it: truth beside told, the robot's verdict, and what the agent then says.
 
-    Where pictures are shown nothing is told.
+    Where pictures are shown they say what happened, so that it is said of false ones only.
     """
     step = trial.steps[at]
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")
     robot = f", robot says {verdict}" if verdict in ("moved", "blocked", "failed") else ""
-    told = "" if step.pictures or step.told_moved is None else f", told {_word(step.told_moved)}"
+    silent = step.told_moved is None or (step.pictures and not step.told_falsely)
+    told = "" if silent else f", told {_word(bool(step.told_moved))}"
     false = step.told_falsely or (bool(robot) and verdict != truth)
     later = trial.steps[at + 1].decision.claimed if at + 1 < len(trial.steps) else None
     last = "solved" if step.moved and step.joint == trial.target else ""

@@ -137,7 +137,7 @@ def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
 
 
 def _shifted(step: Step, start: str, panel: Sequence[int]) -> int | None:
-    if step.told_state is None:
+    if step.told_state is None or step.pictures:  # of pictures the record has the false ones only
         return None
     return sum((step.told_state[i] != start[i]) << j for j, i in enumerate(panel))
 

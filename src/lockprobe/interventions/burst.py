@@ -58,6 +58,6 @@ class Burst:
         if len(past) < 2:
             return self.p
         last = past[-1]
-        if last.told.outcome is not None and last.told.outcome != last.was.outcome:
+        if last.reported.outcome is not None and last.reported.outcome != last.was.outcome:
             return 1 - 1 / self.length
         return self.p / (self.length * (1 - self.p))

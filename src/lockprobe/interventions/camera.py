@@ -1,13 +1,18 @@
-"""The box as pictures: in colour, or in colour and depth (paper, Sec. 2.2: RGB and RGB-D)."""
+"""The box as pictures: in colour, or in colour and depth (paper, Sec. 2.2: RGB and RGB-D).
+
+A picture shows what the report before it says: the truth, or what interventions made of it. Besides it can be degraded,
+as a lens, a sensor and a thing in the way degrade it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
 from lockprobe.errors import BadValue
+from lockprobe.pictures.degrading import Damage, degraded
 from lockprobe.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture
@@ -24,6 +29,9 @@ Depth = Literal["none", DepthKind]
 class CameraChannel:
     """Takes a picture of the box and hides all else: neither outcome nor positions are told, pictures show them.
 
+    What is pictured are the positions of the percept; where they are not the true ones, the plant draws what is told.
+    Where the percept holds no positions, there is no picture and no text.
+
     With depth, the picture of depth is made of whole millimetres, and these are kept beside it for the record, so that
     it can be made again in another form.
 
@@ -32,30 +40,44 @@ class CameraChannel:
         near: What the first colour of depth means, metres; in every picture the same.
         far: What the last one means, metres. The default window holds the tops of all handles and most of the board
             where a camera looks at a panel from 0.72 m; the 0.05 m by which handles stand out are a third of it.
+        blur: Standard deviation of a Gaussian blur of colours, pixels, from 0. Depth stays as it is.
+        noise: Standard deviation of noise in every pixel and colour, as a share of the brightest, from 0. Depth stays
+            as it is: its noise is a setting of the plant (``depth_noise``).
+        occlude: Share of the panel that an opaque patch hides, [0, 1], at a place drawn for every picture. What it
+            hides has no depth.
 
     Raises:
-        BadValue: If ``depth`` is none of these, or the window is empty.
+        BadValue: If a setting is out of range, or the window is empty.
     """
 
+    shows: ClassVar[bool] = True
+    later: ClassVar[tuple[str, ...]] = ("blur", "noise", "occlude")
     depth: Depth = "none"
     near: float = 0.64
     far: float = 0.78
+    blur: float = 0.0
+    noise: float = 0.0
+    occlude: float = 0.0
 
     def __post_init__(self) -> None:
         if self.depth not in get_args(Depth):
             raise BadValue("depth", self.depth, f"one of {', '.join(get_args(Depth))}")
         Window(near=self.near, far=self.far)
+        self._damage()
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept as pictures. Nothing is drawn from ``rng``.
+        """The percept as pictures. Three numbers are drawn per percept, whatever the settings are.
 
         Raises:
-            BadValue: If the plant has no camera.
+            BadValue: If the plant has no camera, or cannot draw what is told.
         """
+        luck = rng.random(3)
         if percept.look is None:
             modality = "rgb" if self.depth == "none" else "rgbd"
             raise BadValue("modality", modality, "a plant with a camera: fast-twin or twin")
-        frame = percept.look()
+        if percept.positions is None:
+            return replace(percept, outcome=None, text="")
+        frame = degraded(percept.look(percept.positions), self._damage(), luck)
         places = frame.camera.project(frame.handles)[..., :2].tolist()
         return replace(
             percept,
@@ -65,6 +87,9 @@ class CameraChannel:
             pictures=self._pictures(frame),
             handles=tuple(((zero[0], zero[1]), (one[0], one[1])) for zero, one in places),
         )
+
+    def _damage(self) -> Damage:
+        return Damage(blur=self.blur, noise=self.noise, occlude=self.occlude)
 
     def _pictures(self, frame: Frame) -> tuple[Picture, ...]:
         colours = Picture(kind="rgb", png=to_png(frame.rgb))

@@ -13,13 +13,27 @@ from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.options import read_options, spec_name
 from lockprobe.seams import Intervention
 
-__all__ = ["MODALITIES", "SYMBOLIC", "Condition", "Recorded", "distinct", "flips", "read_condition", "sweep"]
+__all__ = [
+    "MODALITIES",
+    "MODALITY_DOSES",
+    "SYMBOLIC",
+    "Condition",
+    "Recorded",
+    "distinct",
+    "flips",
+    "modality_doses",
+    "read_condition",
+    "sweep",
+]
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """How a box can be shown; options of each stand after a question mark."""
 
 SYMBOLIC = ("symbolic",)
 """The modalities of a study that has no pictures."""
+
+MODALITY_DOSES = ("p", "blur", "noise", "occlude")
+"""Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
 
 _UNSAFE = re.compile(r"[/\x00-\x1f\x7f]")
 """What cannot stand in the key of a record."""
@@ -167,8 +181,29 @@ def read_condition(spec: str, name: str = "") -> Condition:
     """
     acting, _, last = spec.rpartition("+")
     if spec_name(last.strip()) in MODALITIES:
-        return Condition(interventions=interventions_of(acting), modality=last.strip(), name=name)
+        return Condition(interventions=interventions_of(acting), modality=_without_zeros(last.strip()), name=name)
     return Condition(interventions=interventions_of(spec), name=name)
+
+
+def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
+    """A modality without its doses, and these.
+
+    >>> modality_doses("rgbd?blur=8&depth=height")
+    ('rgbd?depth=height', {'blur': '8'})
+    """
+    name, options = read_options(modality, "modality")
+    doses = {option: value for option, value in options.items() if option in MODALITY_DOSES}
+    rest = {option: value for option, value in options.items() if option not in doses}
+    return (f"{name}?{urlencode(rest)}" if rest else name), doses
+
+
+def _without_zeros(modality: str) -> str:
+    """A modality without doses of 0, which do nothing, so that it has one name."""
+    name, options = read_options(modality, "modality")
+    kept = {
+        option: value for option, value in options.items() if option not in MODALITY_DOSES or value not in ("0", "0.0")
+    }
+    return f"{name}?{urlencode(kept)}" if kept else name
 
 
 def sweep(spec: str) -> tuple[Condition, ...]:
@@ -193,7 +228,8 @@ def sweep(spec: str) -> tuple[Condition, ...]:
     found = tuple(
         read_condition("+".join([*parts[:at], _with(parts[at], option, value), *parts[at + 1 :]])) for value in values
     )
-    if option not in found[0].doses:
+    shown = spec_name(parts[at].strip()) in MODALITIES and option in MODALITY_DOSES
+    if option not in found[0].doses and not shown:
         doses = ", ".join(filter(None, found[0].doses)) or "none of these has a dose"
         raise BadValue("sweep", spec, f"values of a dose ({doses}), not of {option}")
     return found

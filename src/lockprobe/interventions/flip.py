@@ -101,8 +101,8 @@ class OutcomeFlip:
         if percept.positions is None or self.persistence == "outcome-only":
             return None
         believed = percept.positions
-        if self.persistence == "sticky" and past and past[-1].told.positions is not None:
-            believed = past[-1].told.positions
+        if self.persistence == "sticky" and past and past[-1].reported.positions is not None:
+            believed = past[-1].reported.positions
         return tuple(
             truth ^ flipped if label == percept.joint else earlier
             for label, truth, earlier in zip(task.joints, percept.positions, believed, strict=True)

@@ -1,26 +1,138 @@
-"""The symbolic observation in words (paper, Sec. 2.2: predefined labels of each joint and its state)."""
+"""The symbolic observation (paper, Sec. 2.2: predefined labels of each joint and its corresponding state)."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
+from lockprobe.errors import BadValue
 from lockprobe.record import Moment, Percept, Task
 
-__all__ = ["TextChannel"]
+__all__ = ["Form", "Tell", "TextChannel", "rows_of"]
+
+Tell = Literal["state", "outcome", "both"]
+"""What a report holds: the position of every joint, what the attempt did, or both."""
+
+Form = Literal["words", "json", "table"]
+"""How it is written: in sentences, as one JSON object, or as a table."""
+
+_NEXT_ROW = 0.1
+"""Of the panel's height; joints that lie farther below the one above are in another row."""
+
+_KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
+_DONE: Mapping[str | None, str] = {"moved": "moved", "blocked": "did not move", None: "attempted"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextChannel:
-    """Writes the percept as sentences; it adds and hides nothing."""
+    """Writes the percept as text. What is not to be told it takes away; it adds nothing but places.
+
+    Attributes:
+        tell: What is told. With ``state`` what an attempt did has to be found out by comparing successive reports, as
+            with pictures; with ``outcome`` positions are not told.
+        form: How it is written. The same is told in every form.
+        places: Whether the first report also says where joints lie on the panel, and which slide and which turn, as a
+            picture shows it.
+
+    Raises:
+        BadValue: If there is no such content or form.
+    """
+
+    shows: ClassVar[bool] = True
+    later: ClassVar[tuple[str, ...]] = ("tell", "form", "places")
+    tell: Tell = "both"
+    form: Form = "words"
+    places: bool = False
+
+    def __post_init__(self) -> None:
+        for name, known in (("tell", get_args(Tell)), ("form", get_args(Form))):
+            if (asked := getattr(self, name)) not in known:
+                raise BadValue(name, asked, f"one of {', '.join(known)}")
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept with its text."""
-        sentences = []
-        if percept.joint is not None and percept.outcome is not None:
-            sentences.append(f"{percept.joint} {'moved' if percept.outcome == 'moved' else 'did not move'}.")
-        if percept.positions is not None:
-            there = [label for label, position in zip(task.joints, percept.positions, strict=True) if position]
-            sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-        return replace(percept, text=" ".join(sentences))
+        """The percept with its text, and without what is not told. Nothing is drawn from ``rng``."""
+        told = replace(
+            percept,
+            outcome=None if self.tell == "state" else percept.outcome,
+            positions=None if self.tell == "outcome" else percept.positions,
+            states_only=self.tell == "state",
+        )
+        rows = rows_of(task) if self.places and not past else []
+        write = {"words": _words, "json": _json, "table": _table}[self.form]
+        return replace(told, text=write(told, task, rows))
+
+
+def rows_of(task: Task) -> list[list[str]]:
+    """Where joints lie on the panel: rows from above, in each the labels from left to right; empty if it is not shown.
+
+    >>> rows_of(Task(joints=("A", "B", "C"), target="A", budget=20, places=((0.9, 0.7), (0.5, 0.3), (0.1, 0.7))))
+    [['C', 'A'], ['B']]
+    """
+    below = sorted(zip(task.places, task.joints, strict=bool(task.places)), key=lambda one: -one[0][1])
+    starts = [0, *(i for i, (one, other) in enumerate(pairwise(below), 1) if one[0][1] - other[0][1] > _NEXT_ROW)]
+    rows = [below[start:end] for start, end in pairwise([*starts, len(below)])] if below else []
+    return [[label for _, label in sorted(row)] for row in rows]
+
+
+def _kind(task: Task, label: str) -> str:
+    """What a joint is called that slides, or turns; nothing if it is not known."""
+    return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
+
+
+def _attempted(percept: Percept) -> str | None:
+    """The joint of which something is told; None where nothing is."""
+    return None if percept.outcome is None and percept.positions is None else percept.joint
+
+
+def _words(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+    sentences = []
+    if percept.joint is not None and percept.outcome is not None:
+        sentences.append(f"{percept.joint} {_DONE[percept.outcome]}.")
+    elif percept.states_only and (joint := _attempted(percept)) is not None:
+        sentences.append(f"You attempted {joint}.")
+    if percept.positions is not None:
+        there = [label for label, position in zip(task.joints, percept.positions, strict=True) if position]
+        sentences.append(f"At 1: {', '.join(there) or 'none'}.")
+    for number, row in enumerate(rows, 1):
+        where = "On the panel" if len(rows) == 1 else f"In row {number} of the panel from above"
+        named = (f"{label} ({kind})" if (kind := _kind(task, label)) else label for label in row)
+        sentences.append(f"{where}, from left to right: {', '.join(named)}.")
+    return " ".join(sentences)
+
+
+def _json(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+    told: dict[str, object] = {}
+    if (joint := _attempted(percept)) is not None:
+        told["attempted"] = joint
+    if joint is not None and percept.outcome is not None:
+        told["moved"] = percept.outcome == "moved"
+    if percept.positions is not None:
+        told["positions"] = dict(zip(task.joints, map(int, percept.positions), strict=True))
+    if rows:
+        kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
+        told["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
+    return json.dumps(told) if told else ""
+
+
+def _table(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+    columns: dict[str, Sequence[object]] = {"joint": task.joints}
+    if percept.positions is not None:
+        columns["position"] = [int(position) for position in percept.positions]
+    if (joint := _attempted(percept)) is not None:
+        columns["last action"] = [_DONE[percept.outcome] if label == joint else "-" for label in task.joints]
+    if rows:
+        at = {label: (i, j) for i, row in enumerate(rows, 1) for j, label in enumerate(row, 1)}
+        columns["row from above"] = [at[label][0] for label in task.joints]
+        columns["place from left"] = [at[label][1] for label in task.joints]
+        if task.kinds:
+            columns["kind"] = [_kind(task, label) for label in task.joints]
+    if len(columns) == 1:
+        return ""
+    cells = [[name, *map(str, column)] for name, column in columns.items()]
+    padded = [[cell.ljust(max(map(len, column))) for cell in column] for column in cells]
+    return "\n".join("  ".join(line).rstrip() for line in zip(*padded, strict=True))

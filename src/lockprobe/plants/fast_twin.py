@@ -44,7 +44,7 @@ class FastTwin:
         self._mechanism = Mechanism(model, data, scene)
         self._mechanism.set_configuration(box.initial)
         self._mechanism.settle()
-        self._sight = Sight(model, data, scene=scene, settings=settings, rng=rng.spawn(1)[0])
+        self._sight = Sight(model, data, mechanism=self._mechanism, scene=scene, settings=settings, rng=rng.spawn(1)[0])
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -53,7 +53,9 @@ class FastTwin:
 
     def observe(self) -> Snapshot:
         """The truth now."""
-        return Snapshot(configuration=self._mechanism.configuration(), look=self._sight.now())
+        return Snapshot(
+            configuration=self._mechanism.configuration(), look=self._sight.now(), render=self._sight.otherwise()
+        )
 
     def attempt(self, joint: int) -> Snapshot:
         """Push a joint's handle towards its other end, by place in panel order.
@@ -69,6 +71,7 @@ class FastTwin:
             joint=joint,
             outcome="moved" if moved else "blocked",
             look=self._sight.now(),
+            render=self._sight.otherwise(),
         )
 
     def close(self) -> None:

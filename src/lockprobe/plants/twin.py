@@ -79,7 +79,9 @@ class Twin:
         self._model = scene.spec.compile()
         self._data = mujoco.MjData(self._model)
         self._mechanism = Mechanism(self._model, self._data, scene)
-        self._sight = Sight(self._model, self._data, scene=scene, settings=settings, rng=sight)
+        self._sight = Sight(
+            self._model, self._data, mechanism=self._mechanism, scene=scene, settings=settings, rng=sight
+        )
         self._next_film = 0.0
         self._arm = SimulatedArm(
             self._model,
@@ -100,7 +102,9 @@ class Twin:
 
     def observe(self) -> Snapshot:
         """The truth now."""
-        return Snapshot(configuration=self._mechanism.configuration(), look=self._sight.now())
+        return Snapshot(
+            configuration=self._mechanism.configuration(), look=self._sight.now(), render=self._sight.otherwise()
+        )
 
     def attempt(self, joint: int) -> Snapshot:
         """Let the arm attempt a joint, by place in panel order.
@@ -120,6 +124,7 @@ class Twin:
             outcome="moved" if after[joint] != before[joint] else "blocked",
             sensed=touch.as_facts(),
             look=self._sight.now(),
+            render=self._sight.otherwise(),
         )
 
     @property

@@ -18,6 +18,8 @@ from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
 from lockprobe.audit.measured import shipped
+from lockprobe.interventions.condition import Condition, modality_doses
+from lockprobe.options import spec_name
 from lockprobe.record import Trial
 from lockprobe.report.effects_said import effects_said
 from lockprobe.report.examples import example
@@ -102,9 +104,7 @@ def read_conditions(
     asked = [trial for trial in everything if study.asks_for(trial)]
     trials = sorted(asked, key=lambda t: (study.agents.index(t.group), names.index(t.condition), t.repetition, t.trial))
     tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
-    arms = tuple(
-        Arm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in study.conditions
-    )
+    arms = tuple(map(_arm, study.conditions))
     reference = reference_of(study.box, study.max_steps)
     cells = _cells(trials)
     jobs = [partial(condition_summary, members, reference) for members in cells.values()]
@@ -122,6 +122,18 @@ def read_conditions(
     )
 
 
+def _arm(condition: Condition) -> Arm:
+    """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
+    shown, doses = modality_doses(condition.modality)
+    pictured = tuple(f"{spec_name(shown)}?{option}={value}" for option, value in doses.items())
+    return Arm(
+        label=condition.label,
+        specs=(*condition.specs, *pictured),
+        doses=(*condition.doses, *doses),
+        modality=shown,
+    )
+
+
 def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
     """The trials of every agent under every condition, each at a place of its own on no axis."""
     cells: dict[tuple[str, str], list[Trial]] = {}
@@ -133,14 +145,16 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
 def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], study: Study) -> tuple[Effects, ...]:
     found = []
     for agent in study.agents:
-        for modality in study.modalities_of(agent):
+        for modality in dict.fromkeys(arm.modality for arm in arms):
             own = {
                 arm.label: cells[agent, arm.label]
                 for arm in arms
                 if arm.modality == modality and (agent, arm.label) in cells
             }
             control = control_of(arms, modality)
-            if control is not None and (one := effects(own, control.label, crossings(arms))):
+            if control is not None and (
+                one := effects(own, control.label, crossings([arm for arm in arms if arm.modality == modality]))
+            ):
                 found.append(one)
     return tuple(found)
 
@@ -151,7 +165,9 @@ def _series(
     found = []
     for series in series_of(arms):
         placed = [
-            replace(trial, placed=series.doses[trial.condition]) for trial in trials if trial.condition in series.doses
+            replace(trial, placed=series.doses[trial.condition], modality=series.modality)
+            for trial in trials
+            if trial.condition in series.doses
         ]
         if placed:
             found.append((series, summarise(placed, study.box, each=each, axis=series.axis)))

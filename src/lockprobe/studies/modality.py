@@ -1,12 +1,14 @@
 """How a box is shown: from a modality's spec to the channels of a trial (paper, Sec. 2.2).
 
-Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). What a
-camera can be told stands after a question mark: ``rgbd?depth=height``.
+Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). Options of
+what shows it stand after a question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a
+flip before the camera, so that pictures are false.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from functools import lru_cache
 
 from lockprobe.agents.catalogue import resolve
@@ -19,9 +21,21 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
 from lockprobe.seams import Channel, Intervention
 
-__all__ = ["MODALITIES", "SYMBOLIC", "camera", "check_distinct", "interventions_for", "is_pictured", "taken_in"]
+__all__ = [
+    "MODALITIES",
+    "SYMBOLIC",
+    "check_distinct",
+    "false_rate",
+    "interventions_for",
+    "is_pictured",
+    "shown",
+    "taken_in",
+]
 
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
+
+_OF_DEPTH = ("depth", "near", "far")
+"""Options that ``rgb`` has not."""
 
 _WITHOUT_WINDOW = ("height", "packed")
 """Kinds of depth that mean the same whatever ``near`` and ``far`` are."""
@@ -33,41 +47,59 @@ def is_pictured(modality: str) -> bool:
 
 
 @lru_cache(maxsize=64)
-def camera(modality: str) -> CameraChannel | None:
-    """The camera of a modality; None for reports in words.
-
-    Raises:
-        UnknownName: If there is no such modality, or its camera has no such option; the message lists what exists.
-        BadValue: If an option has a value that it cannot have.
-    """
-    name, _, query = modality.partition("?")
+def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
+    """What shows the box, and how often its pictures are false."""
+    name, options = read_options(modality, "modality")
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
-        if query:
-            raise BadValue("modality", modality, "symbolic without options")
-        return None
-    if name == "rgb" and query:
-        raise BadValue("modality", modality, "rgb without options: they are all of depth, which rgbd shows")
-    options = read_options(modality, "modality")[1]
+        return with_options(TextChannel, name, options), 0.0
+    known = [field.name for field in fields(CameraChannel) if name == "rgbd" or field.name not in _OF_DEPTH]
+    for option in options:
+        if option not in (*known, "p"):
+            raise UnknownName(f"option of {name}", option, (*known, "p"))
+    flips = with_options(OutcomeFlip, name, {"p": options.pop("p", "0")})
     found = with_options(CameraChannel, name, options, {"depth": _DEPTH[name]})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
     if found.depth in _WITHOUT_WINDOW and ("near" in options or "far" in options):
         raise BadValue("modality", modality, f"depth={found.depth} without near and far, which it does not use")
-    return found
+    return found, flips.p
+
+
+def shown(modality: str) -> TextChannel | CameraChannel:
+    """What shows the box in a modality: words, or a camera.
+
+    >>> shown("symbolic?tell=state").tell
+    'state'
+
+    Raises:
+        UnknownName: If there is no such modality, or it has no such option; the message lists what exists.
+        BadValue: If an option has a value that it cannot have.
+    """
+    return _read(modality)[0]
+
+
+def false_rate(modality: str) -> float:
+    """How often a modality's pictures are false of themselves, [0, 1]: ``rgb?p=0.4``.
+
+    Raises:
+        UnknownName: As of :func:`shown`.
+        BadValue: As of :func:`shown`.
+    """
+    return _read(modality)[1]
 
 
 def check_distinct(modalities: Iterable[str]) -> None:
     """Refuse modalities that show the same under two names, which would be compared as if they were two.
 
     Raises:
-        UnknownName: As of :func:`camera`.
-        BadValue: As of :func:`camera`, and if two are the same.
+        UnknownName: As of :func:`shown`.
+        BadValue: As of :func:`shown`, and if two are the same.
     """
-    seen: dict[CameraChannel | None, str] = {}
+    seen: dict[tuple[TextChannel | CameraChannel, float], str] = {}
     for modality in modalities:
-        first = seen.setdefault(camera(modality), modality)
+        first = seen.setdefault(_read(modality), modality)
         if first != modality:
             raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 
@@ -75,16 +107,33 @@ def check_distinct(modalities: Iterable[str]) -> None:
 def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     """What acts in a trial, in order; last comes how the box is shown, and what acts on the words of a report.
 
+    A picture can be false: a flip before the camera, or one that the modality itself names (``rgb?p=0.4``).
+
     Raises:
-        BadValue: If it changes reports where pictures are shown.
+        UserMistake: If an intervention is not here, or what is flipped cannot be shown.
     """
-    acting, eye = condition.made(), camera(condition.modality)
-    if eye is None:
-        return with_words(acting, TextChannel())
-    acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
-    if any(isinstance(one, Channel) for one in acting):
-        raise BadValue("condition", condition.label, f"none that changes reports: {condition.modality} has none")
-    return (*acting, eye)
+    channel, own = _read(condition.modality)
+    acting = condition.made()
+    flips = [one for one in acting if isinstance(one, OutcomeFlip)]
+    _check_tellable(condition.modality, channel, own, flips)
+    if isinstance(channel, CameraChannel):
+        persistence = flips[0].persistence if flips else "transient"
+        acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
+        acting = ((OutcomeFlip(p=own, persistence=persistence),) if own else ()) + acting
+    return with_words(acting, channel)
+
+
+def _check_tellable(modality: str, channel: Channel, own: float, flips: Sequence[OutcomeFlip]) -> None:
+    """Refuse what leaves nothing to be told, or flips twice."""
+    rates = [one.p for one in flips]
+    if own and any(rates):
+        raise BadValue("p", rates, f"0 with {modality}, which has a flip rate of its own")
+    if not any(one.persistence == "outcome-only" for one in flips):
+        return
+    if isinstance(channel, CameraChannel) and (own or any(rates)):
+        raise BadValue("flip", "outcome-only", f"transient or sticky with {modality}: a picture shows positions")
+    if isinstance(channel, TextChannel) and channel.tell == "state":
+        raise BadValue("flip", "outcome-only", f"transient or sticky with {modality}, which tells positions alone")
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

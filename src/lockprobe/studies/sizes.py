@@ -12,12 +12,12 @@ from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.llm.size import at_most, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.call import Usage
-from lockprobe.interventions.words import TextChannel
+from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Decision, Percept, Situation, Turn
-from lockprobe.studies.modality import camera
+from lockprobe.record import Decision, Moment, Percept, Situation, Turn
+from lockprobe.studies.modality import shown
 
 __all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "Prompt", "Request", "made_up", "reply"]
 
@@ -153,12 +153,14 @@ def made_up(plan: Plan, said: str) -> Situation:
 
 def _percept(plan: Plan, joints: tuple[str, ...], step: int) -> Percept:
     joint = joints[step % len(joints)] if step else None
-    if (eye := camera(plan.modality)) is not None:
-        kinds: tuple[PictureKind, ...] = ("rgb",) if eye.depth == "none" else ("rgb", "depth")
+    channel = shown(plan.modality)
+    if isinstance(channel, CameraChannel):
+        kinds: tuple[PictureKind, ...] = ("rgb",) if channel.depth == "none" else ("rgb", "depth")
         pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
         return Percept(joint=joint, text=f"You attempted {joint}. The picture shows the box now.", pictures=pictures)
     positions = (
         tuple((place + step) % 2 == 0 for place in range(len(joints))) if plan.condition.tells_positions else None
     )
     told = Percept(joint=joint, outcome="moved" if step % 2 else "blocked" if step else None, positions=positions)
-    return TextChannel().perceive(told, (), Names(plan).task(plan), plan.stream("estimate"))
+    past = (Moment(was=told, told=told),) if step else ()
+    return channel.perceive(told, past, Names(plan).task(plan), plan.stream("estimate"))

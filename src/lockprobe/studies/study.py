@@ -107,15 +107,12 @@ class Study:
         self._check_shown()
 
     def _check_shown(self) -> None:
-        """Refuses pictures where there is no camera, and what changes reports where there are none."""
+        """Refuses pictures where there is no camera, and modalities that cannot show what is flipped."""
         has_camera = resolve_plant(self.plant).has_camera
         for modality in self.modalities:
             if is_pictured(modality) and not has_camera:
                 raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {self.plant}")
         for condition in self.conditions:
-            if is_pictured(condition.modality) and condition.p:
-                shown = f"0 with {condition.modality}: a picture shows the truth, only reports can be false"
-                raise BadValue("p", list(self.p), shown)
             if not any(isinstance(one, Recorded) for one in condition.interventions):
                 interventions_for(condition)
         check_distinct(self.modalities)

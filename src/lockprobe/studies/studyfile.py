@@ -9,7 +9,15 @@ from typing import Any, TypeVar
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.condition import SYMBOLIC, Condition, distinct, flips, read_condition, sweep
+from lockprobe.interventions.condition import (
+    SYMBOLIC,
+    Condition,
+    distinct,
+    flips,
+    modality_doses,
+    read_condition,
+    sweep,
+)
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
@@ -127,15 +135,15 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
 
 def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Conditions shown in every way, those that say their own only in that, each way with the truth as its control."""
-    acting = [one for one in found if one.name or not one.does_nothing]
+    own = [one for one in found if one.modality != "symbolic"]
+    acting = [one for one in found if one not in own and (one.name or not one.does_nothing)]
     named = [one for one in acting if one.does_nothing]
     controls = named or [Condition()]
-    own = [one for one in acting if one.modality != "symbolic"]
-    everywhere = [*controls, *(one for one in acting if one not in own and one not in named)]
+    everywhere = [*controls, *(one for one in acting if one not in named)]
     return distinct(
         [
             *(replace(one, modality=modality) for modality in modalities for one in everywhere),
-            *(replace(controls[0], modality=one.modality) for one in own),
+            *(replace(controls[0], modality=modality_doses(one.modality)[0]) for one in own),
             *own,
         ]
     )

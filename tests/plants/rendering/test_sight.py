@@ -7,6 +7,7 @@ import pytest
 from lockprobe.errors import PlantFault
 from lockprobe.plants.rendering import eye as eye_module
 from lockprobe.plants.rendering.sight import Sight
+from lockprobe.plants.scene.mechanism import Mechanism
 from lockprobe.plants.settings import SceneSettings
 
 RAYS = SceneSettings(renderer="rays", width=64, height=64, depth_noise=0.002)
@@ -18,7 +19,8 @@ def sight(lockbox_scene, lockbox_model, state):
 
     def make(seed=1):
         data, rng = state(lockbox_model), np.random.default_rng(seed)
-        return Sight(lockbox_model, data, scene=lockbox_scene, settings=RAYS, rng=rng)
+        mechanism = Mechanism(lockbox_model, data, lockbox_scene)
+        return Sight(lockbox_model, data, mechanism=mechanism, scene=lockbox_scene, settings=RAYS, rng=rng)
 
     return make
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 
 import mujoco
@@ -107,6 +108,17 @@ class Mechanism:
         self._ranges = None
         self._switch_ranges()
         mujoco.mj_forward(self._model, data)
+
+    def posed(self, configuration: Configuration) -> mujoco.MjData:
+        """A copy of the state in which joints that stand elsewhere stand at the end asked for; all else is as it is.
+
+        Bolts, which nobody sees, stay where they are.
+        """
+        copied = copy.copy(self._data)
+        elsewhere = np.array(configuration) != np.array(self.configuration())
+        ends = np.where(configuration, self._travel, 0.0)
+        copied.qpos[self._places[elsewhere]] = ends[elsewhere]
+        return copied
 
     def step(self) -> None:
         """One step of the simulation."""

@@ -1,0 +1,184 @@
+"""False pictures show what is told: they change what is seen, and nothing else."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from seen import PhotographedPlant
+
+from lockprobe import run_trial
+from lockprobe.errors import BadValue
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.condition import flips
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.jsonline import trial_from_json, trial_to_json
+from lockprobe.lockbox.families import box
+from lockprobe.pictures.png import from_png
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.settings import TwinSettings
+from lockprobe.plants.twin import Twin
+
+SMALL = "fast-twin?renderer=rays&width=160&height=120"
+PLAN = Plan(
+    key="k",
+    study="s",
+    agent="random",
+    box=box(),
+    condition=flips((0.4,), modalities=("rgb",))[0],
+    repetition=1,
+    trial=3,
+    seed=1,
+)
+
+
+def lived(trial):
+    """What was chosen, what was told of it, and what was said."""
+    return [(step.decision.joint, step.told_moved, step.told_falsely, step.decision.claimed) for step in trial.steps]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_who_sees_well_plays_as_its_strategy_does_that_is_told_the_same_states(seed):
+    told = run_trial(agent="human-inspired", modality="symbolic?tell=state", p=0.4, seed=seed)
+    seen = run_trial(agent="viewer?acuity=64", modality="rgb", p=0.4, seed=seed, plant=SMALL)
+    assert lived(seen) == lived(told)
+    assert any(step.told_falsely for step in seen.steps)
+
+
+@pytest.mark.parametrize(("modality", "flip"), [("rgb?p=0.5", "sticky"), ("rgbd?p=0.5", "transient")])
+def test_a_modality_may_be_false_of_itself(modality, flip):
+    told = run_trial(agent="human-inspired", modality="symbolic?tell=state", p=0.5, flip=flip, seed=4)
+    seen = run_trial(agent="viewer?acuity=64", modality=modality, flip=flip, seed=4, plant=SMALL)
+    assert lived(seen) == lived(told)
+    assert (seen.modality, seen.p) == (modality, 0.0)
+    assert [channel["channel"] for channel in seen.channels] == ["OutcomeFlip", "CameraChannel"]
+
+
+def test_of_one_luck_what_is_false_in_words_is_false_in_pictures():
+    """An agent that looks at nothing meets the same flips, told or pictured."""
+    told = run_trial(agent="random", modality="symbolic?tell=state", p=0.4)
+    seen = run_trial(agent="viewer:random", modality="rgb", p=0.4, plant=SMALL)
+    assert [step.told_moved for step in seen.steps] == [step.told_moved for step in told.steps]
+    for step, report in zip(seen.steps, told.steps, strict=True):
+        after = "".join(str(int(bit) ^ (step.moved and i == seen.joints.index(step.joint)))
+                        for i, bit in enumerate(step.state))  # fmt: skip
+        assert step.told_state == (None if report.told_state == after else report.told_state)
+    assert trial_from_json(trial_to_json(seen)) == seen
+
+
+def test_pictures_that_are_not_false_are_those_of_the_truth():
+    true = run_trial(agent="viewer:random", modality="rgb", plant=SMALL)
+    mixed = run_trial(agent="viewer:random", modality="rgb", p=0.4, plant=SMALL)
+    assert true.actions == mixed.actions
+    assert all(step.told_state is None for step in true.steps)
+    assert [channel["channel"] for channel in true.channels] == ["CameraChannel"]
+    for one, other in zip(true.steps, mixed.steps, strict=True):
+        assert (one.pictures == other.pictures) == (other.told_state is None)
+    assert {step.told_state is None for step in mixed.steps} == {True, False}
+
+
+@pytest.mark.parametrize("plant", ["fast-twin", "twin"])
+def test_drawing_what_is_not_changes_nothing_that_is(plant):
+    source = resolve_plant(f"{plant}?renderer=rays&width=96&height=72&depth_noise=0.002")
+    honest, lying = (source.make(box(), tuple("ABCD"), np.random.default_rng(5)) for _ in range(2))
+    for joint in (None, 3, 0):
+        true, told = (one.observe() if joint is None else one.attempt(joint) for one in (honest, lying))
+        before = whole_state(lying)
+        other = tuple(not position for position in told.configuration)
+        first, false = true.look(), told.render(other)
+        assert whole_state(lying) == before == whole_state(honest)
+        assert (first.rgb != false.rgb).any()
+        np.testing.assert_array_equal(first.handles, false.handles)
+    np.testing.assert_array_equal(true.look().depth, told.render(told.configuration).depth)
+    honest.close(), lying.close()
+
+
+def whole_state(plant):
+    model, data = plant._mechanism._model, plant._mechanism._data
+    everything = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, everything))
+    mujoco.mj_getState(model, data, state, everything)
+    return state.tobytes()
+
+
+def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays():
+    settings = TwinSettings(renderer="rays", width=160, height=120)
+    plant = Twin(box(), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(2))
+    false = plant.observe().render((False, False, False, True)).rgb.astype(int)
+    plant.put((False, False, False, True))
+    true = plant.observe().look().rgb.astype(int)
+    plant.close()
+    assert (np.abs(false - true).max(axis=2) > 40).mean() < 0.002
+
+
+def test_a_moment_that_is_over_cannot_be_drawn():
+    plant = resolve_plant(SMALL).make(box(), tuple("ABCD"), np.random.default_rng(5))
+    first = plant.observe()
+    plant.attempt(3)
+    with pytest.raises(Exception, match="after the next attempt"):
+        first.render((True,) * 4)
+    plant.close()
+
+
+def pictured(plant, channels, plan=PLAN):
+    """The percepts of three attempts."""
+    names, rng = Names(plan), plan.stream("channel-0")
+    task, found = names.task(plan), []
+    for joint in (None, 3, 0, 0):
+        percept = names.percept(plant.observe() if joint is None else plant.attempt(joint))
+        for channel in channels:
+            percept = channel.perceive(percept, (), task, rng)
+        found.append(percept)
+    return found
+
+
+class Painted(PhotographedPlant):
+    """One that can draw what is not."""
+
+    def _with_camera(self, snapshot):
+        return replace(super()._with_camera(snapshot), render=self.picture)
+
+
+def test_a_picture_shows_what_is_told_in_panel_order():
+    *_, last = pictured(Painted(PLAN.box), [OutcomeFlip(p=1.0), CameraChannel()])
+    assert from_png(last.pictures[0].png)[0, :4, 0].tolist() == [255, 0, 0, 255]
+    *_, last = pictured(Painted(PLAN.box), [CameraChannel()])
+    assert from_png(last.pictures[0].png)[0, :4, 0].tolist() == [0, 0, 0, 255]
+
+
+def test_a_plant_that_shows_only_what_is_says_so():
+    with pytest.raises(
+        BadValue, match="^false picture: got '0000', expected a plant that can draw what is not: fast-twin"
+    ):
+        pictured(PhotographedPlant(PLAN.box), [OutcomeFlip(p=1.0), CameraChannel()])
+
+
+def test_where_nothing_is_told_nothing_is_shown():
+    words = run_trial(agent="human-inspired", modality="symbolic?tell=state", condition="drop?p=0.4", seed=2)
+    seen = run_trial(agent="viewer?acuity=64", modality="rgb", condition="drop?p=0.4", seed=2, plant=SMALL)
+    assert lived(seen) == lived(words)
+    silent = [step for step in seen.steps if not step.pictures]
+    assert silent
+    assert all((step.told, step.told_moved, step.told_state) == ("", None, None) for step in silent)
+
+
+def test_a_late_report_is_a_picture_of_then():
+    words = run_trial(agent="human-inspired", modality="symbolic?tell=state", condition="delay?lag=2", seed=3)
+    seen = run_trial(agent="viewer?acuity=64", modality="rgb", condition="delay?lag=2", seed=3, plant=SMALL)
+    assert lived(seen) == lived(words)
+    assert not seen.steps[0].pictures
+    assert any(step.told_state is not None for step in seen.steps)
+
+
+@pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state"])
+def test_sticky_and_runs_of_lies_are_the_same_however_they_are_shown(modality):
+    """What a report said is known to interventions also where words left it out."""
+    told, burst = (
+        run_trial(agent="random", modality=modality, seed=1, box="chain-8", **settings)
+        for settings in ({"p": 0.5, "flip": "sticky"}, {"condition": "burst?p=0.5&length=4"})
+    )
+    plain = run_trial(agent="random", seed=1, box="chain-8", condition="burst?p=0.5&length=4")
+    assert [step.told_state for step in burst.steps] == [step.told_state for step in plain.steps]
+    sticky = run_trial(agent="random", seed=1, box="chain-8", p=0.5, flip="sticky")
+    assert [step.told_state for step in told.steps] == [step.told_state for step in sticky.steps]
