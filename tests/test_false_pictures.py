@@ -51,7 +51,7 @@ def test_a_modality_may_be_false_of_itself(modality, flip):
     told = run_trial(agent="human-inspired", modality="symbolic?tell=state", p=0.5, flip=flip, seed=4)
     seen = run_trial(agent="viewer?acuity=64", modality=modality, flip=flip, seed=4, plant=SMALL)
     assert lived(seen) == lived(told)
-    assert (seen.modality, seen.p) == (modality, 0.0)
+    assert (seen.modality, seen.p) == (modality, None)
     assert [channel["channel"] for channel in seen.channels] == ["OutcomeFlip", "CameraChannel"]
 
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 __all__ = ["AGENT", "FLIPS", "Axis"]
 
+PICTURED = ("rgb", "rgbd")
+"""Modalities, whose pictures can be false, blurred, noisy or covered."""
+
 AGENT = "agent"
 """The kind of an axis that is an option of agents, such as their temperature."""
 
@@ -45,7 +48,7 @@ class Axis:
         """What may change an agent's success, in a sentence."""
         if self.kind == AGENT:
             return f"higher values of {self.dose}"
-        return "false reports" if self.name == "flip rate" else f"higher doses of {self.kind}"
+        return "false reports" if self.name == "flip rate" else f"higher doses of {self._short}"
 
     @property
     def zero(self) -> str:
@@ -54,7 +57,12 @@ class Axis:
             return f"under {self.rest} alone"
         if self.kind == AGENT:
             return f"at a {self.dose} of 0"
-        return "when told the truth" if self.name == "flip rate" else f"without {self.kind}"
+        return "when told the truth" if self.name == "flip rate" else f"without {self._short}"
+
+    @property
+    def _short(self) -> str:
+        """An intervention goes by its name; pictures have several doses."""
+        return self.name if self.kind in PICTURED else self.kind
 
     def said(self, sentence: str) -> str:
         """A sentence about flip rates as one about this dose.

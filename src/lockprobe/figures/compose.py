@@ -117,10 +117,11 @@ def condition_drawings(effects: Sequence[Effects], series: Sequence[StudySummary
         effects: Each agent's conditions against their control.
         series: The numbers over one dose each.
     """
-    rows = max((effect_rows(one) for one in effects), key=len, default=[])
+    compared = [one for one in effects if one.effects]
+    rows = max((effect_rows(one) for one in compared), key=len, default=[])
     drawn: dict[str, Callable[[], Figure]] = {}
     if rows:
-        drawn["effects"] = lambda: _sheet((draw_effects,), effects, [height(rows)], "")
+        drawn["effects"] = lambda: _sheet((draw_effects,), compared, [height(rows)], "")
     for number, result in enumerate(series, 1):
         by_dose = partial(draw_success_by_p_corrected, reference=result.reference)
         shown = [agent for agent in result.agents if any(condition.success.n for condition in agent.conditions)]

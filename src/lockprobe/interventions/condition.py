@@ -102,8 +102,8 @@ class Condition:
 
     @property
     def p(self) -> float | None:
-        """The flip rate, [0, 1], where nothing but flips acts; None where other things do."""
-        return None if self.flip is None else self.flip.p
+        """The flip rate, [0, 1], where nothing but flips acts and pictures have no doses; None elsewhere."""
+        return None if self.flip is None or modality_doses(self.modality)[1] else self.flip.p
 
     @property
     def does_nothing(self) -> bool:

@@ -23,6 +23,7 @@ from lockprobe.options import spec_name
 from lockprobe.record import Trial
 from lockprobe.report.effects_said import effects_said
 from lockprobe.report.examples import example
+from lockprobe.report.measured import measure_rows
 from lockprobe.report.results import (
     RESULTS_VERSION,
     agent_facts,
@@ -143,13 +144,17 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
 
 
 def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], study: Study) -> tuple[Effects, ...]:
+    """Each modality's conditions against its own control; beside the first modality's stand the others' controls."""
     found = []
+    modalities = list(dict.fromkeys(arm.modality for arm in arms))
+    others = [control_of(arms, modality) for modality in modalities[1:]]
     for agent in study.agents:
-        for modality in dict.fromkeys(arm.modality for arm in arms):
+        for modality in modalities:
+            beside = others if modality == modalities[0] else []
             own = {
                 arm.label: cells[agent, arm.label]
                 for arm in arms
-                if arm.modality == modality and (agent, arm.label) in cells
+                if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
             }
             control = control_of(arms, modality)
             if control is not None and (
@@ -212,6 +217,7 @@ def condition_numbers(study: ConditionStudy) -> Row:
         "crossings": [row for one in study.effects for row in _interplay_rows(one)],
         "series": [_series_row(series, summary) for series, summary in study.series],
         "box": asdict(study.reference),
+        "measures": measure_rows(study.trials),
         "errors": broken_rows(study.trials),
         "agents": agent_facts(study.trials),
         "plants": plant_facts(study.trials, study.settings),

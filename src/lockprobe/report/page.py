@@ -32,6 +32,7 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_by_p_table,
     leaderboard_table,
 )
+from lockprobe.report.measured import measure_table
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.pictures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
 from lockprobe.report.results import numbers, read
@@ -156,7 +157,12 @@ def _tables(content: Content) -> dict[str, Table]:
         "detectors": detector_table(content["detectors"]),
         "conditions": condition_table(content["conditions"]),
         "claims": claim_table(content["claims"]),
+        **_of_measures(content),
     }
+
+
+def _of_measures(content: Content) -> dict[str, Table]:
+    return {"measures": measure_table(content["measures"])} if content["measures"] else {}
 
 
 def _of_people(content: Content) -> dict[str, Table]:
@@ -207,6 +213,7 @@ def _condition_tables(content: Content) -> dict[str, Table]:
         "effects": effect_table(content["effects"]),
         "crossings": crossing_table(content["crossings"]),
         "conditions": table_of_conditions(content["conditions"]),
+        **_of_measures(content),
     }
 
 

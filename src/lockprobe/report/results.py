@@ -33,6 +33,7 @@ from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
+from lockprobe.report.measured import measure_rows
 from lockprobe.report.people import people_row
 from lockprobe.report.rows import (
     claim_row,
@@ -196,6 +197,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "claims": [claim_row(row) for row in claim_rows(summary)],
         "detectors": labelled(detector_rows(_members(study)), names),
         "examples": examples(summary, study.trials),
+        "measures": measure_rows(study.trials),
         "errors": broken_rows(study.trials),
         "agents": agent_facts(study.trials),
         "plants": plant_facts(study.trials, study.settings),

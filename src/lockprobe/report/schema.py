@@ -12,7 +12,16 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lockprobe.report.page import content_of
 
-__all__ = ["ConditionResult", "CrossingResult", "EffectResult", "Progress", "Results", "SeriesResult", "results"]
+__all__ = [
+    "ConditionResult",
+    "CrossingResult",
+    "EffectResult",
+    "MeasureResult",
+    "Progress",
+    "Results",
+    "SeriesResult",
+    "results",
+]
 
 Share = Annotated[float | None, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=0)]
@@ -99,6 +108,19 @@ class SeriesResult(_Described):
     findings: list[str] = Field(description="What the dose does to success, a text for each agent.")
 
 
+class MeasureResult(_Described):
+    """A measure that an installed package adds, of one agent under one condition."""
+
+    agent: str = Field(description="Agent spec.")
+    condition: str = Field(description="The condition, as keys of records say it.")
+    measure: str = Field(description="Its name.")
+    kind: str = Field(description="share of a yes or no, mean of a number, or broken.")
+    trials: Count = Field(description="Trials to which it applies.")
+    value: float | None = Field(description="The mean.")
+    low: float | None = Field(description="Lower end of its 95 % interval; null where there is none.")
+    high: float | None = Field(description="Upper end.")
+
+
 class Results(_Described):
     """The numbers of a study: the content of ``results.json``."""
 
@@ -110,6 +132,7 @@ class Results(_Described):
     findings: list[str] = Field(description="What was found, in sentences.")
     conditions: list[ConditionResult] = Field(description="Every agent under every condition.")
     effects: list[EffectResult] = Field(default=[], description="Of a study of conditions: each against the control.")
+    measures: list[MeasureResult] = Field(default=[], description="What installed packages measure.")
     crossings: list[CrossingResult] = Field(default=[], description="Of a study of conditions: crossed ones.")
     series: list[SeriesResult] = Field(default=[], description="Of a study of conditions: doses.")
 
