@@ -92,7 +92,8 @@ class StudyOptions(BaseModel):
     modality: Annotated[
         Several | None,
         _about(
-            "How the box is shown: symbolic (flips), rgb, rgbd, rgbd?depth=height; may be repeated (modalities: all)."
+            "How the box is shown: symbolic (flips), symbolic?tell=state, rgb, rgb?blur=8, rgbd?depth=height; may be "
+            "repeated (modalities: all)."
         ),
     ] = None
     condition: Annotated[
