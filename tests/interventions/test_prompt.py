@@ -9,13 +9,16 @@ import pytest
 from provider_server import here, truthful, words
 
 from lockprobe.agents.prompt import FIELDS, INSTRUCTIONS, conversation, example
-from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.errors import BadFile, BadValue, SettingsChanged, UserMistake
 from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.warn import Warn
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Briefing
+from lockprobe.report import write_report
+from lockprobe.studies.runner import run_study
 from lockprobe.studies.single import run_trial
+from lockprobe.studies.studyfile import study
 
 CURT = Path(__file__).with_name("curt.txt")
 LEAST = "{joints} {target} {reply}"
@@ -157,3 +160,36 @@ def facts(path):
     one = OwnPrompt(file=str(path))
     assert json.loads(json.dumps(one.text)) == path.read_text("utf-8").strip()
     return {"sha256": one.sha256, "text": one.text}
+
+
+def test_two_prompts_are_two_conditions_of_one_study(tmp_path, monkeypatch):
+    pytest.importorskip("lockprobe.agents.llm.model")
+    for name in os.environ:
+        if name.endswith(("_API_KEY", "_BASE_URL")):
+            monkeypatch.delenv(name)
+    curt, kind = tmp_path / "curt.txt", tmp_path / "kind.txt"
+    curt.write_text(f"Open it. {LEAST}", "utf-8")
+    kind.write_text(f"Please open the box. {LEAST}", "utf-8")
+    asked = {"agent": "llm:openai-api/fake/model", "trials": 1, "repetitions": 1}
+    asked["condition"] = [f"prompt?file={curt}", f"prompt?file={kind}"]
+    planned = study("flips", **asked)
+    with here(truthful, keep=True) as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        trials = run_study(planned, tmp_path / "study")
+        openings = {words(request["messages"][0]).split(".")[0] for request in server.requests}
+    assert openings == {
+        "You are trying to open a lockbox, a panel with 4 joints",
+        "Open it",
+        "Please open the box",
+    }
+    texts = [[one["text"] for one in trial.interventions] for trial in trials]
+    assert texts == [[], [f"Open it. {LEAST}"], [f"Please open the box. {LEAST}"]]
+    assert len({trial.condition for trial in trials}) == 3
+    page = write_report(tmp_path / "study").read_text()
+    assert "curt.txt" in page
+    assert "kind.txt" in page
+    kind.write_text(f"Kindly open the box. {LEAST}", "utf-8")
+    assert study("flips", **asked).identity != planned.identity
+    with pytest.raises(SettingsChanged, match="kind.txt"):
+        run_study(study("flips", **asked), tmp_path / "study")

@@ -1,0 +1,54 @@
+"""Conditions on the command line: played, resumed, reported, exported, and refused in one line."""
+
+import json
+
+import pytest
+
+ASKED = ("run", "flips", "--agent", "random", "--trials", "2", "--repetitions", "1", "--no-report")
+ACTING = ("--condition", "flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2", "--name", "lab")
+
+
+def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path):
+    out = tmp_path / "study"
+    status, said, _ = lockprobe(*ASKED, *ACTING, "--out", out)
+    assert status == 0
+    assert "Study lab on chain-4: 3 conditions: truth; flip?p=0.4 + nudge; tremble?p=0.2" in said
+    assert "6 of 6 trials are done already" in lockprobe(*ASKED, *ACTING, "--out", out)[1]
+    assert lockprobe("status", out)[0] == 0
+    header = lockprobe("export", out)[1].splitlines()[0].split(",")
+    assert header[15] == "condition"
+    assert lockprobe("replay", out, "lab/random/tremble?p=0.2/rep=1/trial=1")[1].startswith("lab/random/tremble")
+    assert "report.html" in lockprobe("report", out)[1]
+    found = json.loads((out / "results.json").read_text())
+    assert [row["key"] for row in found["conditions"]] == [
+        "lab/random/truth", "lab/random/flip?p=0.4 + nudge", "lab/random/tremble?p=0.2",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [
+        (("--condition", "trembel?p=0.1"), "no intervention is called 'trembel' (did you mean 'tremble'?)"),
+        (("--condition", "tremble?q=0.1"), "no option of tremble is called 'q'"),
+        (("--condition", "tremble?p=1.5"), "expected a number from 0 to 1"),
+        (("--sweep", "tremble?p=0.1"), "expected several values of one dose"),
+        (("--sweep", "agent.lapse=0,1"), "an option that one of the agents has"),
+        (("--condition", "nudge + rgb"), "a plant with a camera"),
+        (("--name", "a/b", "--condition", "nudge"), "without slashes"),
+        (("--condition", "python:nowhere:Nothing"), "python:nowhere:Nothing"),
+    ],
+)
+def test_what_cannot_be_played_is_refused_in_one_line(lockprobe, tmp_path, asked, expected):
+    status, _, said = lockprobe(*ASKED, *asked, "--out", tmp_path / "study")
+    assert status == 2
+    assert expected in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_directory_of_other_conditions_is_kept(lockprobe, tmp_path):
+    out = tmp_path / "study"
+    lockprobe(*ASKED, *ACTING, "--out", out)
+    status, _, said = lockprobe(*ASKED, "--condition", "warn", "--name", "lab", "--out", out)
+    assert status == 2
+    assert "truth; flip?p=0.4 + nudge; tremble?p=0.2' there, 'truth; warn' asked" in said
