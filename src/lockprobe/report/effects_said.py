@@ -21,13 +21,14 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
     """
     name = called(found.agent, "" if found.modality == "symbolic" else spoken(found.modality))
     share = conditions[found.agent, found.control].success
-    said = [begun(f"{name} solved {of_trials(share)} under {found.control}.")]
+    said = []
     for words, chosen in (
         ("more often", [one for one in found.effects if one.detectable and one.difference.value > 0]),
         ("less often", [one for one in found.effects if one.detectable and one.difference.value < 0]),
     ):
         if chosen:
             said.append(begun(f"{name} solved the box {words} under {_listed(chosen)}."))
+    said.append(begun(f"{name} solved {of_trials(share)} under {found.control}."))
     if hidden := [one for one in found.effects if not one.detectable]:
         said.append(
             f"No difference from {found.control} is detectable under {_listed(hidden)}. That is no evidence of none."
