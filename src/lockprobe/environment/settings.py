@@ -95,20 +95,23 @@ class Settings:
 
     def plan(self, seed: int, repetition: int, trial: int) -> Plan:
         """The trial that a study with this seed has at this place."""
-        flip = next((channel for channel in self.channels if isinstance(channel, OutcomeFlip)), _NO_FLIP)
+        acting = tuple(one for one in self.channels if not getattr(one, "shows", False))
+        condition = Condition(interventions=acting or (_NO_FLIP,), modality=self.observation)
         shown = "" if self.observation == "symbolic" else f"{self.observation}/"
+        said = condition.label if condition.p is None else f"{shown}p={condition.p:g}"
         return Plan(
-            key=f"lockbox/gymnasium/{shown}p={flip.p:g}/rep={repetition}/trial={trial}",
+            key=f"lockbox/gymnasium/{said}/rep={repetition}/trial={trial}",
             study="lockbox",
             agent="gymnasium",
             box=self.box,
-            condition=Condition(interventions=(flip,), modality=self.observation),
+            condition=condition,
             repetition=repetition,
             trial=trial,
             seed=seed,
             budget=self.max_steps,
             plant=self.plant,
             shuffle=self.shuffle,
+            named=condition.p is None,
         )
 
 
