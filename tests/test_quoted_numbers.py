@@ -120,7 +120,22 @@ def doubter_is_done_by():
     return max(course("ideal-observer", 0.5, flip).by(1) for flip in READINGS)
 
 
+@cache
+def told(modality):
+    """How many of the 300 trials of seed 1 the human-inspired strategy solves at a flip rate of 0.4, and between what."""
+    lucks = [(repetition, trial) for repetition in (1, 2, 3) for trial in range(1, 101)]
+    solved = sum(
+        lockprobe.run_trial(p=0.4, modality=modality, repetition=repetition, trial=trial).solved
+        for repetition, trial in lucks
+    )
+    found = proportion(solved, len(lucks))
+    return [solved, 100 * found.low, 100 * found.high]
+
+
 QUOTED = [
+    ("README.md", "then solves {} of 300 trials at a flip rate of 0.4 (95 % interval {:.0f} to {:.0f} %)",
+     lambda: told("symbolic?tell=state")),
+    ("README.md", "instead of {} ({:.0f} to {:.0f} %), and all 300", lambda: told("symbolic")),
     ("README.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
     ("README.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8. They hurt",
      lambda: success("cognitive:perseverant", 0, 0.8)),

@@ -7,6 +7,7 @@ import pytest
 from builders import make_trial, small_study, write_study
 
 from lockprobe.errors import BadFile, SettingsChanged, UserMistake
+from lockprobe.interventions.condition import Condition, flips
 from lockprobe.lockbox.families import box
 from lockprobe.studies.directory import added_agents, read_settings
 from lockprobe.studies.journal import Journal, load
@@ -91,8 +92,9 @@ def test_the_first_agents_play_on_without_those_that_were_added(tmp_path):
     ("change", "said"),
     [
         ({"seed": 2}, "(seed is 1 there, 2 asked)"),
-        ({"p": (0.0,)}, "(p is [0.0, 0.4] there, [0.0] asked)"),
-        ({"max_steps": 5, "flip": "sticky"}, "(flip is 'transient' there, 'sticky' asked; max_steps is 20 there, 5 asked)"),
+        ({"conditions": flips((0.0,))}, "(p is [0.0, 0.4] there, [0.0] asked)"),
+        ({"conditions": (Condition(),)}, "(conditions is 'flip rates alone' there, 'truth' asked; flip is 'transient' there"),
+        ({"max_steps": 5, "conditions": flips((0.0, 0.4), "sticky")}, "(flip is 'transient' there, 'sticky' asked; max_steps is 20 there, 5 asked)"),
         ({"assessment": False}, "(assessment is True there, False asked)"),
         ({"box": box("chain-5")}, "(box is 'chain-4' there, 'chain-5' asked)"),
         ({"box": replace(box("chain-4"), target="slider-1")}, "(box is {'target': 'revolute-left'} there, "),

@@ -81,15 +81,16 @@ def with_study_options(*, without: Iterable[str] = ()) -> Callable[[Callable[...
             for name in names
         ]
 
-        def run(**given: Any) -> None:
-            asked = {name: given.pop(name) for name in names}
+        def run(*what: Any, **given: Any) -> None:
+            given |= dict(zip([own[0].name], what, strict=False))
+            asked = {name: given.pop(name, None) for name in names}
             if asked.get("p") is not None:
                 asked["p"] = parse_p(asked["p"])
             command(asked={name: value for name, value in asked.items() if value not in (None, [])}, **given)
 
         run.__name__, run.__doc__ = command.__name__, command.__doc__
-        first, *rest = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
-        run.__signature__ = inspect.Signature([first, *options, *rest])  # type: ignore[attr-defined]
+        rest = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own[1:]]
+        run.__signature__ = inspect.Signature([own[0], *options, *rest])  # type: ignore[attr-defined]
         return run
 
     return give

@@ -102,9 +102,9 @@ class StudyOptions(BaseModel):
             "What acts, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated (truth is always played too)."
         ),
     ] = None
-    sweep: Annotated[Several | None, _about("One condition for each dose: 'tremble?p=0,0.1,0.2'; may be repeated.")] = (
-        None
-    )
+    sweep: Annotated[
+        Several | None, _about("One condition for each dose: 'tremble?p=0,0.1,0.2'; may be repeated (nothing).")
+    ] = None
     layout: Annotated[
         LayoutKind | None,
         _about(
