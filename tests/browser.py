@@ -305,7 +305,7 @@ def trials_of(directory):
 def without_the_page(plan, strategy):
     """The same trial of the same strategy, played here."""
     return run_trial(
-        agent=strategy, box=plan.box, p=plan.p, flip=plan.flip, seed=plan.seed, repetition=plan.repetition,
+        agent=strategy, box=plan.box, p=plan.p, flip=plan.condition.flip.persistence, seed=plan.seed, repetition=plan.repetition,
         trial=plan.trial, max_steps=plan.budget, shuffle=plan.shuffle, plant=plan.plant, modality=plan.modality,
         assessment=plan.assessment,
     )  # fmt: skip

@@ -31,9 +31,7 @@ def made(monkeypatch):
 
 @pytest.fixture
 def directory(tmp_path):
-    return write_study(
-        tmp_path / "study", small_study(conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1)
-    )
+    return write_study(tmp_path / "study", small_study(p=(0.0,), repetitions=1, trials=1))
 
 
 def replay(*arguments):

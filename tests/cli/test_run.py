@@ -64,7 +64,10 @@ def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
     [
         (["--agent", "random", "--modality", "rgb"], "modality: got 'rgb', expected symbolic too for random"),
         (["--plant", "symbolic", "--modality", "rgbd"], "modality: got 'rgbd', expected a plant with a camera"),
-        (["--p", "0,0.2"], "p: got [0.0, 0.2], expected 0 with rgb: a picture shows the truth"),
+        (
+            ["--p", "0.2", "--modality", "rgb?p=0.4"],
+            "p: got [0.2], expected 0 with rgb?p=0.4, which has a flip rate of",
+        ),
         (["--modality", "smell"], "no modality is called 'smell'; there are: symbolic, rgb, rgbd"),
         (["--plant", "fast-twin?colour=red"], "no option of fast-twin is called 'colour'; there are: mechanism"),
     ],

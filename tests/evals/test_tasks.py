@@ -66,7 +66,7 @@ def test_modalities_has_the_extent_of_the_paper():
     [
         ({"p": "0,x"}, "p: got '0,x'"),
         ({"p": [0, 2]}, "got 2.0"),
-        ({"flip": "never"}, "flip: got 'never', expected 'transient', 'sticky' or 'outcome-only'"),
+        ({"flip": "never"}, "flip: got 'never', expected one of transient, sticky, outcome-only"),
         ({"box": "nope"}, "no box is called 'nope'"),
         ({"modality": "smell"}, "no modality is called 'smell'"),
         ({"repairs": 99}, "repairs: got 99"),

@@ -82,7 +82,7 @@ def test_the_page_says_what_modalities_do_and_shows_what_agents_saw(directory):
     assert "What agents saw" in page
     assert "Success and false reports" not in page
     assert "reads them without error" not in page
-    assert "A picture shows the truth" in page
+    assert "What is told is what a picture shows: the truth, but for pictures that a flip makes false" in page
 
 
 def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory):

@@ -9,6 +9,7 @@ from taking_part import take_part
 
 from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy
+from lockprobe.interventions.condition import flips
 from lockprobe.pictures.picture import Picture
 from lockprobe.studies.calls import read_calls
 from lockprobe.studies.directory import read_settings
@@ -81,7 +82,7 @@ def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
     ("other", "said"),
     [
         ({"seed": 2}, "seed is 2, not 1"),
-        ({"p": (0.0, 0.5)}, r"p is \[0.0, 0.5\], not \[0.0, 0.4\]"),
+        ({"conditions": flips((0.0, 0.5))}, r"p is \[0.0, 0.5\], not \[0.0, 0.4\]"),
         ({"layout": "shuffled"}, "layout"),
     ],
 )

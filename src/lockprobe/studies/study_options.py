@@ -144,7 +144,10 @@ def study_options(given: dict[str, Any]) -> StudyOptions:
         where = str(first["loc"][0])
         if first["type"] == "extra_forbidden":
             raise UnknownName("option", where, StudyOptions.model_fields) from None
-        raise BadValue(where, given.get(where), plain(first["msg"]).removeprefix("expected ")) from None
+        expected = plain(first["msg"]).removeprefix("expected ")
+        if first["type"] == "literal_error":
+            expected = "one of " + expected.replace("'", "").replace(" or ", ", ")
+        raise BadValue(where, given.get(where), expected) from None
 
 
 def read_options_file(path: Path) -> StudyOptions:
