@@ -46,8 +46,8 @@ class Photographer:
 def photographed(trial: int) -> tuple[Trial, Plan, list[tuple[Percept, Frame]]]:
     """A trial at random, and what the camera saw before each of its steps and after the last."""
     plan = Plan(
-        key="", study="", agent="random", box=box(), condition=flips((0,), modalities=("rgbd",))[0], repetition=1, trial=trial,
-        seed=1, plant="fast-twin",
+        key="", study="", agent="random", box=box(), condition=flips((0,), modalities=("rgbd",))[0], repetition=1,
+        trial=trial, seed=1, plant="fast-twin",
     )  # fmt: skip
     made = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
     photographer = Photographer()

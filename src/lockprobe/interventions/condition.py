@@ -57,7 +57,7 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """What acts in a trial, and how the box is shown (DESIGN: the empty one is the truth).
+    """What acts in a trial, and how the box is shown; the empty one is the truth.
 
     Attributes:
         interventions: What acts, in this order.
