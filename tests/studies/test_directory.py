@@ -93,6 +93,7 @@ def test_the_first_agents_play_on_without_those_that_were_added(tmp_path):
     [
         ({"seed": 2}, "(seed is 1 there, 2 asked)"),
         ({"conditions": flips((0.0,))}, "(p is [0.0, 0.4] there, [0.0] asked)"),
+        ({"conditions": (Condition(), Condition(modality="symbolic?tell=state"))}, "'truth; symbolic?tell=state' asked"),
         ({"conditions": (Condition(),)}, "(conditions is 'flip rates alone' there, 'truth' asked; flip is 'transient' there"),
         ({"max_steps": 5, "conditions": flips((0.0, 0.4), "sticky")}, "(flip is 'transient' there, 'sticky' asked; max_steps is 20 there, 5 asked)"),
         ({"assessment": False}, "(assessment is True there, False asked)"),
@@ -111,3 +112,13 @@ def test_any_other_setting_that_differs_is_named_with_both_values(tmp_path, chan
     assert said in str(refused.value)
     assert len(str(refused.value)) < 400 + len(str(tmp_path))
     assert everything(tmp_path) == before
+
+
+def test_conditions_on_disk_that_are_none_are_no_traceback(tmp_path):
+    planned = replace(STUDY, conditions=(Condition(),))
+    write_study(tmp_path, planned, [])
+    (tmp_path / "trials.jsonl").write_text("x\n")
+    path = tmp_path / "study.json"
+    path.write_text(path.read_text().replace('"conditions": [', '"conditions": ["odd", {"interventions": 3}, '))
+    with pytest.raises(SettingsChanged, match="'odd; truth; truth' there, 'truth' asked"):
+        run_study(planned, tmp_path)

@@ -215,11 +215,14 @@ def _conditions_said(conditions: object) -> str:
     """Conditions by name, or by what acts; flip rates alone have none."""
     if not isinstance(conditions, list):
         return "flip rates alone"
-    said = [
-        one["name"] or " + ".join([*(act["spec"] for act in one["interventions"]), one["modality"]])
-        for one in conditions
-    ]
-    return "; ".join(text.removesuffix(" + symbolic").replace("symbolic", "truth") for text in said)
+    return "; ".join(_condition_said(one) if isinstance(one, dict) else str(one) for one in conditions)
+
+
+def _condition_said(condition: Mapping[str, object]) -> str:
+    acting = condition.get("interventions")
+    specs = [str(one.get("spec")) for one in acting if isinstance(one, dict)] if isinstance(acting, list) else []
+    shown = condition.get("modality", "symbolic")
+    return str(condition.get("name") or " + ".join([*specs, *([] if shown == "symbolic" else [str(shown)])]) or "truth")
 
 
 def _texts(values: object) -> list[str]:
