@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lockprobe.analysis.inference.difference import DifferenceAt, any_difference
-from lockprobe.analysis.outcomes import Outcomes, outcomes
+from lockprobe.analysis.outcomes import Outcomes, joined, outcomes
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rivals.exchange import BlockMean, block_mean, sheets
 from lockprobe.analysis.series import Crossing
@@ -94,11 +94,10 @@ def effects(trials: Mapping[str, Sequence[Trial]], control: str, crossed: Sequen
     if first is None:
         return None
     others = [name for name in found if name != control]
-    places = {name: float(i) for i, name in enumerate([control, *others])}
-    together = _joined([replace(found[name], p=np.full(len(found[name]), place)) for name, place in places.items()])
+    names = [control, *others]
+    together = joined([found[name] for name in names])
     tested = any_difference(together, generator(first.seed, "analysis", first.group, first.modality, "conditions"))
-    names = {place: name for name, place in places.items()}
-    seen = [Effect(condition=names[one.p], difference=one) for one in tested.at]
+    seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,
         modality=first.modality,
@@ -106,10 +105,6 @@ def effects(trials: Mapping[str, Sequence[Trial]], control: str, crossed: Sequen
         effects=tuple(seen),
         interplays=tuple(one for crossing in crossed if (one := _interplay(crossing, found))),
     )
-
-
-def _joined(groups: Sequence[Outcomes]) -> Outcomes:
-    return Outcomes(**{name: np.concatenate([getattr(one, name) for one in groups]) for name in Outcomes.__slots__})
 
 
 def _interplay(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
