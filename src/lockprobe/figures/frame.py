@@ -63,6 +63,9 @@ _BESIDE = 0.02
 _ROOM = 20.0
 """Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
 
+_LEAST = 15
+"""Characters that an agent keeps, however much has to be said of how it was shown the box."""
+
 _LINE = 41
 """Characters in a line above a panel."""
 
@@ -91,7 +94,7 @@ def p_value(value: float | None) -> str:
 def agent_label(agent: AgentSummary, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     extra = f" ({agent.shown})" if agent.shown else ""
-    return safe_name(shortened(agent.agent, longest - len(extra)) + extra)
+    return safe_name(shortened(agent.agent, max(_LEAST, longest - len(extra))) + extra)
 
 
 def safe_name(name: str) -> str:
