@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "SCHEMA_VERSION",
+    "STATES",
+    "UNNAMED",
     "Briefing",
     "Decision",
     "Ending",
@@ -41,6 +43,12 @@ __all__ = [
 
 SCHEMA_VERSION = 2
 """The newest layout of a record. Version 1 knows flips alone; a record says 2 where it needs what came with it."""
+
+STATES = "symbolic?tell=state"
+"""The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
+
+UNNAMED = (STATES, "symbolic")
+"""Modalities that nobody names where all trials have the same one."""
 
 Outcome = Literal["moved", "blocked"]
 """What an attempt did to the attempted joint."""
@@ -403,6 +411,11 @@ class Trial:
     def ordinary(self) -> bool:
         """Whether every joint chosen was attempted and every attempt was reported, as models of choices assume."""
         return all(step.chosen is None and step.told_moved is not None for step in self.steps)
+
+    @property
+    def states_only(self) -> bool:
+        """Whether it was told or shown where joints stand and never what an attempt did."""
+        return bool(self.opening_pictures) or any(channel.get("tell") == "state" for channel in self.channels)
 
     @property
     def actions(self) -> tuple[str, ...]:

@@ -56,8 +56,10 @@ def turn(percept):
 def test_a_report_of_positions_alone_tells_what_moved():
     opening, first = Percept(positions=(True, False, False)), Percept(joint="A", positions=(True, True, False))
     silent = Percept(joint="B")
-    assert tell(TASK, first, [turn(opening)]) == Told(joint=1, moved=True, shifted=0b010)
-    assert tell(TASK, first, [turn(opening), turn(first), turn(silent)]) == Told(joint=1, moved=False, shifted=0b010)
+    assert tell(TASK, first, [turn(opening)]) == Told(joint=1, moved=True, shifted=0b010, states_only=True)
+    assert tell(TASK, first, [turn(opening), turn(first), turn(silent)]) == Told(
+        joint=1, moved=False, shifted=0b010, states_only=True
+    )
     assert tell(TASK, silent, [turn(opening)]) is None
     assert tell(TASK, first, [turn(silent)]) is None  # where it stood before is not known
     assert tell(TASK, opening, []) is None

@@ -22,8 +22,11 @@ def as_box(needs):
     return Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * len(names), target="j0")
 
 
-def told(box, kind, joints, flips):
-    """The reports of these attempts, and where the box was and what moved; None where it opens on the way."""
+def told(box, kind, joints, flips, states_only=False):
+    """The reports of these attempts, and where the box was and what moved; None where it opens on the way.
+
+    Where states alone are told, what moved is what comparing a report with the last one says.
+    """
     task = Task(joints=box.names, target=box.target, budget=99)
     configuration, percept, reports, truth = box.initial, Percept(positions=box.initial), [], []
     for joint, flip in zip(joints, flips, strict=True):
@@ -32,9 +35,10 @@ def told(box, kind, joints, flips):
             return None
         channel = OutcomeFlip(p=float(flip), persistence=kind)
         real = Percept(joint=box.names[joint], outcome="moved" if moved else "blocked", positions=configuration)
-        percept = channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0))
+        last, percept = percept, channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0))
         where = None if percept.positions is None else sum(p << i for i, p in enumerate(percept.positions))
-        reports.append(Report(joint, percept.outcome == "moved", where))
+        said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
+        reports.append(Report(joint, said, where, states_only))
         truth.append(moved)
     return tuple(reports), tuple(truth)
 
@@ -46,12 +50,14 @@ def likelihood(p, false, of):
     return p**false * (1 - p) ** (of - false)
 
 
-def histories(needs, kinds, joints, p):
+def histories(needs, kinds, joints, p, states_only=False):
     """Every told history of these attempts, with the mass of (interlock, what moved last) behind it."""
     found = defaultdict(lambda: defaultdict(float))
     for place, kind in product(range(len(needs)), kinds):
         box = as_box(needs[place])
         for flips in product([False, True], repeat=len(joints)):
-            if (mass := likelihood(p, sum(flips), len(flips))) and (heard := told(box, kind, joints, flips)):
+            if (mass := likelihood(p, sum(flips), len(flips))) and (
+                heard := told(box, kind, joints, flips, states_only)
+            ):
                 found[heard[0]][place, heard[1][-1]] += mass / len(kinds)
     return found

@@ -136,22 +136,30 @@ def test_what_is_known_for_nothing_bounds_what_has_to_be_found_out(true, joints)
 
 
 @pytest.mark.parametrize(
-    ("name", "kinds"),
-    [("0.3", ["transient"]), ("0.3", ["sticky"]), ("0.3", ["outcome-only"]), ("aware", ["transient", "sticky"])],
+    ("name", "kinds", "states_only"),
+    [
+        ("0.3", ["transient"], False),
+        ("0.3", ["sticky"], False),
+        ("0.3", ["outcome-only"], False),
+        ("aware", ["transient", "sticky"], False),
+        ("0.3", ["transient"], True),
+        ("0.3", ["sticky"], True),
+        ("aware", ["transient", "sticky"], True),
+    ],
 )
-def test_information_is_what_reports_give_on_average(name, kinds):
+def test_information_is_what_reports_give_on_average(name, kinds, states_only):
     """Over every next report, told or that the box opens, weighed by slow enumeration."""
     known = interlocks("single-parent", 3)
     noise = noise_model(name, kinds[0] if kinds[0] != "outcome-only" and len(kinds) == 1 else "unknown")
     for joints in [(1, 2), (1, 1), (0, 2)]:
-        for reports, behind in histories(known.needs, kinds, joints, noise.p).items():
+        for reports, behind in histories(known.needs, kinds, joints, noise.p, states_only).items():
             belief = begin(known, noise)
             for report in reports:
                 belief = update(belief, report)
             total, expected = sum(behind.values()), []
             for joint in range(3):
                 left = 0.0
-                for more, mass in histories(known.needs, kinds, (*joints, joint), noise.p).items():
+                for more, mass in histories(known.needs, kinds, (*joints, joint), noise.p, states_only).items():
                     if more[:-1] == reports:
                         left += sum(mass.values()) / total * entropy(update(belief, more[-1]))
                 if joint == 0 and (opens := belief.weights @ known.may_move(belief.configuration)[:, 0]) > 0:

@@ -13,7 +13,7 @@ from lockprobe.beliefs.structures import interlocks
 from lockprobe.errors import BadValue
 
 SMALL = interlocks("single-parent", 3)
-REPORTS = st.builds(Report, st.integers(0, 2), st.booleans(), st.none() | st.integers(0, 7))
+REPORTS = st.builds(Report, st.integers(0, 2), st.booleans(), st.none() | st.integers(0, 7), st.booleans())
 
 
 def after(known, noise, reports):
@@ -24,20 +24,23 @@ def after(known, noise, reports):
 
 
 @pytest.mark.parametrize(
-    ("name", "persistence", "kinds"),
+    ("name", "persistence", "kinds", "states_only"),
     [
-        ("0.3", "transient", ["transient"]),
-        ("0.3", "sticky", ["sticky"]),
-        ("0.3", "unknown", ["outcome-only"]),
-        ("0.3", "unknown", ["transient", "sticky"]),
-        ("aware", "unknown", ["transient", "sticky"]),
-        ("aware", "transient", ["outcome-only"]),
+        ("0.3", "transient", ["transient"], False),
+        ("0.3", "sticky", ["sticky"], False),
+        ("0.3", "unknown", ["outcome-only"], False),
+        ("0.3", "unknown", ["transient", "sticky"], False),
+        ("aware", "unknown", ["transient", "sticky"], False),
+        ("aware", "transient", ["outcome-only"], False),
+        ("0.3", "transient", ["transient"], True),
+        ("0.3", "sticky", ["sticky"], True),
+        ("aware", "unknown", ["transient", "sticky"], True),
     ],
 )
-def test_the_posterior_is_that_of_enumeration(name, persistence, kinds):
+def test_the_posterior_is_that_of_enumeration(name, persistence, kinds, states_only):
     noise = noise_model(name, persistence)
     for joints in product(range(3), repeat=3):
-        for reports, behind in histories(SMALL.needs, kinds, joints, noise.p).items():
+        for reports, behind in histories(SMALL.needs, kinds, joints, noise.p, states_only).items():
             belief = after(SMALL, noise, reports)
             total = sum(behind.values())
             expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(len(SMALL))]
@@ -54,17 +57,17 @@ def test_a_longer_history_of_chains():
         assert np.allclose(after(known, noise, reports).weights, expected, atol=1e-12)
 
 
-@given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=8))
-def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints):
+@given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=8), st.booleans())
+def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints, states_only):
     known = interlocks("single-parent", 4)
-    heard = told(as_box(known.needs[place]), "transient", joints, [False] * len(joints))
+    heard = told(as_box(known.needs[place]), "transient", joints, [False] * len(joints), states_only)
     if heard is None:
         return
     belief = after(known, noise_model("naive"), heard[0])
     left = [
         s
         for s, needs in enumerate(known.needs)
-        if told(as_box(needs), "transient", joints, [False] * len(joints)) == heard
+        if told(as_box(needs), "transient", joints, [False] * len(joints), states_only) == heard
     ]
     assert belief.alive == sum(1 << s for s in left)
     assert entropy(belief) == pytest.approx(np.log2(len(left)))

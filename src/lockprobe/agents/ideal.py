@@ -86,7 +86,7 @@ class IdealObserver(Policy[Belief]):
         numbers = _numbers(view)
         shifted = told.shifted
         positions = None if shifted is None else sum((shifted >> j & 1) << number for j, number in enumerate(numbers))
-        return update(memory, Report(numbers[told.joint], told.moved, positions))
+        return update(memory, Report(numbers[told.joint], told.moved, positions, told.states_only))
 
     def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
         """All that are best by the plan alike."""

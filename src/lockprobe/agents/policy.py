@@ -47,11 +47,13 @@ class Told:
         moved: Whether it moved, as reported.
         shifted: Joints reported away from where they were reported at the start, bit j for joint j; None where
             positions are not told.
+        states_only: Whether positions are told and no outcome, so that ``moved`` comes of comparing them.
     """
 
     joint: int
     moved: bool
     shifted: int | None = None
+    states_only: bool = False
 
 
 def view_of(task: Task) -> View:
@@ -87,7 +89,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn]) -> Told | None:
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
             shifted = sum((now != then) << j for j, (now, then) in enumerate(zip(positions, start, strict=True)))
-    return Told(joint=joint, moved=moved, shifted=shifted)
+    return Told(joint=joint, moved=moved, shifted=shifted, states_only=percept.outcome is None)
 
 
 def told_outcome(situation: Situation) -> Outcome | None:

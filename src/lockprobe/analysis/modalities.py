@@ -88,11 +88,14 @@ class ModalityEffect:
 def spoken(modality: str) -> str:
     """A modality in the paper's words, with its options.
 
-    >>> spoken("rgbd?depth=height")
-    'RGB-D, depth=height'
+    >>> spoken("rgbd?depth=height"), spoken("symbolic?tell=state")
+    ('RGB-D, depth=height', 'ground-truth states')
     """
     name, _, options = modality.partition("?")
-    return ", ".join(part for part in (_SPOKEN.get(name, name), *options.split("&")) if part)
+    several = [option for option in options.split("&") if option]
+    states = name == "symbolic" and "tell=state" in several
+    called = "ground-truth states" if states else _SPOKEN.get(name, name)
+    return ", ".join((called, *(option for option in several if not states or option != "tell=state")))
 
 
 def by_fidelity(modality: str) -> tuple[int, str]:

@@ -8,9 +8,8 @@ attempt would tell it, and how many more steps each would cost. Two observers ju
 * ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's: as if
   all were known after the next attempt. They are lower bounds and credit no attempt with what it would tell.
 
-An agent that is shown pictures is judged as one who reads them without error: a picture shows the truth, which is what
-is taken to have been told, so that ``naive`` is the observer that is right, and a misreading counts against the agent;
-``aware`` then doubts what it sees. Positions that a picture shows add nothing to true outcomes.
+An agent that is shown pictures is judged as one who reads them without error: what a picture shows counts as told, as
+in words that tell positions alone (``symbolic?tell=state``), and a misreading counts against the agent.
 
 An action is *optimal* if no other costs fewer expected steps; its *regret* is what it costs more. Beside each share
 stands that of a uniformly random choice in the same situations: where several joints are equally good, chance is
@@ -31,7 +30,7 @@ from lockprobe.analysis.observing import Moment, moment
 from lockprobe.analysis.outcomes import ended
 from lockprobe.beliefs.posterior import Report, begin, noise_model
 from lockprobe.beliefs.structures import interlocks
-from lockprobe.record import Step, Trial
+from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
 __all__ = [
@@ -221,18 +220,25 @@ def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> Judged
 
 def _told(trial: Trial) -> list[Told]:
     """Every attempt in numbers, and what was told of it."""
-    numbers = _numbers(trial)
-    positions = {told: _positions(trial, numbers, told) for told in set(map(_in_words, trial.steps))}
+    numbers, shown = _numbers(trial), _shown(trial)
+    positions = {told: _positions(trial, numbers, told) for told in set(shown)}
     found: list[Told] = [
-        (joint := numbers[step.joint], Report(joint, bool(step.told_moved), positions[_in_words(step)]))
-        for step in trial.steps
+        (joint := numbers[step.joint], Report(joint, bool(step.told_moved), positions[told], trial.states_only))
+        for step, told in zip(trial.steps, shown, strict=True)
     ]
     return [*found[:-1], (found[-1][0], None)] if trial.solved else found
 
 
-def _in_words(step: Step) -> str | None:
-    """The configuration as told in words; of pictures, which are in the record where they are false, none."""
-    return None if step.pictures else step.told_state
+def _shown(trial: Trial) -> list[str | None]:
+    """The configuration as told or pictured after every step, a bit string in panel order; None if neither."""
+    last = trial.steps[-1]
+    moved = {trial.joints.index(last.joint)} if last.moved else set()
+    ended = "".join(str(int(bit) ^ (i in moved)) for i, bit in enumerate(last.state))
+    after = [*(step.state for step in trial.steps[1:]), ended]
+    return [
+        true if step.pictures and step.told_state is None else step.told_state
+        for step, true in zip(trial.steps, after, strict=True)
+    ]
 
 
 def _numbers(trial: Trial) -> dict[str, int]:

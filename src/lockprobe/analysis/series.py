@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 
 from lockprobe.analysis.axis import AGENT, Axis
 from lockprobe.options import read_options
+from lockprobe.record import STATES
 
 __all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of", "series_of_agents"]
 
@@ -30,7 +31,7 @@ class Arm:
     label: str
     specs: tuple[str, ...]
     doses: tuple[str, ...]
-    modality: str = "symbolic"
+    modality: str = STATES
 
     @property
     def acting(self) -> tuple[int, ...]:
@@ -91,7 +92,7 @@ class Crossing:
     both: str
 
 
-def control_of(arms: Sequence[Arm], modality: str = "symbolic") -> Arm | None:
+def control_of(arms: Sequence[Arm], modality: str = STATES) -> Arm | None:
     """What the conditions of a modality are compared with: the truth, or the first where there is none."""
     shown = [arm for arm in arms if arm.modality == modality]
     return next((arm for arm in shown if not arm.acting), shown[0] if shown else None)
@@ -132,7 +133,7 @@ def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
         Series(
             axis=Axis(kind=AGENT, dose=option),
             doses=dict(sorted(doses.items(), key=lambda both: both[1])),
-            modality="symbolic",
+            modality=STATES,
             agent=agent,
         )
         for (agent, option), doses in families.items()

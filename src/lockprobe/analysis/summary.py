@@ -36,7 +36,7 @@ from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.analysis.speaking import called
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.record import Trial
+from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import generator
 
 __all__ = [
@@ -299,7 +299,7 @@ def _agent(
 
 
 def _shown(modality: str, *, several: bool) -> str:
-    return spoken(modality) if several or modality != "symbolic" else ""
+    return spoken(modality) if several or modality not in UNNAMED else ""
 
 
 def _stream(first: Trial, use: str) -> np.random.Generator:

@@ -55,7 +55,8 @@ def qmdp(belief: Belief) -> Floats:
 def information(belief: Belief) -> Floats:
     """Expected bits about the interlock that attempting each joint next would give, shape (n,), from 0.
 
-    What is seen of an attempt: whether the box opens; else the outcome told, and the positions that are news.
+    What is seen of an attempt: whether the box opens; else the outcome told, or where none is told the position of the
+    attempted joint, and the positions that are news.
     """
     held = belief.possible.any(axis=0)
     weights, moves = belief.weights[held], belief.interlocks.may_move(belief.configuration)[held]
@@ -69,6 +70,8 @@ def information(belief: Belief) -> Floats:
     told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", and beside them those of "blocked"
     told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
     told[:, n:] = goes_on - told[:, :n]
+    if belief.states_only:
+        told = _by_position(told, belief.configuration[held])
     kinds = np.ascontiguousarray(belief.possible[:, held])
     both = _gained((kinds / kinds.sum(axis=0) * weights)[:, :, None] * told, _news(belief)[:, held])
     gained = both[:n] + both[n:]
@@ -84,14 +87,30 @@ def next_false(belief: Belief) -> Floats:
     return np.full(len(belief.interlocks), belief.noise.p)
 
 
+def _by_position(told: Floats, configuration: NDArray[np.int64]) -> Floats:
+    """The probabilities of either outcome told as those of either position told of the attempted joint.
+
+    Args:
+        told: Of "moved" to each joint and beside them of "blocked", shape (interlocks, 2n).
+        configuration: Where each interlock has the box, shape (interlocks,).
+    """
+    n = told.shape[1] // 2
+    away = (configuration[:, None] >> np.arange(n) & 1).astype(bool)
+    moved, blocked = told[:, :n], told[:, n:]
+    return np.hstack((np.where(away, blocked, moved), np.where(away, moved, blocked)))
+
+
 def _news(belief: Belief) -> NDArray[np.int64]:
-    """What would be shown of where the box was before each attempt, shape (kinds, interlocks, n)."""
+    """What would be shown of where the box was before each attempt, shape (kinds, interlocks, n).
+
+    Of the attempted joint that is known only from its position with the outcome told.
+    """
     where, bit = belief.configuration[:, None], 1 << np.arange(belief.interlocks.joints)
     found = np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
     if belief.positions is not None:
         for kind, shown in zip(belief.noise.kinds, found, strict=True):
             shown[:] = where if kind == "transient" else belief.positions & ~bit | where & bit
-    return found
+    return found & ~bit if belief.states_only else found
 
 
 def _gained(mass: Floats, news: NDArray[np.int64]) -> Floats:

@@ -10,9 +10,11 @@ the reports that were false if it is the true one. The posterior is the prior ti
 What a report shows depends on how flips are told (:mod:`lockprobe.interventions.flip`). In each kind the position told
 of the attempted joint, with the outcome told, gives where that joint was before. ``transient`` reports also show
 where all others are; ``sticky`` ones repeat what was told of them before, which is no news; where no positions are told
-there is the outcome alone. A single report does not say of which kind it is. An observer who was not told infers it as
-well, from equal odds; a naive one takes every position told as true. And a trial that goes on shows that the target has
-not moved, whatever was reported, because its end is decided by the truth.
+there is the outcome alone. Where positions are told and no outcomes (``tell=state``), a report is false if the position
+told of the attempted joint is, whatever comparing it with the last report says. A single report does not say of which
+kind it is. An observer who was not told infers it as well, from equal odds; a naive one takes every position told as
+true. And a trial that goes on shows that the target has not moved, whatever was reported, because its end is decided by
+the truth.
 
 Where no interlock of the prior allows what was told, the observer keeps only the last report: it begins again from the
 prior at the configuration told before it (or believed, where none was told), and if that is impossible too at the
@@ -86,13 +88,15 @@ class Report:
 
     Attributes:
         joint: The joint attempted.
-        moved: Whether it moved, as told.
+        moved: Whether it moved, as told, or as comparing positions says.
         positions: The configuration as told afterwards; None where positions are not told.
+        states_only: Whether positions are told and no outcomes.
     """
 
     joint: int
     moved: bool
     positions: int | None = None
+    states_only: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,6 +112,8 @@ class Belief:
         weights: The posterior probability of every interlock, of the same shape.
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
+        states_only: Whether the last report told positions and no outcome. Before the first report it makes no
+            difference: the box is where it starts.
         moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
         restarts: How often what was told was impossible.
     """
@@ -120,6 +126,7 @@ class Belief:
     weights: Floats
     told: int = 0
     positions: int | None = 0
+    states_only: bool = False
     moved: float | None = None
     restarts: int = 0
 
@@ -138,7 +145,7 @@ class Belief:
         arrays = (self.possible, self.configuration * held, self.false * held)
         told = self.told if self.noise.p is None else 0  # with a known p only differences of counts matter
         positions = None if self.positions is None else self.positions if "sticky" in self.noise.kinds else 0
-        plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions)
+        plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions, self.states_only)
         return (*plain, *(array.tobytes() for array in arrays))
 
     def __eq__(self, other: object) -> bool:
@@ -188,10 +195,11 @@ def _again(belief: Belief, configuration: int) -> Belief:
 def _told(belief: Belief, report: Report) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
     moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
-    possible = belief.possible & _shown(belief, report)
+    said = _said(belief, report)
+    possible = belief.possible & _shown(belief, report, said)
     if report.joint == 0:
         possible &= ~moves
-    false, told = belief.false + (moves != report.moved), belief.told + 1
+    false, told = belief.false + (moves != said), belief.told + 1
     weights = _weights(belief.noise, possible, false, told)
     if weights is None:
         return None
@@ -203,16 +211,25 @@ def _told(belief: Belief, report: Report) -> Belief | None:
         weights=weights,
         told=told,
         positions=report.positions,
+        states_only=report.states_only,
         moved=float(weights @ moves),
     )
 
 
-def _shown(belief: Belief, report: Report) -> NDArray[np.bool_]:
+def _said(belief: Belief, report: Report) -> NDArray[np.bool_] | bool:
+    """Whether the joint moved as told; if positions alone are told, as each interlock would have it."""
+    if not report.states_only or report.positions is None:
+        return report.moved
+    moved: NDArray[np.bool_] = (belief.configuration ^ report.positions) >> report.joint & 1 == 1
+    return moved
+
+
+def _shown(belief: Belief, report: Report, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
     """Whether the positions told are as each kind and interlock would have it, shape (kinds, interlocks)."""
     if report.positions is None:
         return np.ones_like(belief.possible)
     bit = 1 << report.joint
-    differs = belief.configuration ^ report.positions ^ (report.moved * bit)
+    differs = belief.configuration ^ report.positions ^ (said * bit)
     if belief.noise.naive:  # it takes the target to be at rest, whatever is told of it
         differs &= ~1
     repeated = belief.positions is None or (report.positions ^ belief.positions) & ~bit == 0

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.amounts import spent_in_words
-from lockprobe.interventions.condition import SYMBOLIC
 from lockprobe.record import Trial
 from lockprobe.studies.calls import Calls
 from lockprobe.studies.records import LeftOut
@@ -40,7 +39,7 @@ class Tally:
     """
 
     def __init__(self, study: Study | None = None) -> None:
-        self._shows = study is not None and study.modalities != SYMBOLIC
+        self._shows = study is not None and study.names_modalities
         self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
         self.first_error = ""
         self.errors: Counter[str] = Counter()

@@ -130,6 +130,7 @@ def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
                 joint=trial.listing.index(step.decision.joint),
                 moved=bool(step.told_moved),
                 shifted=_shifted(step, trial.steps[0].state, panel),
+                states_only=trial.states_only,
             )
             for step in trial.steps
         ),

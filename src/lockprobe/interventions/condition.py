@@ -11,14 +11,15 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.options import read_options, spec_name
+from lockprobe.record import STATES
 from lockprobe.seams import Intervention
 
 __all__ = [
     "MODALITIES",
     "MODALITY_DOSES",
-    "SYMBOLIC",
     "Condition",
     "Recorded",
+    "default_modality",
     "distinct",
     "flips",
     "modality_doses",
@@ -28,9 +29,6 @@ __all__ = [
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """How a box can be shown; options of each stand after a question mark."""
-
-SYMBOLIC = ("symbolic",)
-"""The modalities of a study that has no pictures."""
 
 MODALITY_DOSES = ("p", "blur", "noise", "occlude")
 """Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
@@ -71,7 +69,7 @@ class Condition:
     """
 
     interventions: tuple[Intervention | Recorded, ...] = field(default=(), compare=False)
-    modality: str = "symbolic"
+    modality: str = STATES
     name: str = ""
     specs: tuple[str, ...] = field(init=False)
     flip: OutcomeFlip | None = field(init=False, compare=False)
@@ -87,7 +85,7 @@ class Condition:
     @property
     def spec(self) -> str:
         """All that acts, with plus signs between: ``tremble?p=0.1 + nudge?after=2``; ``truth`` where nothing does."""
-        shown = () if self.modality == "symbolic" else (self.modality,)
+        shown = () if self.modality == STATES else (self.modality,)
         return " + ".join((*self.specs, *shown)) or TRUTH
 
     @property
@@ -148,21 +146,30 @@ def _made(one: Intervention | Recorded) -> Intervention:
 
 
 def flips(
-    p: Iterable[float], persistence: FlipKind = "transient", modalities: Iterable[str] = SYMBOLIC
+    p: Iterable[float], persistence: FlipKind = "transient", modalities: Iterable[str] | None = None
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate with every way of showing the box, the latter outermost.
 
     Args:
         p: Flip probabilities, [0, 1].
         persistence: Kind of outcome flip.
-        modalities: How the box is shown, as specs.
+        modalities: How the box is shown, as specs; :func:`default_modality` if not given.
     """
-    rates = tuple(p)
+    rates, modalities = tuple(p), modalities or (default_modality(persistence),)
     return tuple(
         Condition(interventions=(OutcomeFlip(p=rate, persistence=persistence),), modality=modality)
         for modality in modalities
         for rate in rates
     )
+
+
+def default_modality(*acting: str) -> str:
+    """How the box is shown if nobody says it: where the joints stand, or by outcomes where flips leave these alone.
+
+    Args:
+        acting: Kinds of flip, or specs of what acts.
+    """
+    return "symbolic" if any("outcome-only" in spec for spec in acting) else STATES
 
 
 def read_condition(spec: str, name: str = "") -> Condition:
@@ -182,7 +189,7 @@ def read_condition(spec: str, name: str = "") -> Condition:
     acting, _, last = spec.rpartition("+")
     if spec_name(last.strip()) in MODALITIES:
         return Condition(interventions=interventions_of(acting), modality=_without_zeros(last.strip()), name=name)
-    return Condition(interventions=interventions_of(spec), name=name)
+    return Condition(interventions=interventions_of(spec), modality=default_modality(spec), name=name)
 
 
 def modality_doses(modality: str) -> tuple[str, dict[str, str]]:

@@ -8,6 +8,7 @@ from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.effects import Effect, Effects, Interplay
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.speaking import begun, called, of_trials, p_said, points_said
+from lockprobe.record import UNNAMED
 
 __all__ = ["effects_said"]
 
@@ -19,7 +20,7 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
         found: Its effects.
         conditions: Every agent under every condition -> its numbers.
     """
-    name = called(found.agent, "" if found.modality == "symbolic" else spoken(found.modality))
+    name = called(found.agent, "" if found.modality in UNNAMED else spoken(found.modality))
     share = conditions[found.agent, found.control].success
     said = []
     for words, chosen in (

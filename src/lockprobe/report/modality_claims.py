@@ -7,6 +7,7 @@ cannot bear it out.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
 
 from lockprobe.analysis.curves import SuccessCurve
 from lockprobe.analysis.inference.logrank import holm
@@ -15,6 +16,7 @@ from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import MODALITY, STEPS_TO_80
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.options import spec_name
+from lockprobe.record import STATES, UNNAMED
 from lockprobe.report.compared import (
     NOT_MEASURED,
     Found,
@@ -34,7 +36,7 @@ Measured = list[tuple[str, Found]]
 Shown = Mapping[str, AgentSummary]
 """One agent by the modality in which it was shown the box."""
 
-_THREE = ("rgb", "rgbd", "symbolic")
+
 _DECILES = tuple(i / 10 for i in range(1, 11))
 
 
@@ -50,6 +52,11 @@ def _agents(summary: StudySummary) -> Iterator[tuple[ModalityEffect, Shown]]:
             yield effect, shown
 
 
+def _three(shown: Shown) -> tuple[str, str, str]:
+    """The paper's modalities. Its ground truth is a state; a report that tells outcomes too stands for it if alone."""
+    return "rgb", "rgbd", next((one for one in UNNAMED if one in shown), STATES)
+
+
 def _curve(shown: Shown, modality: str) -> SuccessCurve:
     return shown[modality].conditions[0].curve
 
@@ -60,7 +67,7 @@ def _each(measure: Callable[[ModalityEffect, Shown], Found]) -> Callable[[StudyS
 
 def _whole(found: Pattern, shown: Shown) -> Pattern:
     """Only all three modalities can show what is said of three."""
-    return "open" if found == "shown" and not set(_THREE) <= shown.keys() else found
+    return "open" if found == "shown" and not set(_three(shown)) <= shown.keys() else found
 
 
 def _final(effect: ModalityEffect, shown: Shown) -> Found:
@@ -93,7 +100,7 @@ def _order(effect: ModalityEffect, shown: Shown) -> Found:
     means = [(modality, _curve(shown, modality).restricted_mean_steps) for modality in effect.modalities]
     steps = [mean for _, mean in means if mean is not None]
     trend = pattern(effect.p_value, -effect.direction)
-    pairs = [_sooner(effect, *pair)[0] for pair in (("rgb", "rgbd"), ("rgbd", "symbolic"))]
+    pairs = [_sooner(effect, *pair)[0] for pair in pairwise(_three(shown))]
     if trend == "shown" and ("opposite" in pairs or steps != sorted(steps)):
         trend = "opposite" if "opposite" in pairs else "open"
     here = "mean steps " + ", ".join(f"{mean:.1f} with {spoken(m)}" for m, mean in means if mean is not None)
@@ -103,10 +110,12 @@ def _order(effect: ModalityEffect, shown: Shown) -> Found:
 
 def _steps(effect: ModalityEffect, shown: Shown) -> Found:
     """80 % are solved by the paper's steps, and sooner with RGB than with ground truth."""
-    found = {m: same_step(shown[m].conditions[0], step) for m, step in STEPS_TO_80.items() if m in shown}
+    lowest, _, highest = _three(shown)
+    steps = {lowest: STEPS_TO_80["rgb"], highest: STEPS_TO_80["symbolic"]}
+    found = {m: same_step(shown[m].conditions[0], step) for m, step in steps.items() if m in shown}
     if not found:
         return NOT_MEASURED
-    shows, p_value = _sooner(effect, *STEPS_TO_80)
+    shows, p_value = _sooner(effect, lowest, highest)
     outside = any(verdict == "not compatible" for _, verdict, *_ in found.values())
     here = "; ".join(f"{said} with {spoken(modality)}" for modality, (said, *_) in found.items())
     test = "95 % intervals of the steps, from the bands, and log-rank of RGB against ground truth"
@@ -115,7 +124,7 @@ def _steps(effect: ModalityEffect, shown: Shown) -> Found:
 
 def _outpaces(effect: ModalityEffect, shown: Shown) -> Found:
     """RGB reaches most shares of success before RGB-D, and RGB-D before ground truth."""
-    pairs = [pair for pair in (("rgb", "rgbd"), ("rgbd", "symbolic")) if set(pair) <= shown.keys()]
+    pairs = [pair for pair in pairwise(_three(shown)) if set(pair) <= shown.keys()]
     if not pairs:
         return NOT_MEASURED
     tests = [_sooner(effect, *pair) for pair in pairs]
@@ -162,7 +171,7 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Foun
 
 
 def _is_reference(both: tuple[str, str]) -> bool:
-    return spec_name(both[0]).partition(":")[0] == "human-inspired" and both[1] == "symbolic"
+    return spec_name(both[0]).partition(":")[0] == "human-inspired" and both[1] in UNNAMED
 
 
 MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], Measured]] = {

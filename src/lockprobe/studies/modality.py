@@ -15,7 +15,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import MODALITIES, SYMBOLIC, Condition
+from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.options import read_options, spec_name, with_options
@@ -23,7 +23,6 @@ from lockprobe.seams import Channel, Intervention
 
 __all__ = [
     "MODALITIES",
-    "SYMBOLIC",
     "check_distinct",
     "false_rate",
     "interventions_for",

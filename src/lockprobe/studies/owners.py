@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lockprobe.interventions.condition import MODALITIES, SYMBOLIC
+from lockprobe.interventions.condition import MODALITIES
 from lockprobe.options import spec_name
 from lockprobe.studies.study import Study
 
@@ -19,7 +19,7 @@ class Owners:
     def __init__(self, study: Study) -> None:
         self._study = f"{study.name}/"
         self._of_flips = study.of_flips
-        self._shows = study.modalities != SYMBOLIC  # only then a key says how the box is shown
+        self._shows = study.names_modalities
         shown = [f"/{modality}" for modality in study.modalities] if self._shows else [""]
         self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
 

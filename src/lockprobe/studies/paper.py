@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.record import STATES
 from lockprobe.studies.study import LayoutKind, Study
 
 __all__ = [
@@ -47,7 +48,7 @@ SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6)
 """Ours: what the embedded model plays in a few minutes on two cores."""
 
 
-MODALITIES = ("rgb", "rgbd", "symbolic")
+MODALITIES = ("rgb", "rgbd", STATES)
 """Sec. 2.2: RGB images, RGB-D images, and the ground-truth symbolic state, from low to high fidelity."""
 
 MODALITY_TRIALS = Extent(p=(0.0,), repetitions=1, trials=10)

@@ -222,7 +222,7 @@ def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tupl
 
 def _light(study: Study) -> bool:
     """Whether its plants take no time and hold nothing to speak of."""
-    return not study.simulated and set(study.modalities) == {"symbolic"}
+    return not study.simulated and not study.has_pictures
 
 
 async def _play_here(

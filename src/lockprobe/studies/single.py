@@ -10,14 +10,14 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import Condition, flips, read_condition
+from lockprobe.interventions.condition import Condition, default_modality, flips, read_condition
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.options import spec_name
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Trial
+from lockprobe.record import STATES, Trial
 from lockprobe.seams import Agent, Closable, Intervention
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.stage import play_timed
@@ -39,7 +39,7 @@ def run_trial(
     shuffle: bool = True,
     layout: LayoutKind = "fixed",
     plant: str = "symbolic",
-    modality: str = "symbolic",
+    modality: str | None = None,
     assessment: bool = True,
     condition: str | Condition | Sequence[Intervention] = "",
     pictures: Path | str | None = None,
@@ -58,7 +58,7 @@ def run_trial(
         shuffle: Whether labels and their listing are shuffled.
         layout: Whether the joints are dealt anew to the places of the panel.
         plant: What is acted on, as its spec.
-        modality: How the box is shown, as its spec.
+        modality: How the box is shown, as its spec; ``symbolic?tell=state`` if not given, as in studies.
         assessment: Whether the agent is asked what its last action did.
         condition: What acts in the trial, in place of ``p``, ``flip`` and ``modality``: specs with plus signs between
             (``tremble?p=0.1 + nudge``), interventions, or a condition; ``lockprobe interventions`` lists them. A flip
@@ -81,21 +81,23 @@ def run_trial(
         return elsewhere.submit(asyncio.run, once).result()
 
 
-def _condition(asked: str | Condition | Sequence[Intervention], p: float, flip: FlipKind, modality: str) -> Condition:
+def _condition(
+    asked: str | Condition | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None
+) -> Condition:
     """The condition that is asked for; a flip rate and a modality alone make one too."""
     if not asked:
-        return flips((p,), flip, (modality,))[0]
+        return flips((p,), flip, (modality,) if modality else None)[0]
     if isinstance(asked, str):
         asked = read_condition(asked)
     found = asked if isinstance(asked, Condition) else Condition(interventions=tuple(asked))
-    if p == 0 and modality == "symbolic":
+    if p == 0 and modality is None:
         return found
     if p and any(spec_name(spec) == OutcomeFlip.name for spec in found.specs):
         raise BadValue("p", p, "0 with a condition that flips reports itself")
     return replace(
         found,
         interventions=((OutcomeFlip(p=p, persistence=flip),) if p else ()) + found.interventions,
-        modality=found.modality if modality == "symbolic" else modality,
+        modality=modality or (default_modality(flip) if p and found.modality == STATES else found.modality),
     )
 
 

@@ -10,14 +10,14 @@ from itertools import pairwise, product
 from typing import Literal, get_args
 
 from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import SYMBOLIC, Condition, Recorded
+from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Trial
+from lockprobe.record import STATES, UNNAMED, Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, taken_in
 
@@ -26,7 +26,7 @@ __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
 
-LATER: Mapping[str, object] = {"layout": "fixed", "modalities": list(SYMBOLIC), "assessment": True}
+LATER: Mapping[str, object] = {"layout": "fixed", "modalities": ["symbolic"], "assessment": True}
 """Settings that came later, as JSON holds them, with what they were before they could be set."""
 
 _IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "modalities", "conditions"}
@@ -132,7 +132,7 @@ class Study:
         """How the box is shown, each way once."""
         return tuple(dict.fromkeys(one.modality for one in self.conditions))
 
-    def condition(self, p: float, modality: str = "symbolic") -> Condition:
+    def condition(self, p: float, modality: str = STATES) -> Condition:
         """The condition of a flip rate and a modality.
 
         Raises:
@@ -180,6 +180,11 @@ class Study:
     def record_identity(self) -> str:
         """Twelve hexadecimal digits that a record of this study bears; see :func:`record_identity`."""
         return record_identity(self.settings())
+
+    @property
+    def names_modalities(self) -> bool:
+        """Whether keys of its records say how the box is shown."""
+        return len(self.modalities) > 1 or self.modalities[0] not in UNNAMED
 
     @property
     def has_pictures(self) -> bool:
@@ -266,7 +271,7 @@ class Study:
     def _said_in_keys(self, condition: Condition) -> str:
         if not self.of_flips:
             return f"/{condition.label}"
-        shown = "" if self.modalities == SYMBOLIC else f"/{condition.modality}"
+        shown = f"/{condition.modality}" if self.names_modalities else ""
         return f"{shown}/p={condition.p:g}"
 
     def condition_of(self, trial: Trial) -> Condition | None:

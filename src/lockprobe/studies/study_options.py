@@ -92,8 +92,8 @@ class StudyOptions(BaseModel):
     modality: Annotated[
         Several | None,
         _about(
-            "How the box is shown: symbolic (flips), symbolic?tell=state, rgb, rgb?blur=8, rgbd?depth=height; may be "
-            "repeated (modalities: all)."
+            "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, what attempts did "
+            "too; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
         ),
     ] = None
     condition: Annotated[

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import (
-    SYMBOLIC,
     Condition,
+    default_modality,
     distinct,
     flips,
     modality_doses,
@@ -63,7 +63,7 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
     plant = _given(request.plant, paper.ROBOT if modal else "symbolic")
-    modalities = tuple(_given(request.modality, _shown_by_default(plant, modal=modal)))
+    modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
     for what, specs in (
@@ -135,7 +135,7 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
 
 def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Conditions shown in every way, those that say their own only in that, each way with the truth as its control."""
-    own = [one for one in found if one.modality != "symbolic"]
+    own = [one for one in found if one.modality != default_modality(*one.specs)]
     acting = [one for one in found if one not in own and (one.name or not one.does_nothing)]
     named = [one for one in acting if one.does_nothing]
     controls = named or [Condition()]
@@ -161,9 +161,11 @@ def _flips_extent(request: StudyOptions) -> paper.Extent:
     return paper.FULL if asked else paper.SHORT
 
 
-def _shown_by_default(plant: str, *, modal: bool) -> tuple[str, ...]:
-    """The paper's modalities in the modality study, as far as the plant has a camera; reports in others."""
-    return paper.MODALITIES if modal and resolve_plant(plant).has_camera else SYMBOLIC
+def _shown_by_default(request: StudyOptions, plant: str, *, modal: bool) -> tuple[str, ...]:
+    """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
+    if modal and resolve_plant(plant).has_camera:
+        return paper.MODALITIES
+    return (default_modality(request.flip or "", *request.acting, *(request.sweep or ())),)
 
 
 def _players_by_default(modalities: tuple[str, ...], *, modal: bool) -> tuple[str, ...]:

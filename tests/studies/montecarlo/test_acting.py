@@ -13,6 +13,7 @@ from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.force import Force
 from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
 from lockprobe.record import Decision, Moment, Percept, Situation, Task, Turn
 from lockprobe.seams import Channel
@@ -52,7 +53,7 @@ def acted(ones, value, change, joints):
             yield after, chance
 
 
-def branches(policy, puzzle, ones, left, situation, past, configuration):
+def branches(policy, puzzle, ones, tell, left, situation, past, configuration):
     """Every way on: its probability, the step that solves the box (None: none), whether wrong positions were told."""
     if not left:
         yield 1.0, None, ()
@@ -76,14 +77,15 @@ def branches(policy, puzzle, ones, left, situation, past, configuration):
             )
             for told, luck in acted(channels, truth, lambda c, t, s: c.perceive(t, past, task, s), joints):
                 turn = Turn(percept=situation.percept, decision=Decision(joint=label))
-                onward = Situation(task=task, past=(*situation.past, turn), percept=told)
+                read = TextChannel(tell=tell).perceive(told, past, task, Loaded(0.0))
+                onward = Situation(task=task, past=(*situation.past, turn), percept=read)
                 moments = (*past, Moment(was=truth, told=told, chosen=label, attempted=attempted))
                 wrong = told.positions not in (None, truth.positions)
-                for share, end, later in branches(policy, puzzle, ones, left - 1, onward, moments, after):
+                for share, end, later in branches(policy, puzzle, ones, tell, left - 1, onward, moments, after):
                     yield chosen * slipped * luck * share, end, (wrong, *later)
 
 
-def by_brute_force(policy, puzzle, spec, budget):
+def by_brute_force(policy, puzzle, spec, tell, budget):
     task = Task(
         joints=tuple(str(j) for j in range(len(puzzle.joints))),
         target=str(puzzle.target_index),
@@ -93,7 +95,8 @@ def by_brute_force(policy, puzzle, spec, budget):
     opening = Percept(positions=puzzle.initial)
     solved, apart = [0.0] * (budget + 1), [0.0] * (budget + 1)
     start, past = Situation(task=task, past=(), percept=opening), (Moment(was=opening, told=opening),)
-    for share, end, wrong in branches(policy, puzzle, interventions_of(spec), budget, start, past, puzzle.initial):
+    ones = interventions_of(spec)
+    for share, end, wrong in branches(policy, puzzle, ones, tell, budget, start, past, puzzle.initial):
         for step in range(end or budget + 1, budget + 1):
             solved[step] += share
         for step, differs in enumerate(wrong, 1):
@@ -121,11 +124,13 @@ CONDITIONS = [
 ]
 
 
+@pytest.mark.parametrize("tell", ["both", "state"])
 @pytest.mark.parametrize("spec", CONDITIONS)
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: type(policy).__name__)
-def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec):
-    solved, apart = by_brute_force(policy, box("chain-2"), spec, 4)
-    course = propagate(policy, "chain-2", condition=spec, max_steps=4, listing="panel")
+def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec, tell):
+    solved, apart = by_brute_force(policy, box("chain-2"), spec, tell, 4)
+    modality = f"symbolic?tell={tell}"
+    course = propagate(policy, "chain-2", condition=spec, modality=modality, max_steps=4, listing="panel")
     assert course.solved == pytest.approx(solved, abs=1e-12)
     assert course.apart == pytest.approx(apart, abs=1e-12)
 
@@ -143,10 +148,11 @@ def test_tremble_equals_a_lapse_of_the_hand(agent):
 @pytest.mark.parametrize(
     "spec", ["tremble?p=0.2 + drop?p=0.3", "flip?p=0.5&only=blocked&from=3", "flip?p=0.6&at=2;4;6 + force?at=5"]
 )
-def test_trials_of_the_loop_come_to_the_same(spec):
-    agent = "human-inspired?lapse=0.1"
-    trials = [run_trial(agent=agent, condition=spec, max_steps=12, trial=trial) for trial in range(1, 151)]
-    exact = propagate(agent, condition=spec, max_steps=12)
+@pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state"])
+def test_trials_of_the_loop_come_to_the_same(spec, modality):
+    agent, asked = "human-inspired?lapse=0.1", {"condition": spec, "modality": modality, "max_steps": 12}
+    trials = [run_trial(agent=agent, **asked, trial=trial) for trial in range(1, 151)]
+    exact = propagate(agent, **asked)
     for step in (8, 12):
         found = sum(trial.solved and len(trial.steps) <= step for trial in trials)
         assert 0.05 < exact.solved[step] < 0.95
@@ -155,6 +161,24 @@ def test_trials_of_the_loop_come_to_the_same(spec):
 
 def test_a_flip_in_a_condition_is_the_flip_of_p():
     assert propagate(condition="flip?p=0.3&persistence=sticky") == propagate(p=0.3, flip="sticky")
+
+
+@pytest.mark.parametrize("agent", ["human-inspired", "cognitive:insistent", "ideal-observer?noise=naive"])
+def test_told_the_truth_states_say_as_much_as_outcomes(agent):
+    assert propagate(agent, modality="symbolic?tell=state").solved == propagate(agent).solved
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"modality": "rgb"}, "modality: got 'rgb'"),
+        ({"modality": "symbolic?tell=outcome"}, "modality: got 'symbolic.tell=outcome'"),
+        ({"modality": "symbolic?tell=state", "flip": "outcome-only"}, "flip: got 'outcome-only'"),
+    ],
+)
+def test_what_shows_no_states_or_outcomes_in_words_is_refused(given, named):
+    with pytest.raises(BadValue, match=named):
+        propagate(p=0.1, **given)
 
 
 def test_what_is_only_said_changes_nothing():

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of, place_of, spec_of
+from lockprobe.interventions.condition import default_modality
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.interventions.force import Force
 from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.words import TextChannel
 from lockprobe.seams import Intervention
+from lockprobe.studies.modality import shown
 
-__all__ = ["Acting", "acting_of"]
+__all__ = ["Acting", "acting_of", "tells_states_only"]
 
 _KNOWN = "flip (but while=looping), drop, tremble, force, reword and what is asked; sample others (lockprobe.run_trial)"
 
@@ -26,11 +29,13 @@ class Acting:
     Attributes:
         flip: The outcome flip.
         silent: Probability that nothing is told of an attempt, [0, 1].
+        states_only: Whether positions are told and no outcomes.
         hands: What changes which joint is attempted, in order.
     """
 
     flip: OutcomeFlip
     silent: float = 0.0
+    states_only: bool = False
     hands: tuple[Tremble | Force, ...] = ()
 
     def phase(self, step: int) -> Hashable:
@@ -57,7 +62,7 @@ class Acting:
                 yield inverted, chance
 
 
-def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind) -> Acting:
+def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None = None) -> Acting:
     """A condition, beside a flip rate, as chances.
 
     Raises:
@@ -77,8 +82,25 @@ def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind)
     return Acting(
         flip=flips[0] if flips else OutcomeFlip(p=p, persistence=flip),
         silent=1 - spoken,
+        states_only=tells_states_only(modality, flips[0].persistence if flips else flip),
         hands=tuple(one for one in ones if isinstance(one, Tremble | Force)),
     )
+
+
+def tells_states_only(modality: str | None, flip: FlipKind) -> bool:
+    """Whether a modality tells positions and no outcomes; studies' own if it is None.
+
+    Raises:
+        UserMistake: If it tells no positions, or shows the box otherwise than in words.
+    """
+    modality = modality or default_modality(flip)
+    channel = shown(modality)
+    if not isinstance(channel, TextChannel) or channel.tell == "outcome":
+        known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
+        raise BadValue("modality", modality, known)
+    if channel.tell == "state" and flip == "outcome-only":
+        raise BadValue("flip", flip, f"transient or sticky with {modality}, which tells positions alone")
+    return channel.tell == "state"
 
 
 _FOLLOWED = (OutcomeFlip, Drop, Tremble, Force, Reword)

@@ -74,16 +74,17 @@ def play_trials(
             joint = choose(scene, rule, memory, order, numbers)
             moved = scene.movable[configuration] >> joint & 1
             flipped = 1 if noisy and flips[trial, step] < scene.p else 0
+            configuration ^= moved << joint
+            last, others = shown, shown if scene.flip == STICKY else configuration
+            shown = others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
+            said = (shown ^ last) >> joint & 1 if scene.states_only else moved ^ flipped
             if recorded:
-                actions[trial, step], moves[trial, step], reports[trial, step] = joint, moved, moved ^ flipped
+                actions[trial, step], moves[trial, step], reports[trial, step] = joint, moved, said
             if moved and joint == scene.target:
                 steps[trial], solved[trial] = step + 1, True
                 break
-            configuration ^= moved << joint
-            others = shown if scene.flip == STICKY else configuration
-            shown = others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
             told = NOT_TOLD if scene.flip == OUTCOME_ONLY else shown
-            remember(scene, rule, memory, joint, moved ^ flipped, told)
+            remember(scene, rule, memory, joint, said, told)
 
 
 def forget(rule: Rule, memory: Memory) -> None:

@@ -200,7 +200,7 @@ def numbers_a_step(rule: Rule) -> int:
 def scene_of(world: World) -> Scene:
     """A world in numbers. Distances are rounded as the human-inspired strategy rounds them."""
     scene = record(SCENE, {"p": world.p, "budget": world.budget, "flip": get_args(FlipKind).index(world.flip)})
-    scene.joints, scene.target = len(world.places), world.target
+    scene.joints, scene.target, scene.states_only = len(world.places), world.target, world.states_only
     scene.movable[: len(world.movable)] = world.movable
     for j, (x, y) in enumerate(world.places):
         for k, (u, v) in enumerate(world.places):

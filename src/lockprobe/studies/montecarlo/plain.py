@@ -42,6 +42,7 @@ class World:
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         budget: Steps.
+        states_only: Whether positions are told and no outcomes.
     """
 
     name: str
@@ -51,6 +52,7 @@ class World:
     p: float
     flip: FlipKind
     budget: int
+    states_only: bool = False
 
     def view(self, order: tuple[int, ...]) -> View:
         """What a policy knows if the joints, by place in panel order, are listed to it in this order."""
@@ -99,15 +101,17 @@ def play_plainly(
         joint = order[place]
         moved = bool(world.movable[configuration] >> joint & 1)
         flipped = channel.random() < world.p
+        configuration ^= moved << joint
+        last, shown = shown, reported(world.flip, configuration, shown, joint, flipped=flipped)
+        said = bool((shown ^ last) >> joint & 1) if world.states_only else moved != flipped
         joints.append(joint)
         moves.append(moved)
-        reports.append(moved != flipped)
+        reports.append(said)
         if moved and joint == world.target:
             return Played(joints=joints, moved=moves, told_moved=reports, solved=True)
-        configuration ^= moved << joint
-        shown = reported(world.flip, configuration, shown, joint, flipped=flipped)
         shifted = None if world.flip == "outcome-only" else listed(shown, order)
-        memory = policy.remember(view, memory, Told(joint=place, moved=moved != flipped, shifted=shifted))
+        told = Told(joint=place, moved=said, shifted=shifted, states_only=world.states_only)
+        memory = policy.remember(view, memory, told)
     return Played(joints=joints, moved=moves, told_moved=reports, solved=False)
 
 
@@ -126,7 +130,9 @@ def listed(configuration: int, order: tuple[int, ...]) -> int:
     return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))
 
 
-def world_of(box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int) -> World:
+def world_of(
+    box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int, states_only: bool = False
+) -> World:
     """A box, by name or itself, and what is told of it.
 
     Raises:
@@ -149,6 +155,7 @@ def world_of(box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: 
         p=p,
         flip=flip,
         budget=max_steps,
+        states_only=states_only,
     )
 
 

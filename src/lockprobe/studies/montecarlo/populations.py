@@ -23,6 +23,7 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.studies.montecarlo import rules
+from lockprobe.studies.montecarlo.acting import tells_states_only
 from lockprobe.studies.montecarlo.choosing import RANDOM, play_trials
 from lockprobe.studies.montecarlo.compiled import (
     compiled,
@@ -112,6 +113,7 @@ def population(
     *,
     p: float = 0.0,
     flip: FlipKind = "transient",
+    modality: str | None = None,
     trials: int = 5_000,
     seed: int = 1,
     repetition: int = 1,
@@ -132,6 +134,7 @@ def population(
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
+        modality: As of :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, which tells outcomes too.
         trials: How many.
         seed: Seed of the study.
         repetition: Repetition of the study, from 1; for ``study``.
@@ -147,7 +150,8 @@ def population(
     >>> population("round-robin", trials=100).success
     1.0
     """
-    policy, world = policy_of(agent), world_of(box, p=p, flip=flip, max_steps=max_steps)
+    policy, states_only = policy_of(agent), tells_states_only(modality, flip)
+    world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
     _check(trials, repetition, streams, threads, recorded=trials * max_steps if record else 0)
     found = _room(trials, max_steps if record else 0)
     luck = _Luck(seed=seed, repetition=repetition, shuffle=shuffle, streams=streams)

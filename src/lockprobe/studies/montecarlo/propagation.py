@@ -73,6 +73,7 @@ def propagate(
     p: float = 0.0,
     flip: FlipKind = "transient",
     condition: str | Sequence[Intervention] = "",
+    modality: str | None = None,
     max_steps: int = 20,
     listing: Listing = "shuffled",
     most_states: int = MOST_STATES,
@@ -86,6 +87,8 @@ def propagate(
         flip: Kind of outcome flip.
         condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
             and all that is only asked, which policies do not read.
+        modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
+            pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
         max_steps: Budget in steps.
         listing: With ``shuffled`` the mean over all orders of the listing, where the order matters.
         most_states: How many states to follow at most.
@@ -97,7 +100,7 @@ def propagate(
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    acting = acting_of(condition, p, flip)
+    acting = acting_of(condition, p, flip, modality)
     flip = acting.flip.persistence
     policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
     if listing not in get_args(Listing):
@@ -119,10 +122,12 @@ class _State(NamedTuple):
     """Configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
 
     ``told`` is heeded by the next report where false positions persist; None where the last report told none.
+    ``compared`` is what the next report is compared with where states alone are told, else 0.
     """
 
     configuration: int
     told: int | None
+    compared: int
     memory: Hashable
 
 
@@ -150,7 +155,7 @@ class _Walk:
 
     def run(self) -> Iterator[tuple[float, float]]:
         """After step 0, 1, ...: the share that is solved, and the share that goes on and is told wrong positions."""
-        solved, running = 0.0, {_State(0, 0, self._policy.begin(self._view)): 1.0}
+        solved, running = 0.0, {_State(0, 0, 0, self._policy.begin(self._view)): 1.0}
         yield solved, 0.0
         for step in range(1, self._world.budget + 1):
             after: dict[_State, float] = defaultdict(float)
@@ -196,12 +201,14 @@ class _Walk:
         self, state: _State, configuration: int, place: int, moved: bool, inverted: bool | None, chance: float
     ) -> _Way:
         """The way on with a report that is inverted or not; None where nothing is told."""
-        sticky = self._world.flip == "sticky"
+        sticky, states_only = self._world.flip == "sticky", self._acting.states_only
         if inverted is None:
-            return _Way(_State(configuration, None if sticky else 0, state.memory), chance)
+            return _Way(_State(configuration, None if sticky else 0, state.compared, state.memory), chance)
         before = configuration if state.told is None else state.told
         told = reported(self._world.flip, configuration, before, self._order[place], flipped=inverted)
         shifted = None if self._world.flip == "outcome-only" else listed(told, self._order)
-        report = Told(joint=place, moved=moved != inverted, shifted=shifted)
+        said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else moved != inverted
+        report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only)
         memory = self._policy.remember(self._view, state.memory, report)
-        return _Way(_State(configuration, told if sticky else 0, memory), chance, told != configuration)
+        after = _State(configuration, told if sticky else 0, told if states_only else 0, memory)
+        return _Way(after, chance, told != configuration)

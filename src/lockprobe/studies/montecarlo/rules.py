@@ -32,6 +32,7 @@ SCENE = np.dtype(
         ("target", np.int64),
         ("flip", np.int64),
         ("budget", np.int64),
+        ("states_only", np.int64),
         ("p", np.float64),
         ("movable", np.int64, (_CONFIGURATIONS,)),
         ("far", np.float64, (MAX_JOINTS, MAX_JOINTS)),
@@ -39,8 +40,8 @@ SCENE = np.dtype(
 )
 """A box and what is told of it: :class:`lockprobe.studies.montecarlo.plain.World`.
 
-``flip`` is the kind by its place among them; ``movable`` the joints that may move in each configuration; ``far`` the
-squared distance of every two joints on the panel.
+``flip`` is the kind by its place among them; ``states_only`` is 0 or 1; ``movable`` the joints that may move in each
+configuration; ``far`` the squared distance of every two joints on the panel.
 """
 
 RULE = np.dtype(
