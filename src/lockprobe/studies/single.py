@@ -6,7 +6,7 @@ import asyncio
 import inspect
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Unpack
+from typing import Unpack, get_type_hints
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue
@@ -51,7 +51,7 @@ def run_trial(**options: Unpack[TrialOptions]) -> Trial:
 run_trial.__signature__ = inspect.Signature(  # type: ignore[attr-defined] # for notebooks, which do not unpack it
     [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in TrialOptions.__annotations__.items()
+        for name, kind in get_type_hints(TrialOptions).items()
     ],
     return_annotation=Trial,
 )

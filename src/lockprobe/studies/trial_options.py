@@ -13,7 +13,7 @@ from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.seams import Agent, Intervention
-from lockprobe.studies.study import LayoutKind
+from lockprobe.studies.study import LIMITS, LayoutKind
 from lockprobe.studies.study_options import StudyOptions, refusal_of
 
 __all__ = ["TrialOptions", "trial_options"]
@@ -91,11 +91,15 @@ def trial_options(given: Mapping[str, Any]) -> StudyOptions:
         if name not in _OBJECTS and value is not None
     }
     try:
-        return StudyOptions.model_validate(asked)
+        found = StudyOptions.model_validate(asked)
     except ValidationError as error:
         where = error.errors()[0]["loc"][0]
         name = next(name for name in given if _PLURAL.get(name, name) == where)
         raise refusal_of(error, name, given[name]) from None
+    for one, several in _PLURAL.items():
+        if (number := getattr(found, several)) is not None and not 1 <= number <= LIMITS[several]:
+            raise BadValue(one, number, f"a whole number from 1 to {LIMITS[several]}")
+    return found
 
 
 def _check_objects(given: Mapping[str, Any]) -> None:
