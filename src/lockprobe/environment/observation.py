@@ -69,6 +69,6 @@ def vector(task: Task, percept: Percept, steps_left: int | None = None, *, posit
 def so_far(situation: Situation, *, steps_left: bool = False) -> Vector:
     """All that an agent was told in a trial, shape (1 + steps played, entries), the newest last."""
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
-    task, positions = situation.task, percepts[0].positions is not None
+    task, positions = situation.task, any(percept.positions is not None for percept in percepts)
     left = [task.budget - i if steps_left else None for i in range(len(percepts))]
     return np.stack([vector(task, one, i, positions=positions) for one, i in zip(percepts, left, strict=True)])

@@ -165,11 +165,10 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
     """The settings that keyword arguments of ``gymnasium.make`` describe.
 
     Args:
-        given: Of :class:`lockprobe.studies.trial_options.TrialOptions` ``box``, ``plant``, ``condition``, ``p``, ``flip``,
-            ``modality``, ``layout``, ``max_steps`` and ``shuffle`` (False here); ``observation`` (``"symbolic"``,
-            ``"rgb"`` or ``"rgbd"``, short for that modality), ``channels`` in place of a condition (a list of channels,
-            or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``), ``steps_left`` (False), ``step_cost``
-            (0.0) and ``info`` (None, or ``"truth"``).
+        given: Of :class:`lockprobe.studies.trial_options.TrialOptions` all but :data:`ELSEWHERE` (``shuffle`` is False
+            here); ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``, short for that modality), ``channels`` in
+            place of a condition (a list of channels, or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``),
+            ``steps_left`` (False), ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``).
 
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or two of them do not go together.

@@ -30,8 +30,8 @@ class TrialOptions(TypedDict, total=False):
         box: Name of a box, path of a TOML file, or a box.
         p: Flip rate, [0, 1] (0).
         flip: Kind of outcome flip.
-        condition: What acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), interventions, or a
-            condition; ``lockprobe interventions`` lists them. A flip rate is put in front of it.
+        condition: What acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), interventions, or
+            a condition; ``lockprobe interventions`` lists them. A flip rate is put in front of it.
         modality: How the box is shown, as its spec, where the condition does not say it.
         plant: What is acted on, as its spec.
         layout: Whether the joints are dealt anew to the places of the panel.
