@@ -11,7 +11,7 @@ from typing import Any
 from lockprobe.agents.catalogue import resolve
 from lockprobe.checksum import with_checksum
 from lockprobe.errors import Boundary
-from lockprobe.interventions.condition import SYMBOLIC, flips
+from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
@@ -110,7 +110,7 @@ def make_trial(
 
 def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "transient", **settings: Any) -> Study:
     """A study of flip rates, shown as ``modalities`` say, with the other settings as they are."""
-    return Study(conditions=flips(p, flip, settings.pop("modalities", SYMBOLIC)), **settings)
+    return Study(conditions=flips(p, flip, settings.pop("modalities", ("symbolic",))), **settings)
 
 
 def modality_study(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from seen import PhotographedPlant
 
@@ -9,12 +11,13 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants import catalogue
 from lockprobe.plants.settings import SceneSettings
+from lockprobe.record import Snapshot
 
 __all__ = ["PaintedPlant", "painted_twins"]
 
 
 class PaintedPlant(PhotographedPlant):
-    """Stands in for ``fast-twin``. Its pictures depend on how the joints stand and on the stream that it was given."""
+    """Stands in for ``fast-twin``. Its pictures depend on how the joints stand, or are told to, and on the stream that it was given."""
 
     made: list[PaintedPlant] = []  # noqa: RUF012 - of all that were made, for tests
 
@@ -27,6 +30,9 @@ class PaintedPlant(PhotographedPlant):
         self._joints = len(labels)
         self._wood = rng.integers(80, 120, size=3)
         PaintedPlant.made.append(self)
+
+    def _with_camera(self, snapshot: Snapshot) -> Snapshot:
+        return replace(super()._with_camera(snapshot), render=self.picture)
 
     def picture(self, configuration: tuple[bool, ...]) -> Frame:
         height, width = self._settings.height, self._settings.width

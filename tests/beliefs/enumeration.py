@@ -35,7 +35,10 @@ def told(box, kind, joints, flips, states_only=False):
             return None
         channel = OutcomeFlip(p=float(flip), persistence=kind)
         real = Percept(joint=box.names[joint], outcome="moved" if moved else "blocked", positions=configuration)
-        last, percept = percept, channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0))
+        last, percept = (
+            percept,
+            channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0)),
+        )
         where = None if percept.positions is None else sum(p << i for i, p in enumerate(percept.positions))
         said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
         reports.append(Report(joint, said, where, states_only))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.environment.agent import LearnedAgent
-from lockprobe.environment.observation import sizes, so_far, vector
+from lockprobe.environment.observation import UNTOLD, sizes, so_far, vector
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
 
@@ -17,11 +17,12 @@ SECOND = Percept(joint="C", outcome="moved", positions=(False, True, True), text
 
 
 def test_every_entry_says_one_thing():
-    assert vector(TASK, FIRST).tolist() == [2, 0, 0, 0, 0, 1]
-    assert vector(TASK, SECOND).tolist() == [2, 2, 2, 0, 1, 1]
-    assert vector(TASK, SECOND, 4).tolist() == [2, 2, 2, 0, 1, 1, 4]
-    assert vector(TASK, Percept(joint="B", outcome="blocked")).tolist() == [2, 1, 1]
-    assert vector(TASK, Percept(joint="B")).tolist() == [2, 1, 0]
+    assert vector(TASK, FIRST, positions=True).tolist() == [2, 0, 0, 0, 0, 1]
+    assert vector(TASK, SECOND, positions=True).tolist() == [2, 2, 2, 0, 1, 1]
+    assert vector(TASK, SECOND, 4, positions=True).tolist() == [2, 2, 2, 0, 1, 1, 4]
+    assert vector(TASK, Percept(joint="B", outcome="blocked"), positions=False).tolist() == [2, 1, 1]
+    assert vector(TASK, Percept(joint="B"), positions=False).tolist() == [2, 1, 0]
+    assert vector(TASK, Percept(joint="B"), positions=True).tolist() == [2, 1, 0, UNTOLD, UNTOLD, UNTOLD]
 
 
 def test_the_whole_trial_is_one_row_a_percept():
@@ -36,7 +37,15 @@ def test_there_is_a_size_for_every_entry(joints, positions, budget):
     task = Task(joints=labels, target=labels[-1], budget=budget or 20)
     percept = Percept(joint=labels[-1], outcome="moved", positions=(True,) * joints if positions else None)
     largest = np.array(sizes(joints, positions=positions, budget=budget)) - 1
-    assert vector(task, percept, budget).tolist() == largest.tolist()
+    assert vector(task, percept, budget, positions=positions).tolist() == largest.tolist()
+
+
+CONDITIONS = [
+    {"condition": "drop?p=0.4"},
+    {"condition": "delay?lag=2 + tremble?p=0.3"},
+    {"modality": "symbolic?tell=state", "p": 0.4},
+    {"modality": "symbolic?tell=outcome", "p": 0.4, "flip": "sticky"},
+]
 
 
 class Scripted(LearnedAgent):
@@ -50,6 +59,11 @@ class Scripted(LearnedAgent):
     def act(self, observations, rng):
         self.seen.append(observations)
         return int(observations[-1] @ np.arange(3, 3 + observations.shape[1])) % 4
+
+
+def test_what_is_never_told_has_one_value_and_what_may_be_missing_one_more():
+    assert sizes(3, positions=True, outcomes=False, budget=None) == (3, 4, 1, 2, 2, 2)
+    assert sizes(3, positions=True, gaps=True, budget=5) == (3, 4, 3, 3, 3, 3, 6)
 
 
 @pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
@@ -66,3 +80,15 @@ def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, tr
         assert observations.tolist() == np.array(told).tolist()
         told.append(env.step(played.listing.index(step.decision.joint))[0])
     assert env.trial.ending == played.ending
+
+
+@pytest.mark.parametrize("asked", CONDITIONS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_under_every_condition_it_is_shown_the_same(asked, seed):
+    agent = Scripted()
+    played = run_trial(agent=agent, seed=seed, **asked)
+    env = LockboxEnv(shuffle=True, steps_left=True, **asked)
+    told = [env.reset(seed=seed)[0]]
+    for observations, step in zip(agent.seen, played.steps, strict=True):
+        assert observations.tolist() == np.array(told).tolist()
+        told.append(env.step(played.listing.index(step.decision.joint))[0])

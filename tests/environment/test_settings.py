@@ -4,12 +4,18 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.environment.settings import Settings, read_settings
+from lockprobe.environment.settings import ELSEWHERE, read_settings
 from lockprobe.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
+from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import trial_study
+from lockprobe.studies.trial_options import TrialOptions
 
 FILE = """
 name = "two"
@@ -27,10 +33,11 @@ door = [{ bar = 1 }]
 
 
 def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
-    assert read_settings({}) == Settings(
-        box=box("chain-4"), observation="symbolic", plant="symbolic", channels=(), max_steps=20, shuffle=False,
-        steps_left=False, step_cost=0.0, truth=False,
-    )  # fmt: skip
+    read = read_settings({})
+    assert (read.box, read.observation, read.plant, read.max_steps) == (box("chain-4"), "symbolic", "symbolic", 20)
+    assert (read.channels, read.steps_left, read.step_cost, read.truth) == ((), False, 0.0, False)
+    assert not read.study.shuffle
+    assert read == read_settings(dict.fromkeys(("box", "p", "condition", "shuffle", "observation", "channels")))
     assert read_settings({}).chain == (TextChannel(),)
     assert not read_settings({}).has_camera
 
@@ -82,7 +89,7 @@ class NotAChannel:
 @pytest.mark.parametrize(
     ("asked", "kind", "message"),
     [
-        ({"observation": "rgb"}, BadValue, "observation: got 'rgb', expected symbolic, or plant='fast-twin' or 'twin'"),
+        ({"observation": "rgb"}, BadValue, "modality: got 'rgb', expected a plant with a camera, fast-twin or twin, not symbolic"),
         ({"observation": "depth"}, UnknownName, "no observation is called 'depth'; there are: symbolic, rgb, rgbd"),
         ({"plant": "twins"}, UnknownName, "no plant is called 'twins' (did you mean 'twin'?)"),
         ({"plant": "twin?heigth=99"}, UnknownName, "no option of twin is called 'heigth' (did you mean 'height'?)"),
@@ -98,7 +105,8 @@ class NotAChannel:
         ({"max_steps": 10_001}, BadValue, "max_steps: got 10001"),
         ({"max_steps": True}, BadValue, "max_steps: got True"),
         ({"max_steps": 2.5}, BadValue, "max_steps: got 2.5"),
-        ({"shuffle": 1}, BadValue, "shuffle: got 1, expected True or False"),
+        ({"shuffle": "cards"}, BadValue, "shuffle: got 'cards', expected true or false"),
+        ({"steps_left": 1}, BadValue, "steps_left: got 1, expected True or False"),
         ({"step_cost": -0.1}, BadValue, "step_cost: got -0.1, expected a number from 0 on"),
         ({"step_cost": float("nan")}, BadValue, "step_cost: got nan"),
         ({"info": "all"}, BadValue, "info: got 'all', expected None or 'truth'"),
@@ -117,5 +125,67 @@ def test_what_does_not_exist_is_refused_in_one_line(asked, kind, message):
     with pytest.raises(kind) as mistake:
         read_settings(asked)
     assert isinstance(mistake.value, UserMistake)
+    assert str(mistake.value).startswith(message)
+    assert "\n" not in str(mistake.value)
+
+
+def test_every_option_of_a_study_and_of_a_trial_is_played_or_refused():
+    for name in {*StudyOptions.model_fields, *TrialOptions.__annotations__}:
+        if name in ELSEWHERE:
+            with pytest.raises(BadValue, match=f"^{name}: got 1, expected "):
+                read_settings({name: 1})
+        else:
+            assert name in TrialOptions.__annotations__
+            read_settings({name: None})
+
+
+def test_the_condition_is_that_of_the_trial():
+    for asked in (
+        {"condition": "flip?p=0.3 + tremble?p=0.1"},
+        {"condition": [OutcomeFlip(p=0.3, only="moved"), Tremble(p=0.1)]},
+        {"condition": Condition(interventions=(Tremble(p=0.1),), name="mine"), "p": 0.2, "flip": "sticky"},
+        {"modality": "symbolic?tell=state", "p": 0.2},
+        {"condition": "tremble?p=0.1 + rgb?p=0.4", "plant": "fast-twin"},
+        {"observation": "rgbd", "p": 0.4, "plant": "fast-twin"},
+    ):
+        here = read_settings(asked)
+        words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
+        there = trial_study(words, agent="x")
+        assert here.study.conditions == there.conditions
+        assert here.chain == interventions_for(there.conditions[0])
+        assert here.channels is None
+
+
+def test_what_is_told_shapes_the_space():
+    assert read_settings({"modality": "symbolic?tell=state"}).sizes == (4, 5, 1, 2, 2, 2, 2)
+    assert read_settings({"modality": "symbolic?tell=outcome"}).sizes == (4, 5, 3)
+    assert read_settings({"condition": "drop?p=0.1"}).sizes == (4, 5, 3, 3, 3, 3, 3)
+    assert read_settings({"condition": "burst?p=0.1 + tremble"}).sizes == (4, 5, 3, 2, 2, 2, 2)
+    assert read_settings({"p": 0.2, "flip": "outcome-only"}).sizes == (4, 5, 3)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"condition": "nudge"}, "condition: got 'nudge', expected what is told or done: an observation holds no words"),
+        ({"condition": "flip?p=0.2 + history?last=1"}, "condition: got 'history"),
+        ({"condition": "drop?p=0.3", "observation": "rgb", "plant": "fast-twin"}, "condition: got 'drop?p=0.3 + rgb', expected one under which no report is missing"),
+        ({"observation": "rgb", "modality": "rgb?blur=8"}, "observation: got 'rgb', expected modality= alone"),
+        ({"channels": [OutcomeFlip(p=0.2)], "p": 0.2}, "channels: got [OutcomeFlip(p=0.2"),
+        ({"channels": [OutcomeFlip(p=0.2)], "condition": "tremble"}, "channels: got [OutcomeFlip(p=0.2"),
+        ({"channels": [OutcomeFlip(p=0.2)], "modality": "symbolic?tell=state"}, "channels: got [OutcomeFlip(p=0.2"),
+        ({"condition": "flip?p=0.2", "p": 0.2}, "p: got 0.2, expected 0 with a condition that flips reports itself"),
+        ({"condition": "tremble", "flip": "sticky"}, "flip: got 'sticky', expected a flip rate p with it"),
+        ({"condition": "rgb", "modality": "rgbd"}, "modality: got 'rgbd', expected none with a condition that says rgb itself"),
+        ({"modality": "symbolic?tell=state", "p": 0.2, "flip": "outcome-only"}, "flip: got 'outcome-only'"),
+        ({"modality": ["rgb"]}, "modality: got ['rgb'], expected a text"),
+        ({"p": [0.1, 0.2]}, "p: got [0.1, 0.2], expected a number"),
+        ({"condition": 3}, "condition: got 3, expected specs with plus signs between, a Condition, or a list"),
+        ({"layout": "round"}, "layout: got 'round', expected one of fixed, shuffled"),
+    ],
+)  # fmt: skip
+def test_what_does_not_go_together_is_refused_in_one_line(asked, message):
+    with pytest.raises(BadValue) as mistake:
+        read_settings(asked)
     assert str(mistake.value).startswith(message)
     assert "\n" not in str(mistake.value)

@@ -17,7 +17,9 @@ import lockprobe.environment
 from lockprobe import run_trial, tidy_rows
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.errors import BadValue, ChannelFault, UnknownName
+from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.tremble import Tremble
 from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
@@ -52,6 +54,10 @@ def episode(env, actions, **asked):
         {"box": "chain-2", "channels": [flip(0.5, "sticky")], "shuffle": True},
         {"box": "chain-8", "channels": [flip(0.3, "outcome-only")], "steps_left": True, "max_steps": 5},
         {"channels": [flip(1.0), OutcomeFlip(p=0.2, persistence="sticky")], "info": "truth", "step_cost": 0.1},
+        {"modality": "symbolic?tell=state", "p": 0.4, "layout": "shuffled"},
+        {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2"},
+        {"condition": [Drop(p=0.5), Tremble(p=0.2)], "steps_left": True},
+        {"condition": "delay?lag=2", "shuffle": True},
     ],
 )
 def test_gymnasium_finds_nothing_to_say_against_it(asked):
@@ -91,6 +97,50 @@ def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shu
     assert [replace(step, decision=None, told="") for step in here.steps] == [
         replace(step, decision=None, told="") for step in there.steps
     ]
+
+
+def record_of(env, there, **options):
+    """The record of the episode in which the same joints are chosen."""
+    env.reset(seed=there.seed, options=options)
+    for step in there.steps:
+        env.step(there.listing.index(there.labels[there.joints.index(step.chosen or step.joint)]))
+    return env.trial
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"p": 0.3, "flip": "sticky"},
+        {"condition": "tremble?p=0.3 + burst?p=0.2", "layout": "shuffled"},
+        {"condition": "force?at=2 + delay?lag=1", "p": 0.4, "max_steps": 9},
+        {"condition": [Drop(p=0.3)], "modality": "symbolic?tell=state", "shuffle": False, "box": "chain-6"},
+        {"condition": "yoked?p=0.4 + reword?p=0.5", "modality": "symbolic?form=json&places=yes"},
+    ],
+)
+@pytest.mark.parametrize("seed", [1, 5])
+def test_under_every_condition_the_record_is_that_of_the_trial(asked, seed):
+    there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **asked)
+    here = record_of(LockboxEnv(**({"shuffle": True} | asked)), there, repetition=2, trial=7)
+    assert here.key == there.key.replace("trial/random", "lockbox/gymnasium", 1)
+    assert replace(here, key="", study="", agent="", steps=()) == replace(there, key="", study="", agent="", steps=())
+    assert [replace(step, decision=None) for step in here.steps] == [
+        replace(step, decision=None) for step in there.steps
+    ]
+
+
+@given(seed=st.integers(0, 10_000), p=st.sampled_from([0.0, 0.5]), actions=st.lists(st.integers(0, 3), min_size=1))
+@settings(max_examples=30, deadline=None)
+def test_reports_of_states_hold_no_outcome(seed, p, actions):
+    """Two boxes whose told states agree look alike, whatever really moved; and what is told follows the flips."""
+    env = LockboxEnv(modality="symbolic?tell=state", p=p, box="chain-4", shuffle=True)
+    told, _ = episode(env, actions[:20], seed=seed)
+    assert env.settings.sizes[2] == 1
+    assert {one[2] for one in told} == {0}
+    other = LockboxEnv(p=p, box="chain-4", shuffle=True, info="truth")
+    both, _ = episode(other, actions[:20], seed=seed)
+    assert [one[:2] + one[3:] for one in told] == [one[:2] + one[3:] for one in both]
+    *_, info = env.reset()
+    assert info == {}
 
 
 def test_a_finished_episode_is_a_record_that_the_analyses_take():
@@ -224,7 +274,7 @@ def test_the_settings_can_be_written_down_and_made_again():
 
 
 def test_a_mistake_is_said_in_one_line():
-    with pytest.raises(BadValue, match="^observation: got 'rgb', expected symbolic, or plant='fast-twin' or 'twin'"):
+    with pytest.raises(BadValue, match="^modality: got 'rgb', expected a plant with a camera, fast-twin or twin"):
         made(observation="rgb")
     with pytest.warns(UserWarning, match="render_mode='ascii'"):
         blind = made(render_mode="ascii")

@@ -105,6 +105,41 @@ def test_the_record_is_that_of_the_study():
     ]
 
 
+FALSE = [
+    {"modality": "rgb?p=0.4"},
+    {"modality": "rgbd?depth=height", "p": 0.5, "flip": "sticky"},
+    {"observation": "rgb", "condition": "burst?p=0.4"},
+]
+SHOWN = [
+    *FALSE,
+    {"modality": "rgb?blur=2&noise=0.1&occlude=0.2"},
+    {"condition": "tremble?p=0.3 + rgbd", "layout": "shuffled"},
+]
+
+
+@pytest.mark.parametrize("asked", SHOWN)
+def test_false_and_damaged_pictures_pass_gymnasiums_check(asked):
+    env = LockboxEnv(plant=SMALL, **asked)
+    check_env(env, skip_render_check=True)
+    assert isinstance(env.observation_space, spaces.Dict) == ("rgbd" in str(asked))
+
+
+@pytest.mark.parametrize("asked", SHOWN)
+def test_false_and_damaged_pictures_are_those_of_the_trial(asked, tmp_path):
+    words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
+    there = run_trial(agent=Shuffled(), plant=SMALL, seed=4, max_steps=8, pictures=tmp_path, **words)
+    env = LockboxEnv(plant=SMALL, shuffle=True, max_steps=8, **asked)
+    shown = seen(env, [there.listing.index(step.decision.joint) for step in there.steps], seed=4)
+    names = [there.opening_pictures, *(step.pictures for step in there.steps)]
+    for picture, kept in zip(shown, names, strict=True):
+        rgb = picture["rgb"] if isinstance(picture, dict) else picture
+        assert (rgb == from_png((tmp_path / kept["rgb"]).read_bytes())).all()
+    assert [replace(step, decision=None, pictures={}) for step in env.trial.steps] == [
+        replace(step, decision=None, pictures={}) for step in there.steps
+    ]
+    assert any(step.told_falsely for step in there.steps) == (asked in FALSE)
+
+
 class Shuffled(LearnedAgent):
     observation = "rgb"
 

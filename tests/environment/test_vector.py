@@ -43,10 +43,24 @@ flips = st.builds(
     st.sampled_from([0.0, 0.2, 0.6, 1.0]),
     st.sampled_from(["transient", "sticky", "outcome-only"]),
 )
-asked_for = st.fixed_dictionaries(
+by_channels = st.fixed_dictionaries({"channels": st.lists(flips | st.just({"channel": "TextChannel"}), max_size=3)})
+by_condition = st.fixed_dictionaries(
+    {},
+    optional={
+        "condition": st.sampled_from(["truth", "flip?p=0.4", "flip?p=0.3&persistence=sticky", "flip + flip?p=0.5"]),
+        "modality": st.sampled_from(["symbolic", "symbolic?tell=state", "symbolic?tell=outcome&form=json"]),
+        "layout": st.sampled_from(["fixed", "shuffled"]),
+    },
+) | st.fixed_dictionaries(
+    {
+        "p": st.sampled_from([0.0, 0.4, 1.0]),
+        "flip": st.sampled_from(["transient", "sticky", "outcome-only"]),
+        "modality": st.sampled_from([None, "symbolic?tell=outcome"]),
+    }
+)
+general = st.fixed_dictionaries(
     {
         "box": st.sampled_from(["chain-2", "chain-3", "chain-4", FORK]),
-        "channels": st.lists(flips | st.just({"channel": "TextChannel"}), max_size=3),
         "max_steps": st.sampled_from([2, 7, 20]),
         "shuffle": st.booleans(),
         "steps_left": st.booleans(),
@@ -54,6 +68,7 @@ asked_for = st.fixed_dictionaries(
         "info": st.sampled_from([None, "truth"]),
     }
 )
+asked_for = st.builds(lambda some, others: some | others, general, by_channels | by_condition)
 
 
 @given(asked=asked_for, seed=st.integers(0, 10_000))
@@ -164,6 +179,9 @@ def test_a_mistake_is_said_in_one_line():
             {"plant": "twin"},
             'plant: got .twin., expected symbolic; vectorization_mode="sync" or "async" plays all others',
         ),
+        ({"condition": "tremble?p=0.2"}, "condition: got Tremble.*plays any other"),
+        ({"condition": "flip?p=0.2&only=moved"}, "condition: got OutcomeFlip.*plays any other"),
+        ({"seed": 3}, r"seed: got 3, expected reset\(seed=...\)"),
         ({"count": 0}, "num_envs: got 0, expected a whole number from 1 on"),
     ):
         with pytest.raises(BadValue, match=message):

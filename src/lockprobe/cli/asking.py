@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import NoneType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -109,10 +109,16 @@ def _option(name: str) -> Any:
 def _kind(annotation: Any) -> Any:
     """What a command line takes for a type of a field."""
     (kind,) = {part for part in get_args(annotation) if part is not NoneType} or {annotation}
-    if get_origin(kind) is Annotated:
-        kind = get_args(kind)[0]
+    kind = _bare(kind)
     if get_origin(kind) is list:
-        return str if get_args(kind) == (float,) else list[str]
+        return str if _bare(get_args(kind)[0]) is float else list[str]
+    if get_origin(kind) is Union:
+        return str  # a box, by its name or path
     if get_origin(kind) is Literal:
         return str if kind == FlipKind else kind  # the flip says itself which kinds there are
     return kind
+
+
+def _bare(kind: Any) -> Any:
+    """A type without what is said of it."""
+    return get_args(kind)[0] if get_origin(kind) is Annotated else kind

@@ -8,8 +8,10 @@ entry                      values        meaning
 =========================  ============  ==================================================================
 0                          0 to n - 1    the target joint
 1                          0 to n        the joint just attempted, plus one; 0 before the first attempt
-2                          0, 1, 2       nothing reported yet, reported as blocked, reported as moved
-3 to n + 2                 0, 1          position of each joint as reported; absent where none are told
+2                          0, 1, 2       nothing reported, reported as blocked, reported as moved; 0 alone where
+                                         reports tell positions and no outcomes (``symbolic?tell=state``)
+3 to n + 2                 0, 1 (, 2)    position of each joint as reported, 2 where a report is missing; absent where
+                                         no report tells any
 last                       0 to budget   steps left; absent unless asked for
 =========================  ============  ==================================================================
 """
@@ -21,37 +23,52 @@ from numpy.typing import NDArray
 
 from lockprobe.record import Percept, Situation, Task
 
-__all__ = ["BLOCKED", "MOVED", "Vector", "sizes", "so_far", "vector"]
+__all__ = ["BLOCKED", "MOVED", "UNTOLD", "Vector", "sizes", "so_far", "vector"]
 
 Vector = NDArray[np.int64]
 
 BLOCKED, MOVED = 1, 2
 """Entry 2 of the vector."""
 
+UNTOLD = 2
+"""The position of a joint where a report is missing."""
 
-def sizes(joints: int, *, positions: bool, budget: int | None) -> tuple[int, ...]:
+
+def sizes(
+    joints: int, *, positions: bool, budget: int | None, outcomes: bool = True, gaps: bool = False
+) -> tuple[int, ...]:
     """How many values each entry of the vector can take.
 
     Args:
         joints: Number of joints.
         positions: Whether positions are told.
+        outcomes: Whether outcomes are told.
+        gaps: Whether a report can be missing.
         budget: Steps of a trial; None if the vector does not hold the steps left.
     """
-    return (joints, joints + 1, 3, *(2,) * joints * positions, *(() if budget is None else (budget + 1,)))
+    told = (2 + gaps,) * joints * positions
+    return (joints, joints + 1, 3 if outcomes else 1, *told, *(() if budget is None else (budget + 1,)))
 
 
-def vector(task: Task, percept: Percept, steps_left: int | None = None) -> Vector:
-    """One percept as a vector, shape (entries,)."""
+def vector(task: Task, percept: Percept, steps_left: int | None = None, *, positions: bool) -> Vector:
+    """One percept as a vector, shape (entries,).
+
+    Args:
+        task: What the agent knows.
+        percept: What it is told.
+        steps_left: How many it has; None if the vector does not hold them.
+        positions: Whether reports of this trial tell positions, as the first look does.
+    """
     joint = 0 if percept.joint is None else task.joints.index(percept.joint) + 1
     outcome = 0 if percept.outcome is None else MOVED if percept.outcome == "moved" else BLOCKED
+    told = (percept.positions or (UNTOLD,) * len(task.joints)) if positions else ()
     last = () if steps_left is None else (steps_left,)
-    return np.array([task.joints.index(task.target), joint, outcome, *(percept.positions or ()), *last], dtype=np.int64)
+    return np.array([task.joints.index(task.target), joint, outcome, *told, *last], dtype=np.int64)
 
 
 def so_far(situation: Situation, *, steps_left: bool = False) -> Vector:
     """All that an agent was told in a trial, shape (1 + steps played, entries), the newest last."""
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
-    budget = situation.task.budget
-    return np.stack(
-        [vector(situation.task, percept, budget - i if steps_left else None) for i, percept in enumerate(percepts)]
-    )
+    task, positions = situation.task, any(percept.positions is not None for percept in percepts)
+    left = [task.budget - i if steps_left else None for i in range(len(percepts))]
+    return np.stack([vector(task, one, i, positions=positions) for one, i in zip(percepts, left, strict=True)])

@@ -1,4 +1,8 @@
-"""What an environment was asked for, checked: one line of refusal for what does not exist."""
+"""What an environment was asked for, checked: one line of refusal for what does not exist.
+
+What a single trial can be asked is asked here in the same words, and read by the same code
+(:func:`lockprobe.studies.studyfile.trial_study`); the rest is what only an environment has.
+"""
 
 from __future__ import annotations
 
@@ -11,26 +15,50 @@ import numpy as np
 
 from lockprobe.environment.observation import sizes
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.interventions.burst import Burst
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import Condition
+from lockprobe.interventions.catalogue import place_of, spec_of, with_words
+from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.words import TextChannel
+from lockprobe.interventions.yoked import Yoked
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX, find_box
+from lockprobe.options import spec_name
 from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Percept, Task
-from lockprobe.seams import Channel
+from lockprobe.seams import Channel, Intervention
+from lockprobe.studies.modality import interventions_for, is_pictured
+from lockprobe.studies.study import Study
+from lockprobe.studies.studyfile import trial_study
+from lockprobe.studies.trial_options import TrialOptions
 
-__all__ = ["Settings", "read_settings", "whole"]
+__all__ = ["ELSEWHERE", "Settings", "read_settings", "whole"]
 
-_OBSERVATIONS = ("symbolic", "rgb", "rgbd")
-_LONGEST_BUDGET = 10_000
+_OWN: Mapping[str, Any] = {
+    "observation": None, "channels": (), "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
+}  # fmt: skip
+"""What only an environment can be asked, and what it has by default that a study has not."""
+
+_PLACE = "reset(): it begins the next trial, reset(options={'repetition': 2, 'trial': 7}) any other"
+_ONE = "condition=, p= and modality=: an environment has one condition"
+
+ELSEWHERE: Mapping[str, str] = {
+    "agent": "nothing: who calls step() is the agent",
+    "assessment": "nothing: who calls step() is not asked what happened",
+    "seed": "reset(seed=...)",
+    **dict.fromkeys(("trial", "trials", "repetition", "repetitions"), _PLACE),
+    "pictures": "nothing: pictures are observations, of which nothing is kept",
+    **dict.fromkeys(("study", "name", "full", "sweep"), _ONE),
+}
+"""What a study or a trial can be asked, and an environment cannot -> what to do instead."""
+
 _CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
 """Channels that can be asked for as a mapping, by the name in the record."""
 
-_NO_FLIP = OutcomeFlip()
+_ALWAYS_TELL = (OutcomeFlip, Burst, Yoked, Reword, TextChannel, CameraChannel)
+"""Channels under which no report is missing. Of others nobody knows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,30 +66,45 @@ class Settings:
     """What is played, and what is told of it.
 
     Attributes:
-        box: The box.
-        observation: ``symbolic``, ``rgb`` or ``rgbd``.
-        plant: What is acted on, as its spec.
-        channels: In the order in which they act; what the camera sees comes before them.
-        max_steps: Budget in steps.
-        shuffle: Whether each trial deals labels and listing anew, as studies do.
+        study: The study of whose trials the episodes are, but for its seed. It has one condition.
+        channels: In the order in which they act, where they were asked for instead of a condition: what the camera sees
+            comes before them. None where the condition says what acts.
         steps_left: Whether the observation holds the steps left.
         step_cost: Taken from the reward at every step.
         truth: Whether ``info`` holds the truth.
     """
 
-    box: Lockbox
-    observation: str
-    plant: str
-    channels: tuple[Channel, ...]
-    max_steps: int
-    shuffle: bool
+    study: Study
+    channels: tuple[Channel, ...] | None
     steps_left: bool
     step_cost: float
     truth: bool
 
     @property
-    def chain(self) -> tuple[Channel, ...]:
-        """All that acts on what is told, in order: words in front of pictures, or behind reports."""
+    def box(self) -> Lockbox:
+        """The box."""
+        return self.study.box
+
+    @property
+    def plant(self) -> str:
+        """What is acted on, as its spec."""
+        return self.study.plant
+
+    @property
+    def max_steps(self) -> int:
+        """Budget in steps."""
+        return self.study.max_steps
+
+    @property
+    def observation(self) -> str:
+        """``symbolic``, ``rgb`` or ``rgbd``."""
+        return spec_name(self.study.conditions[0].modality)
+
+    @property
+    def chain(self) -> tuple[Intervention, ...]:
+        """All that acts, in order."""
+        if self.channels is None:
+            return interventions_for(self.study.conditions[0])
         if self.observation == "symbolic":
             return with_words(self.channels, TextChannel())
         return (CameraChannel(depth="turbo" if self.observation == "rgbd" else "none"), *self.channels)
@@ -81,77 +124,103 @@ class Settings:
     @property
     def tells_positions(self) -> bool:
         """Whether the agent is told where joints stand, or only outcomes."""
-        task = Task(joints=tuple(LABELS[: len(self.box.joints)]), target=LABELS[0], budget=self.max_steps)
-        percept = Percept(positions=self.box.initial)
-        for i, channel in enumerate(self.channels):
-            percept = channel.perceive(percept, (), task, np.random.default_rng(i))
-        return percept.positions is not None
+        return self._first_look().positions is not None
+
+    @property
+    def tells_outcomes(self) -> bool:
+        """Whether reports in words tell what an attempt did."""
+        return not self._first_look().states_only
+
+    @property
+    def gaps(self) -> bool:
+        """Whether a report can be missing."""
+        return any(isinstance(one, Channel) and not isinstance(one, _ALWAYS_TELL) for one in self.chain)
 
     @property
     def sizes(self) -> tuple[int, ...]:
         """How many values each entry of an observation can take."""
-        budget = self.max_steps if self.steps_left else None
-        return sizes(len(self.box.joints), positions=self.tells_positions, budget=budget)
+        return sizes(
+            len(self.box.joints),
+            positions=self.tells_positions,
+            outcomes=self.tells_outcomes,
+            gaps=self.gaps,
+            budget=self.max_steps if self.steps_left else None,
+        )
+
+    def _first_look(self) -> Percept:
+        """What reports in words hold before the first attempt."""
+        task = Task(joints=tuple(LABELS[: len(self.box.joints)]), target=LABELS[0], budget=self.max_steps)
+        percept = Percept(positions=self.box.initial)
+        for i, channel in enumerate(self.chain):
+            if isinstance(channel, Channel):
+                percept = channel.perceive(percept, (), task, np.random.default_rng(i))
+        return percept
 
     def plan(self, seed: int, repetition: int, trial: int) -> Plan:
         """The trial that a study with this seed has at this place."""
-        acting = tuple(one for one in self.channels if not getattr(one, "shows", False))
-        condition = Condition(interventions=acting or (_NO_FLIP,), modality=self.observation)
-        shown = "" if self.observation == "symbolic" else f"{self.observation}/"
-        said = condition.label if condition.p is None else f"{shown}p={condition.p:g}"
-        return Plan(
-            key=f"lockbox/gymnasium/{said}/rep={repetition}/trial={trial}",
-            study="lockbox",
-            agent="gymnasium",
-            box=self.box,
-            condition=condition,
-            repetition=repetition,
-            trial=trial,
-            seed=seed,
-            budget=self.max_steps,
-            plant=self.plant,
-            shuffle=self.shuffle,
-            named=condition.p is None,
-        )
+        return self.study.plan("gymnasium", self.study.conditions[0], repetition, trial, seed)
 
 
 def read_settings(given: Mapping[str, Any]) -> Settings:
     """The settings that keyword arguments of ``gymnasium.make`` describe.
 
     Args:
-        given: Any of ``box`` (a name, a :class:`Lockbox` or the path of a TOML file; ``"chain-4"``), ``observation``
-            (``"symbolic"``, or ``"rgb"``, ``"rgbd"``), ``plant`` (a spec; ``"symbolic"``), ``channels`` (a list of
-            channels, or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``; none), ``max_steps`` (20),
-            ``shuffle`` (False), ``steps_left`` (False), ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``).
+        given: Of :class:`lockprobe.studies.trial_options.TrialOptions` all but :data:`ELSEWHERE` (``shuffle`` is False
+            here, and ``modality`` is ``symbolic``, which tells outcomes too). ``observation`` (``"symbolic"``,
+            ``"rgb"`` or ``"rgbd"``) is short for that modality. ``channels`` stand in place of a condition: a list of
+            channels, or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``. ``steps_left`` (False),
+            ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``) are its own.
 
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or two of them do not go together.
     """
-    known: dict[str, Any] = {
-        "box": DEFAULT_BOX, "observation": "symbolic", "plant": "symbolic", "channels": (), "max_steps": 20,
-        "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
-    }  # fmt: skip
+    played = [name for name in TrialOptions.__annotations__ if name not in ELSEWHERE]
     for name in given:
-        if name not in known:
-            raise UnknownName("setting of the environment", name, known)
-    asked = known | dict(given)
-    if asked["observation"] not in _OBSERVATIONS:
-        raise UnknownName("observation", str(asked["observation"]), _OBSERVATIONS)
+        if name in ELSEWHERE:
+            raise BadValue(name, given[name], ELSEWHERE[name])
+        if name not in (*played, *_OWN):
+            raise UnknownName("setting of the environment", name, dict.fromkeys((*played, *_OWN)))
+    asked = {**_OWN, **{name: value for name, value in given.items() if value is not None}}
+    if asked["observation"] not in (None, *MODALITIES):
+        raise UnknownName("observation", str(asked["observation"]), MODALITIES)
     if asked["info"] not in (None, "truth"):
         raise BadValue("info", asked["info"], "None or 'truth'")
+    channels = _channels(asked["channels"])
+    trial = {name: asked[name] for name in played if name in asked} | _shown(asked, channels)
     settings = Settings(
-        box=find_box(asked["box"]),
-        observation=asked["observation"],
-        plant=str(asked["plant"]),
-        channels=_channels(asked["channels"]),
-        max_steps=whole("max_steps", asked["max_steps"], _LONGEST_BUDGET),
-        shuffle=_flag("shuffle", asked["shuffle"]),
+        study=trial_study(trial, agent="gymnasium", name="lockbox"),
+        channels=channels if channels or not _says_condition(asked) else None,
         steps_left=_flag("steps_left", asked["steps_left"]),
         step_cost=_cost(asked["step_cost"]),
         truth=asked["info"] == "truth",
     )
     _can_be_played(settings)
     return settings
+
+
+def _says_condition(asked: Mapping[str, Any]) -> bool:
+    return any(asked.get(name) is not None for name in ("condition", "p", "flip", "modality"))
+
+
+def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, Any]:
+    """What ``observation`` and ``channels`` say, in the words of a trial. Nothing may be said twice."""
+    observation = asked["observation"]
+    if observation is not None and asked.get("modality") is not None:
+        raise BadValue("observation", observation, "modality= alone, which says how the box is shown too")
+    if not channels and observation is None and (asked.get("modality") or _says_modality(asked.get("condition"))):
+        return {}
+    if not channels:
+        return {"modality": observation or "symbolic"}
+    if _says_condition(asked):
+        raise BadValue("channels", list(channels), "condition=, p=, flip= and modality= alone, or none of them")
+    acting = tuple(one for one in channels if not getattr(one, "shows", False))
+    return {"condition": Condition(interventions=acting or (OutcomeFlip(),), modality=observation or "symbolic")}
+
+
+def _says_modality(condition: object) -> bool:
+    if isinstance(condition, str):
+        return spec_name(condition.rpartition("+")[2].strip()) in MODALITIES
+    return isinstance(condition, Condition)
 
 
 def whole(what: str, value: object, largest: int | None = None) -> int:
@@ -163,18 +232,28 @@ def whole(what: str, value: object, largest: int | None = None) -> int:
 
 def _can_be_played(settings: Settings) -> None:
     """Refuses what does not go together, or not with this box or machine."""
-    plant = resolve_plant(settings.plant)
-    plant.check(settings.box)
+    resolve_plant(settings.plant).check(settings.box)
+    _check_acting(settings)
     if settings.observation == "symbolic":
         return
-    if not plant.has_camera:
-        with_camera = "symbolic, or plant='fast-twin' or 'twin': this one has no camera"
-        raise BadValue("observation", settings.observation, with_camera)
     if settings.steps_left:
         raise BadValue("steps_left", True, "False where pictures are seen")
-    for channel in settings.channels:
+    for channel in settings.channels or ():
         if isinstance(channel, TextChannel) or (isinstance(channel, OutcomeFlip) and channel.p > 0):
             raise BadValue("channel", channel, "none that changes reports: pictures show what happened")
+
+
+def _check_acting(settings: Settings) -> None:
+    """Refuses a condition of which an observation shows nothing, or that leaves out a picture."""
+    if settings.channels is not None:
+        return
+    for one in settings.chain:
+        if place_of(type(one)) not in ("told", "done"):
+            expected = "what is told or done: an observation holds no words, and memory is the agent's own"
+            raise BadValue("condition", spec_of(one), expected)
+    if settings.gaps and is_pictured(settings.observation):
+        label = settings.study.conditions[0].label
+        raise BadValue("condition", label, "one under which no report is missing: a picture cannot be left out")
 
 
 def _flag(what: str, value: object) -> bool:

@@ -21,7 +21,7 @@ from lockprobe.environment.settings import Settings, read_settings
 from lockprobe.errors import BadValue, ChannelFault, PlantFault, UnknownName
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Decision, Fact, Moment, Percept, Situation, Task, Trial
-from lockprobe.seams import Channel
+from lockprobe.seams import Intervention
 from lockprobe.trial import play
 
 __all__ = ["LockboxEnv"]
@@ -134,7 +134,8 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         heard, settings = episode.heard, self.settings
         if settings.observation != "symbolic":
             return images(heard.percept, settings.observation)
-        return vector(heard.task, heard.percept, episode.steps_left if settings.steps_left else None)
+        left = episode.steps_left if settings.steps_left else None
+        return vector(heard.task, heard.percept, left, positions=episode.tells_positions)
 
     def _info(self, episode: _Episode) -> dict[str, Any]:
         """The truth for those who asked; with pictures what is not in them: the task."""
@@ -205,6 +206,7 @@ class _Episode:
         heard: What was told last.
         plant: What is acted on, and may be looked at.
         trial: The record, once it is finished.
+        tells_positions: Whether the first look tells where joints stand.
     """
 
     def __init__(self, settings: Settings, place: Place) -> None:
@@ -216,7 +218,7 @@ class _Episode:
         self._names = Names(self._plan)
         self.plant = WatchedPlant(partial(make_plant, self._plan, self._names))
         self._moved = False
-        chain: tuple[Channel, ...] = (*settings.chain, self.heard)
+        chain: tuple[Intervention, ...] = (*settings.chain, self.heard)
         self._loop = play(
             self._plan,
             plant=self.plant,
@@ -225,6 +227,7 @@ class _Episode:
             on_step=lambda step: self._note(step.moved),
         )
         self._send(None)
+        self.tells_positions = self.heard.percept.positions is not None
 
     @property
     def steps_left(self) -> int:

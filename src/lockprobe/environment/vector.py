@@ -47,8 +47,8 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
     Args:
         num_envs: Number of environments.
         render_mode: None; there is no picture of many boxes.
-        settings: As :func:`lockprobe.environment.settings.read_settings` takes them. Channels are outcome flips; any
-            other channel needs ``vectorization_mode="sync"``.
+        settings: As :func:`lockprobe.environment.settings.read_settings` takes them. What acts is outcome flips, and
+            reports tell; anything else needs ``vectorization_mode="sync"``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -163,7 +163,9 @@ class _Boxes:
         self._may_move = free_to_move(box)
         self._initial = np.array(box.initial, dtype=np.bool_)
         self._start = int(self._initial @ (1 << np.arange(joints)))
-        self._told_at_all = settings.tells_positions
+        self._reports_positions = not any(flip.persistence == "outcome-only" for _, flip in self._flips)
+        self._tells_positions, self._tells_outcomes = settings.tells_positions, settings.tells_outcomes
+        self._is_drawn = settings.study.shuffle or settings.study.layout == "shuffled"
         self._rows = np.arange(count)
         self._listing = np.tile(np.arange(joints), (count, 1))
         self._code = np.full(count, self._start)
@@ -180,13 +182,14 @@ class _Boxes:
         """Begin these trials in these rows."""
         settings = self._settings
         drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if 0 < flip.p < 1]
-        if drawn or settings.shuffle:
+        if drawn or self._is_drawn:
             for i, place in zip(rows.tolist(), places, strict=True):
                 plan = settings.plan(place.seed, place.repetition, place.trial)
                 for k, at in drawn:
                     self._luck[k, i, :-1] = plan.stream(f"channel-{at}").random(plan.budget)
-                if settings.shuffle:
-                    self._listing[i] = Names(plan).order
+                if self._is_drawn:
+                    panel = [settings.box.names.index(name) for name in plan.box.names]
+                    self._listing[i] = [panel[joint] for joint in Names(plan).order]
         self._code[rows] = self._start
         self._positions[rows] = self._told[rows] = self._initial[self._listing[rows]]
         self._moved[rows] = self.over[rows] = False
@@ -213,17 +216,18 @@ class _Boxes:
             flipped = luck[self._rows, self.taken] < flip.p
             outcome = outcome ^ flipped
             attempted = positions[self._rows, actions] ^ flipped
-            if flip.persistence == "sticky" and self._told_at_all:
+            if flip.persistence == "sticky" and self._reports_positions:
                 positions = self._told.copy()
             positions[self._rows, actions] = attempted
         self._told = positions
         self._seen[:, 1] = actions + 1
-        self._seen[:, 2] = BLOCKED + outcome
+        if self._tells_outcomes:
+            self._seen[:, 2] = BLOCKED + outcome
 
     def observation(self) -> Vector:
         """What the agents are told, shape (num_envs, entries)."""
         joints = self._told.shape[1]
-        if self._told_at_all:
+        if self._tells_positions:
             self._seen[:, 3 : 3 + joints] = self._told
         if self._settings.steps_left:
             self._seen[:, -1] = self._settings.max_steps - self.taken
@@ -237,11 +241,12 @@ class _Boxes:
 def _flips(settings: Settings) -> list[tuple[int, OutcomeFlip]]:
     """The flips with their numbers among flips; text changes no number."""
     flips: list[tuple[int, OutcomeFlip]] = []
-    for channel in settings.channels:
+    for channel in settings.chain:
         if isinstance(channel, OutcomeFlip) and channel == OutcomeFlip(p=channel.p, persistence=channel.persistence):
             flips.append((len(flips), channel))
         elif not isinstance(channel, TextChannel):
+            what = "condition" if settings.channels is None else "channel"
             raise BadValue(
-                "channel", channel, 'an OutcomeFlip of p and persistence; vectorization_mode="sync" plays any other'
+                what, channel, 'an OutcomeFlip of p and persistence; vectorization_mode="sync" plays any other'
             )
     return flips

@@ -15,6 +15,7 @@ __all__ = [
     "MODALITIES",
     "MODALITY_PANEL",
     "MODALITY_TRIALS",
+    "ONE_TRIAL",
     "REFERENCES",
     "ROBOT",
     "SHORT",
@@ -46,6 +47,9 @@ FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 
 SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6)
 """Ours: what the embedded model plays in a few minutes on two cores."""
+
+ONE_TRIAL = Extent(p=(0.0,), repetitions=1, trials=1)
+"""Ours: the shortest study there is."""
 
 
 MODALITIES = ("rgb", "rgbd", STATES)

@@ -235,11 +235,19 @@ class Study:
                 for condition in conditions:
                     yield self.plan(agent, condition, repetition, trial)
 
-    def plan(self, agent: str, condition: Condition, repetition: int, trial: int) -> Plan:
-        """One trial of the study. Where a person plays it, it is one of those that people have together."""
-        box = self.box
+    def plan(self, agent: str, condition: Condition, repetition: int, trial: int, seed: int | None = None) -> Plan:
+        """One trial of the study. Where a person plays it, it is one of those that people have together.
+
+        Args:
+            agent: Agent spec.
+            condition: One of its conditions.
+            repetition: From 1.
+            trial: From 1.
+            seed: For the trial of a study that differs in its seed alone; None for this one.
+        """
+        box, seed = self.box, self.seed if seed is None else seed
         if self.layout == "shuffled":
-            box = redealt(box, trial_stream(self.seed, repetition, trial, "layout"))
+            box = redealt(box, trial_stream(seed, repetition, trial, "layout"))
         return Plan(
             key=f"{self.name}/{group_of(agent)}{self._said_in_keys(condition)}/rep={repetition}/trial={trial}",
             study=self.name,
@@ -248,7 +256,7 @@ class Study:
             condition=condition,
             repetition=repetition,
             trial=trial,
-            seed=self.seed,
+            seed=seed,
             budget=self.max_steps,
             plant=self.plant,
             shuffle=self.shuffle,

@@ -17,19 +17,21 @@ a box or an intervention that runs code.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
+from lockprobe.lockbox.box import Lockbox
 from lockprobe.plugins import refuse_python
 from lockprobe.studies.study import LayoutKind
 from lockprobe.validation import plain
 
-__all__ = ["SHIPPED", "NamedCondition", "StudyOptions", "parse_p", "read_options_file", "study_options"]
+__all__ = ["SHIPPED", "NamedCondition", "StudyOptions", "parse_p", "read_options_file", "refusal_of", "study_options"]
 
 SHIPPED = ("mechanisms.toml",)
 """Study files that come with the package. One of the same name in the working directory goes before."""
@@ -38,6 +40,19 @@ SHIPPED = ("mechanisms.toml",)
 def _listed(given: object) -> object:
     """One alone as a list of one."""
     return [given] if isinstance(given, str) else given
+
+
+def _number(given: object) -> object:
+    """A number; Python counts true as 1, and nobody means that."""
+    if isinstance(given, bool):
+        raise ValueError("expected a number, not true or false")  # noqa: TRY004 - which pydantic does not take
+    return given
+
+
+def _box(given: object) -> object:
+    if given is not None and not isinstance(given, str | Path | Lockbox):
+        raise ValueError("expected a name, a Lockbox or the path of a TOML file")
+    return given
 
 
 def _about(words: str, since: str = "0.1") -> Any:
@@ -60,6 +75,12 @@ Several = Annotated[list[str], Field(max_length=64), BeforeValidator(_listed)]
 Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), BeforeValidator(_listed)]
 
 
+Whole = Annotated[int, BeforeValidator(_number)]
+Number = Annotated[float, BeforeValidator(_number)]
+Box = Annotated[str | Path | InstanceOf[Lockbox], BeforeValidator(_box)]
+"""A name, the path of a file, or a box; in a file of text only the first two."""
+
+
 class StudyOptions(BaseModel):
     """What a user asks for; what is left out follows the study's own default.
 
@@ -72,18 +93,18 @@ class StudyOptions(BaseModel):
     agent: Annotated[
         Several | None, _about("Agent spec; may be repeated (flips: llm:local, random, round-robin, human-inspired).")
     ] = None
-    box: Annotated[str | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
+    box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
     p: Annotated[
-        Annotated[list[float], Field(max_length=1000)] | None,
+        Annotated[list[Number], Field(max_length=1000)] | None,
         _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6)."),
     ] = None
     trials: Annotated[
-        int | None,
+        Whole | None,
         _about("Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."),
     ] = None
-    repetitions: Annotated[int | None, _about("Repetitions (3).")] = None
-    seed: Annotated[int | None, _about("Seed of everything (1).")] = None
-    max_steps: Annotated[int | None, _about("Budget of a trial in steps (20).")] = None
+    repetitions: Annotated[Whole | None, _about("Repetitions (3).")] = None
+    seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
+    max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None
     flip: Annotated[FlipKind | None, _about("A false report is transient, sticky or outcome-only (transient).")] = None
     plant: Annotated[
         str | None,
@@ -130,7 +151,7 @@ class StudyOptions(BaseModel):
         return [NamedCondition(spec=one) if isinstance(one, str) else one for one in self.condition or ()]
 
 
-def study_options(given: dict[str, Any]) -> StudyOptions:
+def study_options(given: Mapping[str, Any]) -> StudyOptions:
     """Options that somebody gave in Python or to another tool.
 
     Raises:
@@ -140,14 +161,25 @@ def study_options(given: dict[str, Any]) -> StudyOptions:
     try:
         return StudyOptions.model_validate(given)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = str(first["loc"][0])
-        if first["type"] == "extra_forbidden":
+        where = str(error.errors()[0]["loc"][0])
+        if where not in StudyOptions.model_fields:
             raise UnknownName("option", where, StudyOptions.model_fields) from None
-        expected = plain(first["msg"]).removeprefix("expected ")
-        if first["type"] == "literal_error":
-            expected = "one of " + expected.replace("'", "").replace(" or ", ", ")
-        raise BadValue(where, given.get(where), expected) from None
+        raise refusal_of(error, where, given.get(where)) from None
+
+
+def refusal_of(error: ValidationError, name: str, got: object) -> BadValue:
+    """What is wrong with the value of an option, in one line.
+
+    Args:
+        error: What was found; the first mistake is told.
+        name: The option as its user calls it.
+        got: The value that came.
+    """
+    first = error.errors()[0]
+    expected = plain(first["msg"]).removeprefix("expected ")
+    if first["type"] == "literal_error":
+        expected = "one of " + expected.replace("'", "").replace(" or ", ", ")
+    return BadValue(name, got, expected)
 
 
 def read_options_file(path: Path) -> StudyOptions:

@@ -1,14 +1,18 @@
-"""The one place where options become a :class:`lockprobe.studies.study.Study`: the paper's where nothing is said."""
+"""The one place where options become a :class:`lockprobe.studies.study.Study`: the paper's where nothing is said.
+
+:func:`study` makes a whole one, :func:`trial_study` the one to which a single trial belongs.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.interventions.catalogue import spec_of
 from lockprobe.interventions.condition import (
     Condition,
     default_modality,
@@ -18,15 +22,21 @@ from lockprobe.interventions.condition import (
     read_condition,
     sweep,
 )
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.boxfile import box_from_data
+from lockprobe.lockbox.check import fault_of
 from lockprobe.lockbox.families import find_box
+from lockprobe.options import spec_name
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.seams import Intervention
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
+from lockprobe.studies.trial_options import trial_options
 
-__all__ = ["STUDIES", "study"]
+__all__ = ["STUDIES", "study", "trial_study"]
 
 STUDIES = ("flips", "modalities")
 
@@ -62,39 +72,77 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
-    plant = _given(request.plant, paper.ROBOT if modal else "symbolic")
+    _check_lengths(request)
+    plant = _plant(request)
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
-    for what, specs in (
-        ("agent", agents),
-        ("plant", [plant]),
-        ("modality", modalities),
-        ("condition", request.acting),
-        ("sweep", request.sweep or ()),
-    ):
-        _check_lengths(what, specs)
     for spec in agents:
         resolve(spec)
     for spec in request.sweep or ():
         if spec.startswith(AGENT_SWEEP):
             agents = _swept_agents(agents, spec)
-    planned = Study(
+    planned = _planned(request, agents, _conditions(request, extent, modalities), extent)
+    planned.check_agents()
+    _check_kept(planned.box)
+    return planned
+
+
+def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") -> Study:
+    """The study whose last trial is asked for: it has one condition, and no control beside it.
+
+    >>> trial_study({"condition": "tremble?p=0.1", "trial": 3}, agent="random").conditions[0].label
+    'tremble?p=0.1'
+
+    Args:
+        given: Any of :class:`lockprobe.studies.trial_options.TrialOptions`.
+        agent: Who plays it; nobody is looked up.
+        name: Its name, with which the key of the record begins.
+
+    Raises:
+        UserMistake: If anything in it does not exist or is out of range.
+    """
+    request = trial_options(given).model_copy(update={"name": name})
+    _check_lengths(request)
+    condition = _one_condition(given.get("condition"), request)
+    return _planned(request, [agent], [condition], paper.ONE_TRIAL)
+
+
+def _planned(
+    request: StudyOptions, agents: Sequence[str], conditions: Sequence[Condition], extent: paper.Extent
+) -> Study:
+    return Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
-        box=find_box(_given(request.box, paper.BOX)),
-        conditions=_conditions(request, extent, modalities),
+        box=find_box(paper.BOX if request.box is None else request.box),
+        conditions=tuple(conditions),
         repetitions=_given(request.repetitions, extent.repetitions),
         trials=_given(request.trials, extent.trials),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, True),
-        plant=plant,
-        layout=_given(request.layout, paper.MODALITY_PANEL if modal else "fixed"),
+        plant=_plant(request),
+        layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
         assessment=_given(request.assessment, True),
     )
-    planned.check_agents()
-    return planned
+
+
+def _plant(request: StudyOptions) -> str:
+    return _given(request.plant, paper.ROBOT if request.study == "modalities" else "symbolic")
+
+
+def _flip(request: StudyOptions) -> FlipKind:
+    return _given(request.flip, "transient")
+
+
+def _check_kept(box: Lockbox) -> None:
+    """Refuse a box that cannot be played, or that the settings of a study on disk could not hold."""
+    try:
+        box_from_data(box.as_data(), Path(box.name))
+    except BadFile as error:
+        raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
+    if fault := fault_of(box):
+        raise BadValue("box", box.name, f"one that can be played ({fault.reason})")
 
 
 def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
@@ -118,7 +166,7 @@ def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
 
 def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each."""
-    flip: FlipKind = _given(request.flip, "transient")
+    flip = _flip(request)
     p = extent.p if request.p is None else tuple(request.p)
     for what, values in (("p", p), ("modality", tuple(modalities))):
         if not values or len(set(values)) != len(values):
@@ -131,6 +179,34 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
         *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
     ]
     return _with_controls(found, modalities)
+
+
+def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
+    """A condition that stands alone: a flip rate goes before what acts, a modality shows it."""
+    (p,) = _given(request.p, paper.ONE_TRIAL.p)
+    if not asked:
+        return flips((p,), _flip(request), request.modality)[0]
+    if isinstance(asked, str):
+        asked = read_condition(asked)
+    found = asked if isinstance(asked, Condition) else _composed(asked)
+    if p and any(spec_name(spec) == OutcomeFlip.name for spec in found.specs):
+        raise BadValue("p", p, "0 with a condition that flips reports itself")
+    if request.flip is not None and not p:
+        raise BadValue("flip", request.flip, "a flip rate p with it, where a condition says what else acts")
+    unsaid = found.modality == default_modality(*found.specs)
+    if p:
+        flip = OutcomeFlip(p=p, persistence=_flip(request))
+        found = replace(found, interventions=(flip, *found.interventions))
+    if unsaid:
+        (shown,) = _given(request.modality, [default_modality(*found.specs)])
+        return replace(found, modality=shown)
+    if request.modality is not None and request.modality != [found.modality]:
+        raise BadValue("modality", request.modality[0], f"none with a condition that says {found.modality} itself")
+    return found
+
+
+def _composed(acting: Sequence[Intervention]) -> Condition:
+    return Condition(interventions=tuple(acting), modality=default_modality(*map(spec_of, acting)))
 
 
 def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tuple[Condition, ...]:
@@ -149,10 +225,17 @@ def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tup
     )
 
 
-def _check_lengths(what: str, specs: Sequence[str]) -> None:
-    for spec in specs:
-        if len(spec) > LONGEST_SPEC:
-            raise BadValue(what, f"{spec[:40]}…", f"at most {LONGEST_SPEC} characters; these are {len(spec)}")
+def _check_lengths(request: StudyOptions) -> None:
+    for what, specs in (
+        ("agent", request.agent or ()),
+        ("plant", [request.plant or ""]),
+        ("modality", request.modality or ()),
+        ("condition", request.acting),
+        ("sweep", request.sweep or ()),
+    ):
+        for spec in specs:
+            if len(spec) > LONGEST_SPEC:
+                raise BadValue(what, f"{spec[:40]}…", f"at most {LONGEST_SPEC} characters; these are {len(spec)}")
 
 
 def _flips_extent(request: StudyOptions) -> paper.Extent:
