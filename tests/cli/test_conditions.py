@@ -31,7 +31,7 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         (("--condition", "trembel?p=0.1"), "no intervention is called 'trembel' (did you mean 'tremble'?)"),
         (("--condition", "tremble?q=0.1"), "no option of tremble is called 'q'"),
         (("--condition", "tremble?p=1.5"), "expected a number from 0 to 1"),
-        (("--sweep", "tremble?p=0.1"), "expected several values of one dose"),
+        (("--sweep", "tremble?p=0.1"), "expected several values of a dose"),
         (("--sweep", "agent.lapse=0,1"), "an option that one of the agents has"),
         (("--condition", "nudge + rgb"), "a plant with a camera"),
         (("--name", "a/b", "--condition", "nudge"), "without slashes"),
