@@ -46,6 +46,42 @@ def test_what_cannot_be_played_is_refused_in_one_line(lockprobe, tmp_path, asked
     assert not (tmp_path / "study").exists()
 
 
+NAMED = """
+agent = ["random"]
+trials = 1
+{more}
+[[condition]]
+name = "nudged"
+spec = "flip?p=0.4 + nudge"
+[[condition]]
+name = "other"
+spec = "{spec}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("spec", "more", "names"),
+    [
+        ("flip?p=0.4 + nudge", "", ("other", "nudged")),
+        ("flip?p=0.4", "p = [0, 0.4]", ("other", "flip?p=0.4")),
+        ("tremble?p=0.1", 'sweep = ["tremble?p=0,0.1"]', ("tremble?p=0.1", "other")),
+    ],
+)
+def test_one_condition_under_two_names_is_refused_in_one_line(lockprobe, tmp_path, spec, more, names):
+    (tmp_path / "mine.toml").write_text(NAMED.format(spec=spec, more=more))
+    status, _, said = lockprobe("run", tmp_path / "mine.toml", "--no-report", "--out", tmp_path / "study")
+    assert status == 2
+    assert "condition: got '{}', expected another condition than {}, which is the same".format(*names) in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_name_of_ones_own_for_the_truth_is_no_second_condition(lockprobe, tmp_path):
+    (tmp_path / "mine.toml").write_text(NAMED.format(spec="truth", more="p = [0, 0.4]"))
+    status, said, _ = lockprobe("run", tmp_path / "mine.toml", "--no-report", "--out", tmp_path / "study")
+    assert status == 0
+    assert "3 conditions: other; flip?p=0.4; nudged" in said
+
+
 def test_a_directory_of_other_conditions_is_kept(lockprobe, tmp_path):
     out = tmp_path / "study"
     lockprobe(*ASKED, *ACTING, "--out", out)
