@@ -18,7 +18,7 @@ from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.record import Briefing, Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
 
-__all__ = ["Exchange", "instruction", "retold", "told_last"]
+__all__ = ["Exchange", "briefed", "instruction", "retold", "told_last"]
 
 _BOTH: Tell = "both"
 """What reports in words hold where a record does not say otherwise."""

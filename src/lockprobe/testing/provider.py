@@ -31,6 +31,7 @@ __all__ = [
     "joints",
     "pictures",
     "replying",
+    "send",
     "turns",
     "words",
 ]
