@@ -6,7 +6,7 @@ import sys
 USES = """
 from lockprobe.interventions.drop import Drop
 
-def test_all(check_agent, check_box, check_intervention, check_measure, check_plant, make_trial, play_trials, scripted_agent):
+def test_all(check_agent, check_box, check_intervention, check_measure, check_plant, make_trial, play_trials, scripted_agent, scripted_provider):
     check_intervention(Drop(p=0.5))
     check_agent(scripted_agent(0, 1), boxes=["chain-4"])
     check_plant("symbolic", boxes=["chain-4"])
@@ -14,6 +14,7 @@ def test_all(check_agent, check_box, check_intervention, check_measure, check_pl
     check_measure("solved")
     assert make_trial([3, 2, 1, 0]).solved
     assert len(play_trials("random", 2)) == 2
+    assert scripted_provider(["yes"]).url.startswith("http://127.0.0.1:")
 """
 
 UNUSED = """

@@ -10,7 +10,8 @@ Nothing of :mod:`lockprobe.testing` is imported before a fixture is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from importlib import import_module
 from typing import Any
 
@@ -25,6 +26,7 @@ __all__ = [
     "make_trial",
     "play_trials",
     "scripted_agent",
+    "scripted_provider",
 ]
 
 
@@ -83,3 +85,14 @@ def scripted_agent() -> Callable[..., Any]:
         return _testing("ScriptedAgent")(joints=joints, **options)
 
     return scripted
+
+
+@pytest.fixture
+def scripted_provider() -> Iterator[Callable[..., Any]]:
+    """:class:`lockprobe.testing.ScriptedProvider` of these answers, which serves until the test ends."""
+    with ExitStack() as running:
+
+        def serving(answers: Any = None, **options: Any) -> Any:
+            return running.enter_context(_testing("ScriptedProvider")(answers, **options))
+
+        yield serving

@@ -31,7 +31,7 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         (("--condition", "trembel?p=0.1"), "no intervention is called 'trembel' (did you mean 'tremble'?)"),
         (("--condition", "tremble?q=0.1"), "no option of tremble is called 'q'"),
         (("--condition", "tremble?p=1.5"), "expected a number from 0 to 1"),
-        (("--sweep", "tremble?p=0.1"), "expected several values of one dose"),
+        (("--sweep", "tremble?p=0.1"), "expected several values of a dose"),
         (("--sweep", "agent.lapse=0,1"), "an option that one of the agents has"),
         (("--condition", "nudge + rgb"), "a plant with a camera"),
         (("--name", "a/b", "--condition", "nudge"), "without slashes"),
@@ -44,6 +44,42 @@ def test_what_cannot_be_played_is_refused_in_one_line(lockprobe, tmp_path, asked
     assert expected in said
     assert len(said.splitlines()) == 1
     assert not (tmp_path / "study").exists()
+
+
+NAMED = """
+agent = ["random"]
+trials = 1
+{more}
+[[condition]]
+name = "nudged"
+spec = "flip?p=0.4 + nudge"
+[[condition]]
+name = "other"
+spec = "{spec}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("spec", "more", "names"),
+    [
+        ("flip?p=0.4 + nudge", "", ("other", "nudged")),
+        ("flip?p=0.4", "p = [0, 0.4]", ("other", "flip?p=0.4")),
+        ("tremble?p=0.1", 'sweep = ["tremble?p=0,0.1"]', ("tremble?p=0.1", "other")),
+    ],
+)
+def test_one_condition_under_two_names_is_refused_in_one_line(lockprobe, tmp_path, spec, more, names):
+    (tmp_path / "mine.toml").write_text(NAMED.format(spec=spec, more=more))
+    status, _, said = lockprobe("run", tmp_path / "mine.toml", "--no-report", "--out", tmp_path / "study")
+    assert status == 2
+    assert "condition: got '{}', expected another condition than {}, which is the same".format(*names) in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_name_of_ones_own_for_the_truth_is_no_second_condition(lockprobe, tmp_path):
+    (tmp_path / "mine.toml").write_text(NAMED.format(spec="truth", more="p = [0, 0.4]"))
+    status, said, _ = lockprobe("run", tmp_path / "mine.toml", "--no-report", "--out", tmp_path / "study")
+    assert status == 0
+    assert "3 conditions: other; flip?p=0.4; nudged" in said
 
 
 def test_a_directory_of_other_conditions_is_kept(lockprobe, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from lockprobe import __version__
-from lockprobe.cli import build
+from lockprobe.cli import COMMANDS, build
 
 
 def test_the_version(lockprobe):
@@ -22,6 +22,19 @@ def test_h_is_help_everywhere(lockprobe):
         assert short == long
         assert short[0] == 0
         assert "Usage: " in short[1]
+
+
+def test_a_command_s_help_says_all_that_it_does(lockprobe):
+    said = " ".join(lockprobe("run", "--help")[1].split())
+    assert "Exit status 3: a budget ended it; 1: every trial broke, or a condition has no valid trial." in said
+    assert "--condition and --sweep vary anything else" in said
+
+
+def test_no_help_shows_what_is_for_programmers(lockprobe):
+    for command in COMMANDS:
+        status, said, _ = lockprobe(command, "--help")
+        assert status == 0
+        assert not re.search(r"^ *(Args|Returns|Raises):|``", said, re.MULTILINE), command
 
 
 def test_the_shell_completes(monkeypatch):

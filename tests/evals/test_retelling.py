@@ -1,13 +1,18 @@
 """A trial's conversation, made again from its record, is the one that was had."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import pytest
 from builders import make_trial, play_study, small_study
 
 from lockprobe.agents.prompt import fingerprint
+from lockprobe.errors import UnknownName
 from lockprobe.evals.retelling import instruction, retold, told_last
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import TrialError
+from lockprobe.studies.single import run_trial
+from lockprobe.testing import completion, in_turn, words
 
 GOOD = '{"last_action": "moved", "hypothesis": "", "joint": "D"}'
 
@@ -90,3 +95,36 @@ def test_the_words_of_a_hypothesis_are_left_as_they_are():
     trial = make_trial([0, 1], budget=2, hypothesis="f( x)", claims=[None, "moved"])
     assert [exchange.reply for exchange in retold(trial)] == ["(f( x) Attempts A.)", "(It moved. f( x) Attempts B.)"]
     assert retold(make_trial([0], budget=1))[0].reply == "(Attempts A.)"
+
+
+CURT = Path(__file__).parents[1] / "interventions" / "curt.txt"
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after + confidence", "warn?rate=0.4",
+        "distract?p=1", "reword?p=1", "nudge + remark", "flip?p=0.3&persistence=outcome-only + nudge",
+        f"prompt?file={CURT} + confidence + warn + drop?p=0.5",
+    ],
+)  # fmt: skip
+def test_what_is_retold_is_what_was_said_on_the_wire(scripted_provider, spec):
+    """Word for word, a malformed reply and what was asked after it included."""
+    pytest.importorskip("inspect_ai")
+    came = []
+
+    def answer(request):
+        came.append(request)
+        return completion("no idea") if len(came) == 3 else in_turn(request)
+
+    provider = scripted_provider(answer)
+    trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    assert trial.error is None
+    sent = [[(message["role"], words(message)) for message in request["messages"]] for request in provider.requests]
+    assert [[(message.role, message.text) for message in one.asked] for one in retold(trial)] == sent
+
+
+def test_a_record_s_template_that_is_none_is_refused():
+    trial = replace(replied(GOOD), interventions=({"intervention": "OwnPrompt", "text": "{joints.__class__}"},))
+    with pytest.raises(UnknownName, match="field of a template"):
+        instruction(trial)

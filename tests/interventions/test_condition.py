@@ -66,8 +66,34 @@ def test_a_sweep_is_one_condition_for_each_dose():
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("spec", ["tremble?p=0.1", "tremble?p=0,0.1 + drop?p=0,0.1", "nudge?after=2,3", "truth"])
-def test_a_sweep_is_over_several_values_of_one_dose(spec):
+def test_several_doses_are_swept_in_every_combination_and_have_the_names_of_what_acts():
+    found = sweep("flip?p=0,0.2,0.4 + nudge + tremble?p=0,0.1")
+    assert [one.spec for one in found] == [
+        "nudge", "nudge + tremble?p=0.1", "flip?p=0.2 + nudge", "flip?p=0.2 + nudge + tremble?p=0.1",
+        "flip?p=0.4 + nudge", "flip?p=0.4 + nudge + tremble?p=0.1",
+    ]  # fmt: skip
+    assert len(sweep("flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.2 + drop?p=0,0.1")) == 18
+
+
+def test_dose_0_stays_in_a_combination_where_it_does_something():
+    found = sweep("flip?p=0,0.4&persistence=outcome-only + tremble?p=0,0.1")
+    assert found[0].spec == "flip?p=0&persistence=outcome-only"
+
+
+def test_doses_of_pictures_are_crossed_with_others():
+    assert [one.spec for one in sweep("flip?p=0,0.4 + rgb?blur=0,8")] == [
+        "rgb", "rgb?blur=8", "flip?p=0.4 + rgb", "flip?p=0.4 + rgb?blur=8",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        "tremble?p=0.1", "nudge?after=2,3", "truth", "tremble?p=0,0.1 + nudge?after=2,3",
+        "burst?p=0.1,0.2&length=2,3", " + ".join(f"{name}?p={','.join('0' * 11)}" for name in ("flip", "drop", "tremble")),
+    ],
+)  # fmt: skip
+def test_a_sweep_is_over_several_values_of_a_dose(spec):
     with pytest.raises(BadValue, match="sweep"):
         sweep(spec)
 

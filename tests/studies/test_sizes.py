@@ -1,16 +1,23 @@
 """How large requests are, held against the conversations themselves."""
 
+import json
+from pathlib import Path
+
 import pytest
 from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.knowledge import ModelFacts
 from lockprobe.agents.llm.settings import Settings
-from lockprobe.agents.llm.size import at_most
+from lockprobe.agents.llm.size import at_most, tokens
 from lockprobe.agents.prompt import conversation
 from lockprobe.record import Situation
-from lockprobe.studies.sizes import Prompt, made_up, reply
+from lockprobe.studies.single import run_trial
+from lockprobe.studies.sizes import HYPOTHESIS, Prompt, made_up, reply
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.testing import joints, replying, words
+
+CURT = Path(__file__).parents[1] / "interventions" / "curt.txt"
 
 SPEC = "llm:openai-api/fake/model"
 
@@ -82,3 +89,36 @@ def test_larger_pictures_can_take_more():
         Prompt(one.plan(SPEC, one.condition(0.0, "rgb"), 1, 1), Settings(), facts).most(1, 1) for one in (plan, usual)
     )
     assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))
+
+
+CONDITIONS = (
+    "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after + confidence", "warn?rate=0.4",
+    "distract?p=1", "reword?p=1", "nudge?after=3", "history?last=3", "forget?p=0.5", "drop?p=0.5", f"prompt?file={CURT} + confidence + warn",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("spec", CONDITIONS)
+def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(scripted_provider, spec):
+    """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
+    pytest.importorskip("inspect_ai")
+    provider = scripted_provider(lambda request: replying(request, joints(request)[0], HYPOTHESIS))
+    trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    assert trial.error is None
+    planned = study("flips", agent=provider.agent, condition=spec, max_steps=12)
+    prompt = Prompt(planned.plan(provider.agent, planned.conditions[-1], 1, 1), Settings(), ModelFacts())
+    sent = [sum(tokens(words(message)) + 4 for message in request["messages"]) for request in provider.requests]
+    form = tokens(json.dumps(provider.requests[-1]["response_format"]["json_schema"]["schema"]))
+    taken = [prompt.request(step).input - form for step in range(1, len(sent) + 1)]
+    assert taken[0] == pytest.approx(sent[0], rel=0.05)
+    assert sum(taken) == pytest.approx(sum(sent), rel=0.3 if "forget" in spec else 0.08)
+    most = prompt.most(1, 1)
+    assert most.input_tokens > sum(sent)
+
+
+def test_what_was_forgotten_is_not_taken_to_be_repeated():
+    plan = study("flips", agent=SPEC, condition="history?last=3")
+    prompt = Prompt(plan.plan(SPEC, plan.conditions[-1], 1, 1), Settings(), ModelFacts())
+    opening = prompt.request(1).input
+    assert prompt.repeated(3) == prompt.request(2).input
+    assert prompt.repeated(12) < 1.1 * opening
+    assert prompt.request(12).input == pytest.approx(prompt.request(11).input, rel=0.05)

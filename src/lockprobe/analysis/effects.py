@@ -1,4 +1,4 @@
-"""Every condition against the control, and crossed conditions against each other, for one agent.
+"""Every condition against the control, crossed ones, and grids of crossed doses, for one agent.
 
 Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its P value
 are of the trials that both conditions have, corrected for the number of conditions that are compared with the control.
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lockprobe.analysis.grid import Grid, GridSummary, grid_summary
 from lockprobe.analysis.inference.difference import DifferenceAt, any_difference
 from lockprobe.analysis.outcomes import Outcomes, joined, outcomes
 from lockprobe.analysis.proportions import ALPHA
@@ -69,6 +70,7 @@ class Effects:
         control: The condition that the others are compared with.
         effects: The others, in the order of the study; those without a trial that the control has too are left out.
         interplays: Every crossing of two interventions that was played.
+        grids: Every two interventions of which several doses were crossed.
     """
 
     agent: str
@@ -76,15 +78,28 @@ class Effects:
     control: str
     effects: tuple[Effect, ...]
     interplays: tuple[Interplay, ...]
+    grids: tuple[GridSummary, ...] = ()
+
+    @property
+    def alone(self) -> tuple[Interplay, ...]:
+        """The crossings that stand in no grid which has an interaction of its own."""
+        told = {name for one in self.grids if one.interaction for name in one.grid.conditions.values()}
+        return tuple(one for one in self.interplays if one.crossing.both not in told)
 
 
-def effects(trials: Mapping[str, Sequence[Trial]], control: str, crossed: Sequence[Crossing] = ()) -> Effects | None:
+def effects(
+    trials: Mapping[str, Sequence[Trial]],
+    control: str,
+    crossed: Sequence[Crossing] = (),
+    gridded: Sequence[Grid] = (),
+) -> Effects | None:
     """Compare the conditions of one agent, shown the box in one way.
 
     Args:
         trials: Condition -> its trials, in the order of the study.
         control: The condition that the others are compared with; one of them.
         crossed: Four conditions each; those that are not all here are left out.
+        gridded: Crossed doses; those without a trial are left out.
 
     Returns:
         None where no two conditions have a trial in common.
@@ -97,6 +112,7 @@ def effects(trials: Mapping[str, Sequence[Trial]], control: str, crossed: Sequen
     names = [control, *others]
     together = joined([found[name] for name in names])
     tested = any_difference(together, generator(first.seed, "analysis", first.group, first.modality, "conditions"))
+    summaries = (grid_summary(grid, found, len(gridded)) for grid in gridded)
     seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,
@@ -104,6 +120,7 @@ def effects(trials: Mapping[str, Sequence[Trial]], control: str, crossed: Sequen
         control=control,
         effects=tuple(seen),
         interplays=tuple(one for crossing in crossed if (one := _interplay(crossing, found))),
+        grids=tuple(one for one in summaries if one.cells),
     )
 
 

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
+from inspect import getdoc
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,7 +65,7 @@ def build(names: Iterable[str]) -> Typer:
         if isinstance(found, Typer):
             app.add_typer(found, name=name, help=text)
         else:
-            app.command(name, help=text)(found)
+            app.command(name, help=(getdoc(found) or text).replace("``", ""), short_help=text)(found)
     return app
 
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lockprobe.agents.prompt import Message, conversation, instructions, parse_reply, repair
+from lockprobe.agents.prompt import Message, check_template, conversation, instructions, parse_reply, repair
 from lockprobe.errors import ReplyFault
 from lockprobe.inputs import read_input
+from lockprobe.interventions.confidence import Confidence
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.hypothesis import Hypothesis
+from lockprobe.interventions.prompt import OwnPrompt
+from lockprobe.interventions.warn import Warn
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Decision, Percept, Situation, Step, Task, Trial, Turn
+from lockprobe.record import Briefing, Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
 
-__all__ = ["Exchange", "instruction", "retold", "told_last"]
+__all__ = ["Exchange", "briefed", "instruction", "retold", "told_last"]
 
 _BOTH: Tell = "both"
 """What reports in words hold where a record does not say otherwise."""
@@ -59,11 +64,13 @@ def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
     percept = _percept(None, trial.opening, trial.opening_pictures, pictures)
     for step in trial.steps:
         replies = _words(step)
-        found += _turns(trial, Situation(task=_task(trial), past=tuple(past), percept=percept), replies)
-        past.append(Turn(percept=percept, decision=replace(step.decision, replies=replies)))
+        briefing = replace(briefed(trial), remark=step.remark)
+        situation = Situation(task=_task(trial), past=tuple(past), percept=percept, briefing=briefing)
+        found += _turns(trial, situation, replies)
+        past.append(Turn(percept=percept, decision=replace(step.decision, replies=replies), remark=step.remark))
         percept = _percept(step.decision, step.told, step.pictures, pictures)
     if trial.error is not None:
-        situation = Situation(task=_task(trial), past=tuple(past), percept=percept)
+        situation = Situation(task=_task(trial), past=tuple(past), percept=percept, briefing=briefed(trial))
         found += _turns(trial, situation, trial.error.replies)
     return found
 
@@ -82,13 +89,55 @@ def instruction(trial: Trial) -> str:
         return f"Joints {', '.join(task.joints)}; the target is {task.target}; {task.budget} steps."
     shown = sum(kind in _SHOWN for kind in trial.opening_pictures)
     tell = _tells(trial)
-    positions = not shown and trial.flip != "outcome-only" and tell != "outcome"
-    return instructions(task, positions=positions, outcomes=tell != "state", pictures=shown)
+    hidden = "outcome-only" in (trial.flip, *(one.get("persistence") for one in _named(trial.channels, OutcomeFlip)))
+    positions = not shown and not hidden and tell != "outcome"
+    return instructions(task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefed(trial))
+
+
+def briefed(trial: Trial) -> Briefing:
+    """What was asked in every step, as the interventions on record have it, but for remarks; those of packages unknown.
+
+    Raises:
+        UserMistake: If the template of an instruction is none.
+    """
+    briefing = Briefing()
+    for one in trial.interventions:
+        ask = _ASKED.get(str(one.get("intervention")))
+        briefing = briefing if ask is None else ask(briefing, one)
+    return briefing
+
+
+def _own(briefing: Briefing, one: Mapping[str, Fact]) -> Briefing:
+    text = str(one.get("text", ""))
+    check_template(text)
+    return replace(briefing, instruction=text)
+
+
+def _warned(briefing: Briefing, one: Mapping[str, Fact]) -> Briefing:
+    rate = one.get("rate")
+    return briefing.warning_of(Warn(rate=float(rate) if isinstance(rate, int | float) else None).sentence)
+
+
+def _hypothesis(briefing: Briefing, one: Mapping[str, Fact]) -> Briefing:
+    return replace(briefing, hypothesis=Hypothesis(ask=str(one.get("ask", "before"))).ask)  # type: ignore[arg-type]
+
+
+_ASKED: Mapping[str, Callable[[Briefing, Mapping[str, Fact]], Briefing]] = {
+    OwnPrompt.__name__: _own,
+    Warn.__name__: _warned,
+    Hypothesis.__name__: _hypothesis,
+    Confidence.__name__: lambda briefing, one: replace(briefing, confidence=True),
+}
+"""How each intervention on what is asked changes the briefing, by its class as records name it."""
+
+
+def _named(channels: tuple[Mapping[str, Fact], ...], kind: type) -> list[Mapping[str, Fact]]:
+    return [channel for channel in channels if channel.get("channel") == kind.__name__]
 
 
 def _tells(trial: Trial) -> str:
     """What reports in words held, as the record's last channel of words has it."""
-    words = [channel for channel in trial.channels if channel.get("channel") == TextChannel.__name__]
+    words = _named(trial.channels, TextChannel)
     return str(words[-1].get("tell", _BOTH)) if words else _BOTH
 
 
@@ -113,7 +162,9 @@ def _turns(trial: Trial, situation: Situation, replies: tuple[str, ...]) -> list
     """The answers of one step: each but the first follows a malformed one, which was asked for again."""
     first, *others = conversation(situation, images=_newest(trial))
     opening = [*(turn.percept for turn in situation.past), situation.percept][0]
-    by_pictures = instructions(situation.task, positions=False, pictures=len(opening.pictures))
+    by_pictures = instructions(
+        situation.task, positions=False, pictures=len(opening.pictures), briefing=situation.briefing
+    )
     told = first.text.removeprefix(by_pictures).removeprefix("\n\n")
     asked = (replace(first, text=f"{instruction(trial)}\n\n{told}".strip()), *others)
     found, step = [], len(situation.past) + 1

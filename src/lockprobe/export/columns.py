@@ -92,6 +92,17 @@ COLUMN: Mapping[str, Column] = {
         0,
         kind="number",
     ),
+    "confidence": Column(
+        "How sure the agent said that it is of claimed. Empty in the first step and where it was not asked.",
+        "%",
+        0,
+        100,
+        "integer",
+    ),
+    "report_false": _mark(
+        "whether the agent thinks that what it was told of the *previous* step is false. Empty in the first step and "
+        "where it was not asked."
+    ),
     "claimed_rt_ms": Column(
         f"From when the scene was painted to what was said of the step before, by {PAGE}. Empty where it was not "
         "asked.",

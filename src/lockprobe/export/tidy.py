@@ -52,7 +52,9 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
     blocked or failed), where one played; ``rt_ms``, from when a step was shown to when its joint was chosen, in
-    milliseconds of the browser's monotonic clock, where people played.
+    milliseconds of the browser's monotonic clock, where people played; ``confidence``, how sure the agent said that it
+    is of ``claimed``, from 0 to 100, and ``report_false``, 1 or 0, whether it thinks that the report before is false,
+    where it was asked for both.
 
     Args:
         trials: The trials.
@@ -68,6 +70,8 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "panel": " ".join(trial.joints),
                 "verdict": str(step.sensed.get("verdict", "")),
                 "rt_ms": times.get((trial.key, step.step), ""),
+                "confidence": "" if step.decision.confidence is None else step.decision.confidence,
+                "report_false": "" if step.decision.report_false is None else int(step.decision.report_false),
             }
             row: dict[str, Cell] = {
                 "key": trial.key,
@@ -110,5 +114,7 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
         "panel": _dealt_anew(trials),
         "verdict": any("verdict" in step.sensed for trial in trials for step in trial.steps),
         "rt_ms": bool(times),
+        "confidence": any(step.decision.confidence is not None for trial in trials for step in trial.steps),
+        "report_false": any(step.decision.report_false is not None for trial in trials for step in trial.steps),
     }
     return (*COLUMNS, *(name for name, something in says.items() if something))

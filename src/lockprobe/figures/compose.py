@@ -28,6 +28,7 @@ from lockprobe.figures.differences import change_rows, difference_rows, draw_cha
 from lockprobe.figures.effects import draw_effects, effect_rows
 from lockprobe.figures.forest import height
 from lockprobe.figures.frame import FAINT, SMALL
+from lockprobe.figures.grid import GridPanel, draw_grid, grid_height
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
     draw_loops_against_success,
@@ -122,6 +123,8 @@ def condition_drawings(effects: Sequence[Effects], series: Sequence[StudySummary
     drawn: dict[str, Callable[[], Figure]] = {}
     if rows:
         drawn["effects"] = lambda: _sheet((draw_effects,), compared, [height(rows)], "")
+    for number, shown_grids in enumerate(_grids(effects), 1):
+        drawn[f"grid-{number}"] = partial(_sheet, (draw_grid,), shown_grids, [grid_height(shown_grids)], "")
     for number, result in enumerate(series, 1):
         by_dose = partial(draw_success_by_p_corrected, reference=result.reference)
         shown = [agent for agent in result.agents if any(condition.success.n for condition in agent.conditions)]
@@ -129,6 +132,16 @@ def condition_drawings(effects: Sequence[Effects], series: Sequence[StudySummary
             drawn[f"series-{number}-success"] = partial(panels, by_dose, shown)
             drawn[f"series-{number}-loops"] = partial(panels, draw_loops_beside_chance, shown)
     return drawn
+
+
+def _grids(effects: Sequence[Effects]) -> list[list[GridPanel]]:
+    """What one picture shows each: the same two interventions beside the same others, a panel for each agent."""
+    found: dict[tuple[str, str, str], list[GridPanel]] = {}
+    for one in effects:
+        for summary in one.grids:
+            grid = summary.grid
+            found.setdefault((grid.name, grid.rows.rest, grid.modality), []).append((one.agent, summary))
+    return list(found.values())
 
 
 def single(

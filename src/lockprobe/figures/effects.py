@@ -19,7 +19,7 @@ _LONGEST = 38
 
 
 def effect_rows(found: Effects) -> list[Row]:
-    """A row for each condition, and one for each crossing of two interventions."""
+    """A row for each condition, and one for each crossing of two interventions that stands in no grid."""
     rows = [
         Row(
             name=_name(one.condition),
@@ -43,7 +43,7 @@ def effect_rows(found: Effects) -> list[Row]:
             marker="s",
             face=ACCENT if one.detectable else "white",
         )
-        for one in found.interplays
+        for one in found.alone
     ]
     return rows + crossed
 

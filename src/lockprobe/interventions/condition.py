@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
+from math import prod
 from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue
@@ -35,6 +37,9 @@ MODALITY_DOSES = ("p", "blur", "noise", "occlude")
 
 _UNSAFE = re.compile(r"[/\x00-\x1f\x7f]")
 """What cannot stand in the key of a record."""
+
+_MOST = 1000
+"""Combinations of doses in one sweep."""
 
 _LONGEST = 200
 """Characters of the name of a condition."""
@@ -214,32 +219,57 @@ def _without_zeros(modality: str) -> str:
 
 
 def sweep(spec: str) -> tuple[Condition, ...]:
-    """One condition for every value of one dose, given with commas between.
+    """One condition for every value of a dose, given with commas between; of several doses for every combination.
+
+    Where several interventions have several doses, those at dose 0 are left out, so that a combination has the name of
+    what acts in it, and none acts in truth.
 
     >>> [condition.spec for condition in sweep("nudge?after=2 + tremble?p=0.1,0.2")]
     ['nudge + tremble?p=0.1', 'nudge + tremble?p=0.2']
+    >>> [condition.spec for condition in sweep("flip?p=0,0.4 + tremble?p=0,0.1")]
+    ['truth', 'tremble?p=0.1', 'flip?p=0.4', 'flip?p=0.4 + tremble?p=0.1']
 
     Args:
-        spec: As of :func:`read_condition`, with several values of one option.
+        spec: As of :func:`read_condition`, with several values of one option of one intervention or more.
 
     Raises:
         UnknownName: As :func:`read_condition`.
-        BadValue: As :func:`read_condition`, and if there are not several values of exactly one dose.
+        BadValue: As :func:`read_condition`, if there are not several values of a dose, if there are of two options of
+            one intervention, and if there are too many combinations.
     """
-    parts = spec.split("+")
-    swept = [(at, one) for at, part in enumerate(parts) for one in _several(part)]
-    expected = "several values of one dose with commas between, for example tremble?p=0,0.1,0.2"
-    if len(swept) != 1:
-        raise BadValue("sweep", spec, expected)
-    ((at, (option, values)),) = swept
-    found = tuple(
-        read_condition("+".join([*parts[:at], _with(parts[at], option, value), *parts[at + 1 :]])) for value in values
-    )
-    shown = spec_name(parts[at].strip()) in MODALITIES and option in MODALITY_DOSES
-    if option not in found[0].doses and not shown:
-        doses = ", ".join(filter(None, found[0].doses)) or "none of these has a dose"
-        raise BadValue("sweep", spec, f"values of a dose ({doses}), not of {option}")
+    parts = [part.strip() for part in spec.split("+")]
+    swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
+    if not swept or any(len(found) > 1 for found in swept.values()):
+        raise BadValue("sweep", spec, "several values of a dose with commas between, for example tremble?p=0,0.1,0.2")
+    several = {at: _dosed(spec, parts[at], *found[0]) for at, found in swept.items()}
+    many = prod(map(len, several.values()))
+    if many > _MOST:
+        raise BadValue("sweep", spec, f"at most {_MOST} combinations; these are {many}")
+    conditions = []
+    for chosen in product(*several.values()):
+        doses = dict(zip(several, chosen, strict=True))
+        acting = [doses.get(at, part) for at, part in enumerate(parts)]
+        if len(several) > 1:
+            acting = [part for at, part in enumerate(acting) if at not in several or not _idle(part)]
+        conditions.append(read_condition(" + ".join(acting)))
+    return tuple(conditions)
+
+
+def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str]:
+    """A part of a sweep once with every value of its dose."""
+    found = [_with(part, option, value) for value in values]
+    if spec_name(part) in MODALITIES:
+        doses = [one for one in MODALITY_DOSES if option == one]
+    else:
+        doses = list(filter(None, read_condition(found[0]).doses))
+    if option not in doses:
+        raise BadValue("sweep", spec, f"values of a dose ({', '.join(doses) or 'this has none'}), not of {option}")
     return found
+
+
+def _idle(part: str) -> bool:
+    """Whether what a part says does nothing; a way of showing the box is none."""
+    return spec_name(part) not in MODALITIES and read_condition(part).does_nothing
 
 
 def _several(part: str) -> list[tuple[str, list[str]]]:

@@ -37,6 +37,10 @@ class Warn:
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the warning."""
+        return briefing.warning_of(self.sentence)
+
+    @property
+    def sentence(self) -> str:
+        """What the instruction says."""
         often = "sometimes" if self.rate is None else f"with probability {self.rate:g}"
-        said = f"What you are told of your last action is {often} false."
-        return briefing.warning_of(said)
+        return f"What you are told of your last action is {often} false."

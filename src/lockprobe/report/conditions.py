@@ -14,6 +14,7 @@ from lockprobe.analysis.conclusions import conclusions, courses_said, loop_findi
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.effects import Effects, effects
 from lockprobe.analysis.finding import finding
+from lockprobe.analysis.grid import grids
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
@@ -23,6 +24,7 @@ from lockprobe.options import spec_name
 from lockprobe.record import Trial
 from lockprobe.report.effects_said import effects_said
 from lockprobe.report.examples import example
+from lockprobe.report.grids import grid_rows
 from lockprobe.report.measured import measure_rows
 from lockprobe.report.results import (
     RESULTS_VERSION,
@@ -157,9 +159,8 @@ def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], 
                 if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
             }
             control = control_of(arms, modality)
-            if control is not None and (
-                one := effects(own, control.label, crossings([arm for arm in arms if arm.modality == modality]))
-            ):
+            shown = [arm for arm in arms if arm.modality == modality]
+            if control is not None and (one := effects(own, control.label, crossings(shown), grids(shown))):
                 found.append(one)
     return tuple(found)
 
@@ -215,6 +216,7 @@ def condition_numbers(study: ConditionStudy) -> Row:
         ],
         "effects": [row for one in study.effects for row in _effect_rows(one)],
         "crossings": [row for one in study.effects for row in _interplay_rows(one)],
+        "grids": [row for one in study.effects for row in grid_rows(one)],
         "series": [_series_row(series, summary) for series, summary in study.series],
         "box": asdict(study.reference),
         "measures": measure_rows(study.trials),

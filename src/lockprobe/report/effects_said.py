@@ -9,12 +9,13 @@ from lockprobe.analysis.effects import Effect, Effects, Interplay
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.speaking import begun, called, of_trials, p_said, points_said
 from lockprobe.record import UNNAMED
+from lockprobe.report.grids import grid_said
 
 __all__ = ["effects_said"]
 
 
 def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionSummary]) -> list[str]:
-    """The sentences about one agent: every condition against the control, then crossed ones.
+    """The sentences about one agent: every condition against the control, then crossed ones and grids.
 
     Args:
         found: Its effects.
@@ -37,7 +38,7 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
     if len(found.effects) > 1:
         many = f"P values and intervals of differences are corrected for comparing {len(found.effects)} conditions"
         said.append(f"{many} with {found.control}.")
-    return said + [_interplay_said(one) for one in found.interplays]
+    return said + [_interplay_said(one) for one in found.alone] + [grid_said(one) for one in found.grids]
 
 
 def _listed(effects: Sequence[Effect]) -> str:

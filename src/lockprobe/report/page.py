@@ -25,6 +25,7 @@ from lockprobe.errors import printable
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
 from lockprobe.report.conditions import condition_numbers, read_conditions
+from lockprobe.report.grids import grid_table, trend_table
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
     comparison_table,
@@ -212,6 +213,7 @@ def _condition_tables(content: Content) -> dict[str, Table]:
     return {
         "effects": effect_table(content["effects"]),
         "crossings": crossing_table(content["crossings"]),
+        **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content["grids"]) else {}),
         "conditions": table_of_conditions(content["conditions"]),
         **_of_measures(content),
     }

@@ -71,6 +71,8 @@ CONDITION_CAPTIONS = {
     "that share their luck. Squares: how much more the second of two interventions changes it where the first acts "
     "too. Bars: intervals, corrected for the number of conditions (squares: 95 %, not corrected); filled where the "
     "test and the interval show a difference.",
+    "grid": "Share of trials solved under every combination of two doses, with the count and the 95 % Wilson interval "
+    "in per cent as far as there is room; darker is more, a cross was not played. The interaction is in points.",
 }
 """The same of a study of conditions."""
 

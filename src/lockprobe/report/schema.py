@@ -16,6 +16,9 @@ __all__ = [
     "ConditionResult",
     "CrossingResult",
     "EffectResult",
+    "GridAxis",
+    "GridCellResult",
+    "GridResult",
     "MeasureResult",
     "Progress",
     "Results",
@@ -97,6 +100,49 @@ class CrossingResult(_Described):
     detectable: bool = Field(description="Whether test and interval show it.")
 
 
+class GridAxis(_Described):
+    """One of two crossed doses."""
+
+    intervention: str = Field(description="Name of the intervention.")
+    dose: str = Field(description="The option that is the dose.")
+    values: list[float] = Field(description="The doses, ascending; 0 where the intervention is missing.")
+
+
+class GridCellResult(_Described):
+    """One combination of two doses."""
+
+    row: float = Field(description="Dose of the first intervention.")
+    column: float = Field(description="Dose of the second.")
+    condition: str = Field(description="Name of the condition.")
+    trials: Count = Field(description="Trials that ended as solved or out of budget.")
+    solved: Count = Field(description="Of these, solved.")
+    success: Share = Field(description="Share solved, [0, 1].")
+    success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
+    success_high: Share = Field(description="Upper end.")
+
+
+class GridResult(_Described):
+    """Doses of two interventions that are crossed, of one agent."""
+
+    agent: str = Field(description="Agent spec.")
+    modality: str = Field(description="How the box was shown.")
+    name: str = Field(description="What is crossed, with a multiplication sign between.")
+    rows: GridAxis = Field(description="The dose of the first.")
+    columns: GridAxis = Field(description="The dose of the second.")
+    rest: str = Field(description="What else acts in all of them.")
+    cells: list[GridCellResult] = Field(description="Every combination that was played.")
+    trials: Count = Field(description="Blocks of equal luck that have a trial in every cell.")
+    difference: float | None = Field(
+        description="Interaction: what the range of the second dose does at the highest of the first less at the "
+        "lowest, on straight lines through all cells; null where a combination was not played."
+    )
+    difference_low: float | None = Field(description="Lower end of its interval, corrected for the agent's grids.")
+    difference_high: float | None = Field(description="Upper end.")
+    p_value: Share = Field(description="Exchange of signs of whole blocks of luck, corrected alike.")
+    corrected_for: Count = Field(description="Grids of this agent.")
+    detectable: bool = Field(description="Whether test and interval show it.")
+
+
 class SeriesResult(_Described):
     """Conditions that differ in one dose alone, or agents in one option alone."""
 
@@ -134,6 +180,7 @@ class Results(_Described):
     effects: list[EffectResult] = Field(default=[], description="Of a study of conditions: each against the control.")
     measures: list[MeasureResult] = Field(default=[], description="What installed packages measure.")
     crossings: list[CrossingResult] = Field(default=[], description="Of a study of conditions: crossed ones.")
+    grids: list[GridResult] = Field(default=[], description="Of a study of conditions: crossed doses.")
     series: list[SeriesResult] = Field(default=[], description="Of a study of conditions: doses.")
 
 

@@ -14,12 +14,10 @@ from dataclasses import dataclass, replace
 
 from lockprobe.agents.llm.knowledge import Price, facts_of
 from lockprobe.agents.llm.settings import read_settings
-from lockprobe.agents.llm.size import tokens
 from lockprobe.call import Call, Usage
-from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.record import Trial
-from lockprobe.studies.sizes import HYPOTHESIS, Prompt, Request, reply
+from lockprobe.studies.sizes import Prompt, Request
 from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
 
@@ -99,13 +97,8 @@ def most_of_one_call(study: Study, agent: str) -> float:
     facts = facts_of(name)
     if facts.price is None:
         return 0.0
-    shown = (study.plan(agent, condition, 1, 1) for condition in _first_of_each_modality(study, agent))
-    return min(most_dollars(Prompt(plan, settings, facts).first(), facts.price) for plan in shown)
-
-
-def _first_of_each_modality(study: Study, agent: str) -> Iterable[Condition]:
-    """What changes the size of requests most is how the box is shown."""
-    return {one.modality: one for one in reversed(study.conditions_of(agent))}.values()
+    plans = (study.plan(agent, condition, 1, 1) for condition in study.conditions_of(agent))
+    return min(most_dollars(Prompt(plan, settings, facts).first(), facts.price) for plan in plans)
 
 
 class _Agent:
@@ -115,7 +108,7 @@ class _Agent:
         self._study, self._agent = study, agent
         name, self._settings = read_settings(agent.removeprefix("llm:"))
         self._facts = facts_of(name)
-        self._shown = {plan.key: plan.modality for plan in study.plans(agent)}
+        self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
         self._done = {
             # a malformed reply ends a trial in a step that is not played
             key: len(trial.steps) + (trial.error is not None)
@@ -123,8 +116,8 @@ class _Agent:
             if key in self._shown and not trial.owed_again
         }
         self._prompts = {
-            condition.modality: Prompt(study.plan(agent, condition, 1, 1), self._settings, self._facts)
-            for condition in _first_of_each_modality(study, agent)
+            condition: Prompt(study.plan(agent, condition, 1, 1), self._settings, self._facts)
+            for condition in study.conditions_of(agent)
         }
         self._made: Counter[str] = Counter()
         self._reached: Counter[str] = Counter()
@@ -168,8 +161,9 @@ class _Agent:
             for step in range(begun + 1, self._study.max_steps + 1):
                 request, times = prompt.request(step, longer), trials * repairs
                 share = coming_to[step] / coming_to[reached] if step > reached else 1.0
-                expected.add(request, output, times * share)
-                full.add(request, output, times)
+                written = self._written(prompt) if output is None else output
+                expected.add(request, written, times * share)
+                full.add(request, written, times)
                 repeated += prompt.repeated(step, longer) * times * share
             most += prompt.most(begun + 1, trials)
         return Estimate(
@@ -198,13 +192,17 @@ class _Agent:
             shares.append(shares[-1] * seen)
         return shares
 
-    def _habits(self) -> tuple[float, float, float]:
-        """Requests as multiples of what they are taken to be; tokens of a reply; calls per decision."""
+    def _habits(self) -> tuple[float, float | None, float]:
+        """Requests as multiples of what they are taken to be; tokens of a reply, if known; calls per decision."""
         if self._taken:
             return self._input / self._taken, self._output / self._counted, self._counted / self._first
+        return 1.0, None, 1.0
+
+    def _written(self, prompt: Prompt) -> float:
+        """Tokens of a reply where nothing has been played."""
         reasons = self._facts.reasons or self._settings.effort not in (None, "none")
-        output = tokens(reply(HYPOTHESIS)) + (_REASONING if reasons else 0)
-        return 1.0, min(output, self._settings.most_tokens(self._facts) or output), 1.0
+        output = prompt.output + (_REASONING if reasons else 0)
+        return min(output, self._settings.most_tokens(self._facts) or output)
 
 
 class _Sum:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
+from itertools import accumulate, pairwise, takewhile
 from math import ceil
+
+import numpy as np
 
 from lockprobe.agents.llm.knowledge import ModelFacts
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.llm.size import at_most, tokens
-from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.agents.prompt import Message, conversation, reply_schema
 from lockprobe.call import Usage
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Decision, Moment, Percept, Situation, Turn
-from lockprobe.studies.modality import shown
+from lockprobe.record import Briefing, Decision, Moment, Percept, Situation, Task, Turn
+from lockprobe.seams import Channel, Intervention, Memory
+from lockprobe.seams import Prompt as Asking
+from lockprobe.studies.modality import interventions_for
+from lockprobe.trial import streams_of
 
-__all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "Prompt", "Request", "made_up", "reply"]
+__all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "Prompt", "Request", "made_up", "made_up_course", "reply"]
 
 SMALLEST_CACHED = 1024
 """Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
@@ -57,20 +63,38 @@ class Prompt:
         plan: The trial.
         settings: How the model is asked.
         facts: What is known of it.
+
+    Attributes:
+        output: Tokens of a reply of the form that is asked for.
     """
 
     def __init__(self, plan: Plan, settings: Settings, facts: ModelFacts) -> None:
         self._plan, self._settings, self._facts = plan, settings, facts
         self._images = settings.images
-        situation = made_up(plan, reply(HYPOTHESIS))
-        messages = conversation(situation)
-        self._per_step = len(messages[0].pictures) * (facts.picture_tokens or _PICTURE) * _tiles(plan) / 4
-        sizes = [tokens(message.text) + _MARKS for message in messages]
-        form = 0.0 if settings.form(facts) == "none" else tokens(json.dumps(reply_schema(situation)))
-        self._text = [form + total for total in accumulate(sizes)][::2]
+        course = made_up_course(plan)
+        talks = [conversation(situation) for situation in (course if _forgets(course) else course[-1:])]
+        self._per_step = len(talks[0][0].pictures) * (facts.picture_tokens or _PICTURE) * _tiles(plan) / 4
+        form = 0.0 if settings.form(facts) == "none" else tokens(json.dumps(reply_schema(course[-1])))
+        self._observed = [len(situation.past) + 1 for situation in course]
+        self._shared: list[float] = []
+        if _forgets(course):
+            self._text = [form + sum(map(_size, talk)) for talk in talks]
+            self._shared = [form + self._start(*both) for both in pairwise(talks)]
+        else:
+            self._text = [form + total for total in accumulate(map(_size, talks[0]))][::2]
+        self.output = tokens(_reply_in(course[-1], HYPOTHESIS))
+
+    def _start(self, one: Sequence[Message], other: Sequence[Message]) -> float:
+        """Tokens at the start of a request that another one began with."""
+        alike = sum(1 for _ in takewhile(lambda both: both[0] == both[1], zip(one, other, strict=False)))
+        pictured = sum(bool(message.pictures) for message in other[:alike])
+        ends = (talk[alike].text if alike < len(talk) else "" for talk in (one, other))
+        begun = "".join(first for first, _ in takewhile(lambda both: both[0] == both[1], zip(*ends, strict=False)))
+        return sum(map(_size, other[:alike])) + pictured * self._per_step + tokens(begun)
 
     def _size(self, step: int) -> float:
-        shown = min(step, self._images) if self._images else step
+        observed = self._observed[step - 1]
+        shown = min(observed, self._images) if self._images else observed
         return self._text[step - 1] + shown * self._per_step
 
     def repeated(self, step: int, longer: float = 1.0) -> float:
@@ -82,6 +106,8 @@ class Prompt:
         """
         if step == 1:
             return 0.0
+        if self._shared:
+            return longer * self._shared[step - 2]
         if self._per_step and self._images and step > self._images:  # there an observation has lost its pictures
             return longer * self._text[step - self._images - 1]
         return longer * self._size(step - 1)
@@ -94,18 +120,16 @@ class Prompt:
 
     def first(self) -> Usage:
         """What the first call of a trial can take, whatever is replied."""
-        whole = made_up(self._plan, reply(""))
-        begun = replace(whole, past=(), percept=(*(turn.percept for turn in whole.past), whole.percept)[0])
-        return at_most(conversation(begun), self._settings, self._facts)
+        return at_most(conversation(made_up_course(replace(self._plan, budget=1))[0]), self._settings, self._facts)
 
     def most(self, first: int, trials: int) -> Usage:
-        """What so many trials can take from a step on, whatever is replied.
+        """What so many trials can take from a step on, whatever is replied, remembered, and said beside reports.
 
         Args:
             first: The step, from 1.
             trials: How many.
         """
-        longest = conversation(made_up(self._plan, reply("x" * _LONGEST_HYPOTHESIS)), images=self._images)
+        longest = conversation(_longest(self._plan), images=self._images)
         steps = range(first, self._plan.budget + 1)
         if len(steps) <= _COUNTED and not self._images:
             one = sum((at_most(longest[: 2 * step - 1], self._settings, self._facts) for step in steps), Usage())
@@ -129,13 +153,25 @@ def _head(plan: Plan) -> bytes:
     return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + b"".join(side.to_bytes(4, "big") for side in sides)
 
 
-def reply(hypothesis: str) -> str:
+_SAID: Mapping[str, object] = {"last_action": "did not move", "confidence": 90, "report_false": False, "joint": "A"}
+"""What a made-up reply says to what it is asked, but for its hypothesis."""
+
+
+def reply(hypothesis: str, asked: Iterable[str] = ("last_action", "hypothesis", "joint")) -> str:
     """A reply as models give it.
 
     Args:
         hypothesis: What it says about the box.
+        asked: The keys of what it is asked, in order.
     """
-    return json.dumps({"last_action": "did not move", "hypothesis": hypothesis, "joint": "A"})
+    return json.dumps({key: hypothesis if key == "hypothesis" else _SAID[key] for key in asked})
+
+
+def _reply_in(situation: Situation, hypothesis: str) -> str:
+    """A reply of the form that is asked for."""
+    form = reply_schema(situation)["properties"]
+    assert isinstance(form, dict)
+    return reply(hypothesis, form)
 
 
 def made_up(plan: Plan, said: str) -> Situation:
@@ -145,22 +181,100 @@ def made_up(plan: Plan, said: str) -> Situation:
         plan: The trial.
         said: The agent's reply in every step.
     """
+    return made_up_course(plan, said)[-1]
+
+
+def made_up_course(plan: Plan, said: str = "") -> list[Situation]:
+    """Every step of a made-up trial in which joints are attempted in turn, and every other moves.
+
+    What acts in the condition acts on it, on what is told, asked and remembered.
+
+    Args:
+        plan: The trial.
+        said: The agent's reply in every step; where it is empty, one of the form that is asked for.
+    """
+    interventions = interventions_for(plan.condition)
+    return _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
+
+
+Acting = Sequence[tuple[Intervention, np.random.Generator]]
+"""Interventions, each with its random stream."""
+
+
+def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
     task = Names(plan).task(plan)
-    percepts = [_percept(plan, task.joints, step) for step in range(plan.budget)]
-    turns = (Turn(percept=percept, decision=Decision(joint="A", replies=(said,))) for percept in percepts[:-1])
-    return Situation(task=task, past=tuple(turns), percept=percepts[-1])
+    moments: tuple[Moment, ...] = ()
+    turns: tuple[Turn, ...] = ()
+    course = []
+    for step in range(plan.budget):
+        moments = (*moments, _moment(plan, task, step, acting, moments))
+        past, briefing = turns, Briefing()
+        for one, rng in acting:
+            if isinstance(one, Memory):
+                past = one.recall(past, task, rng)
+            elif isinstance(one, Asking):
+                briefing = one.brief(briefing, moments, task, rng)
+        situation = Situation(task=task, past=past, percept=moments[-1].told, briefing=briefing)
+        course.append(situation)
+        decision = Decision(
+            joint=task.joints[(step + 1) % len(task.joints)], replies=(said or _reply_in(situation, HYPOTHESIS),)
+        )
+        turns = (*past, Turn(percept=situation.percept, decision=decision, remark=briefing.remark))
+    return course
 
 
-def _percept(plan: Plan, joints: tuple[str, ...], step: int) -> Percept:
-    joint = joints[step % len(joints)] if step else None
-    channel = shown(plan.modality)
-    if isinstance(channel, CameraChannel):
-        kinds: tuple[PictureKind, ...] = ("rgb",) if channel.depth == "none" else ("rgb", "depth")
-        pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
-        return Percept(joint=joint, text=f"You attempted {joint}. The picture shows the box now.", pictures=pictures)
-    positions = (
-        tuple((place + step) % 2 == 0 for place in range(len(joints))) if plan.condition.tells_positions else None
+def _longest(plan: Plan) -> Situation:
+    """The last step of a made-up trial in which as much is said as can be.
+
+    What may be said beside a report is said beside every one, all reports are given, and nothing is forgotten.
+    """
+    said = reply("x" * _LONGEST_HYPOTHESIS)
+    interventions = [
+        replace(one, p=1.0) if getattr(one, "dose", "") == "p" else one  # type: ignore[type-var]
+        for one in interventions_for(plan.condition)
+        if isinstance(one, Asking) or getattr(one, "shows", False) or getattr(one, "after_words", False)
+    ]
+    course = _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
+    last = course[-1]
+    remark = max((situation.briefing.remark for situation in course), key=len)
+    past = tuple(replace(turn, remark=remark if i else turn.remark) for i, turn in enumerate(last.past))
+    return replace(last, past=past, briefing=replace(last.briefing, remark=remark))
+
+
+def _forgets(course: Sequence[Situation]) -> bool:
+    """Whether requests of later steps lack something of earlier ones."""
+    return any(len(situation.past) < step for step, situation in enumerate(course))
+
+
+def _size(message: Message) -> float:
+    return tokens(message.text) + _MARKS
+
+
+def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Moment, ...]) -> Moment:
+    """What was, and what is told of it."""
+    joint = task.joints[step % len(task.joints)] if step else None
+    was = Percept(
+        joint=joint,
+        outcome="moved" if step % 2 else "blocked" if step else None,
+        positions=tuple((place + step) % 2 == 0 for place in range(len(task.joints))),
     )
-    told = Percept(joint=joint, outcome="moved" if step % 2 else "blocked" if step else None, positions=positions)
-    past = (Moment(was=told, told=told),) if step else ()
-    return channel.perceive(told, past, Names(plan).task(plan), plan.stream("estimate"))
+    percept, facts = was, None
+    for one, rng in acting:
+        if not isinstance(one, Channel):
+            continue
+        if getattr(one, "shows", False):
+            facts = percept
+        percept = (
+            _pictured(plan, one, percept) if isinstance(one, CameraChannel) else one.perceive(percept, past, task, rng)
+        )
+    return Moment(was=was, told=percept, chosen=joint, attempted=joint, facts=facts)
+
+
+def _pictured(plan: Plan, camera: CameraChannel, percept: Percept) -> Percept:
+    """A percept as pictures of which nothing but the size is there; none where no positions are told."""
+    if percept.positions is None:
+        return replace(percept, outcome=None, text="")
+    kinds: tuple[PictureKind, ...] = ("rgb",) if camera.depth == "none" else ("rgb", "depth")
+    text = f"You attempted {percept.joint}. The picture shows the box now."
+    pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
+    return Percept(joint=percept.joint, text=text, pictures=pictures)

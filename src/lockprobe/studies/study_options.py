@@ -124,7 +124,11 @@ class StudyOptions(BaseModel):
         ),
     ] = None
     sweep: Annotated[
-        Several | None, _about("One condition for each dose: 'tremble?p=0,0.1,0.2'; may be repeated (nothing).")
+        Several | None,
+        _about(
+            "One condition for each dose: 'tremble?p=0,0.1,0.2'; of several doses with plus signs between, for every "
+            "combination; may be repeated (nothing)."
+        ),
     ] = None
     layout: Annotated[
         LayoutKind | None,

@@ -216,6 +216,7 @@ def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tup
     named = [one for one in acting if one.does_nothing]
     controls = named or [Condition()]
     everywhere = [*controls, *(one for one in acting if one not in named)]
+    _check_names([*everywhere, *own])
     return distinct(
         [
             *(replace(one, modality=modality) for modality in modalities for one in everywhere),
@@ -223,6 +224,15 @@ def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tup
             *own,
         ]
     )
+
+
+def _check_names(conditions: Sequence[Condition]) -> None:
+    """Refuse one condition under two names, which would be compared as if it were two."""
+    seen: dict[tuple[object, ...], str] = {}
+    for one in conditions:
+        what = (() if one.does_nothing else one.specs, one.modality)
+        if (first := seen.setdefault(what, one.label)) != one.label:
+            raise BadValue("condition", one.label, f"another condition than {first}, which is the same")
 
 
 def _check_lengths(request: StudyOptions) -> None:

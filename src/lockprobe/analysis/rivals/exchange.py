@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.outcomes import Outcomes
-from lockprobe.analysis.proportions import LEVEL
+from lockprobe.analysis.proportions import ALPHA, LEVEL
 
 __all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_width", "sheets", "sign_flip"]
 
@@ -51,7 +51,8 @@ class BlockMean:
 
     Attributes:
         value: The mean; not a number without pairs.
-        low: Lower end of the 95 % interval; None where blocks do not tell how far they vary.
+        low: Lower end of the 95 % interval, wider where several means are looked at; None where blocks do not tell how
+            far they vary.
         high: Upper end.
         p_value: That the two play exchangeably, by exchange within blocks, two-sided; 1 if no block differs; None
             without pairs, and where it would not keep its level.
@@ -100,7 +101,7 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
     return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
-def block_mean(differences: Array, *, unit: float | None = None) -> BlockMean:
+def block_mean(differences: Array, *, unit: float | None = None, choices: int = 1) -> BlockMean:
     """The mean of all differences, with blocks taken together.
 
     The interval is Student's over blocks, of a ratio of sums. Where a unit is known it is widened as if one pair more
@@ -110,6 +111,7 @@ def block_mean(differences: Array, *, unit: float | None = None) -> BlockMean:
     Args:
         differences: Shape (blocks, pairs of a block), not a number where a pair is missing.
         unit: The largest difference that a single trial can make, 1 for shares; None where it is not known.
+        choices: Number of means that are looked at; the interval has the level 1 - 0.05 / choices.
     """
     present = ~np.isnan(differences)
     kept = present.any(axis=1)
@@ -118,13 +120,13 @@ def block_mean(differences: Array, *, unit: float | None = None) -> BlockMean:
     n, pairs = len(sizes), int(sizes.sum())
     if not n:
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    low, high = _interval(sums, sizes, unit)
+    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices)
     return BlockMean(
         value=float(sums.sum()) / pairs, low=low, high=high, p_value=sign_flip(sums), pairs=pairs, blocks=n
     )
 
 
-def _interval(sums: Array, sizes: Array, unit: float | None) -> tuple[float, float] | tuple[None, None]:
+def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tuple[float, float] | tuple[None, None]:
     n, total = len(sizes), float(sizes.sum())
     if n < 2:
         return None, None
@@ -135,21 +137,22 @@ def _interval(sums: Array, sizes: Array, unit: float | None) -> tuple[float, flo
         return None, None
     if unit is not None:
         spread += unit**2 * (widest**2 if alike else widest)
-    half = half_width(math.sqrt(n / (n - 1) * spread), n) / total
+    half = half_width(math.sqrt(n / (n - 1) * spread), n, level) / total
     most = math.inf if unit is None else unit
     return max(-most, value - half), min(most, value + half)
 
 
-def half_width(se: float, clusters: int) -> float:
-    """Half of Student's 95 % interval.
+def half_width(se: float, clusters: int, level: float = LEVEL) -> float:
+    """Half of Student's interval.
 
     Args:
         se: Standard error.
         clusters: How many it rests on, at least two.
+        level: Of the interval, (0, 1).
     """
     from scipy.stats import t
 
-    return float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * se
+    return float(t.ppf((1 + level) / 2, clusters - 1)) * se
 
 
 def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
