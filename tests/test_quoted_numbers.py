@@ -134,8 +134,8 @@ def told(modality):
 
 QUOTED = [
     ("README.md", "then solves {} of 300 trials at a flip rate of 0.4 (95 % interval {:.0f} to {:.0f} %)",
-     lambda: told("symbolic?tell=state")),
-    ("README.md", "instead of {} ({:.0f} to {:.0f} %), and all 300", lambda: told("symbolic")),
+     lambda: told("symbolic")),
+    ("README.md", "instead of {} ({:.0f} to {:.0f} %), and all 300", lambda: told("symbolic?tell=state")),
     ("README.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
     ("README.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8. They hurt",
      lambda: success("cognitive:perseverant", 0, 0.8)),

@@ -7,7 +7,7 @@ from lockprobe.studies.single import run_trial
 
 @pytest.mark.parametrize("lag", [1, 2, 5])
 def test_every_report_is_the_truth_of_some_attempts_ago(lag):
-    trial = run_trial(agent="round-robin", condition=f"delay?lag={lag}", box="chain-7")
+    trial = run_trial(agent="round-robin", condition=f"delay?lag={lag} + symbolic", box="chain-7")
     label = dict(zip(trial.joints, trial.labels, strict=True))
     moved = {True: "moved", False: "did not move"}
     for now, then in zip(trial.steps[lag:], trial.steps, strict=False):
@@ -18,7 +18,7 @@ def test_every_report_is_the_truth_of_some_attempts_ago(lag):
 
 def test_it_forgets_what_was_before_it_and_keeps_what_comes_after():
     plain, before, after = (
-        run_trial(agent="round-robin", condition=spec, box="chain-7")
+        run_trial(agent="round-robin", condition=spec, modality="symbolic", box="chain-7")
         for spec in ("delay?lag=1", "flip?p=1 + delay?lag=1", "delay?lag=1 + flip?p=1")
     )
     assert [step.told for step in before.steps] == [step.told for step in plain.steps]

@@ -115,7 +115,7 @@ def test_bad_settings_are_named():
 
 def lies(condition, agent="round-robin", **settings):
     """The steps with false reports, and the trial."""
-    trial = run_trial(agent=agent, box="chain-7", max_steps=30, condition=condition, **settings)
+    trial = run_trial(agent=agent, box="chain-7", max_steps=30, condition=condition, modality="symbolic", **settings)
     return {step.step for step in trial.steps if step.told_falsely}, trial
 
 

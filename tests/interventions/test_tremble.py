@@ -12,7 +12,7 @@ from lockprobe.studies.single import run_trial
 
 
 def test_another_joint_is_attempted_and_truthfully_reported():
-    trial = run_trial(agent="random", condition="tremble?p=1", box="chain-7")
+    trial = run_trial(agent="random", condition="tremble?p=1 + symbolic", box="chain-7")
     label = dict(zip(trial.joints, trial.labels, strict=True))
     for step in trial.steps:
         assert step.chosen not in (None, step.joint)

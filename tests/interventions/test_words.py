@@ -204,7 +204,7 @@ def test_a_lie_about_a_state_is_taken_back_by_the_next_report_of_that_joint():
     for flip in ("transient", "sticky"):
         for seed in range(1, 9):
             told = run_trial(agent="random", p=0.4, flip=flip, modality="symbolic?tell=state", seed=seed)
-            both = run_trial(agent="random", p=0.4, flip=flip, seed=seed)
+            both = run_trial(agent="random", p=0.4, flip=flip, modality="symbolic", seed=seed)
             assert told.actions == both.actions
             assert [step.told_state for step in told.steps] == [step.told_state for step in both.steps]
             lied = {}

@@ -93,7 +93,7 @@ def test_the_first_agents_play_on_without_those_that_were_added(tmp_path):
     [
         ({"seed": 2}, "(seed is 1 there, 2 asked)"),
         ({"conditions": flips((0.0,))}, "(p is [0.0, 0.4] there, [0.0] asked)"),
-        ({"conditions": (Condition(), Condition(modality="symbolic?tell=state"))}, "'truth; symbolic?tell=state' asked"),
+        ({"conditions": (Condition(), Condition(modality="symbolic"))}, "'truth; symbolic' asked"),
         ({"conditions": (Condition(),)}, "(conditions is 'flip rates alone' there, 'truth' asked; flip is 'transient' there"),
         ({"max_steps": 5, "conditions": flips((0.0, 0.4), "sticky")}, "(flip is 'transient' there, 'sticky' asked; max_steps is 20 there, 5 asked)"),
         ({"assessment": False}, "(assessment is True there, False asked)"),

@@ -13,7 +13,11 @@ from lockprobe.studies.modality import check_distinct, false_rate, interventions
 
 
 def test_reports_are_flipped_and_put_into_words():
-    assert interventions_for(flips((0.3,), "sticky")[0]) == (OutcomeFlip(p=0.3, persistence="sticky"), TextChannel())
+    flip = OutcomeFlip(p=0.3, persistence="sticky")
+    assert interventions_for(flips((0.3,), "sticky")[0]) == (flip, TextChannel(tell="state"))
+    assert interventions_for(flips((0.3,), "sticky", ("symbolic",))[0]) == (flip, TextChannel())
+    blind = OutcomeFlip(p=0.3, persistence="outcome-only")
+    assert interventions_for(flips((0.3,), "outcome-only")[0]) == (blind, TextChannel())
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def test_the_same_command_plays_what_is_owed_byte_for_byte(tmp_path):
     directory = shutil.copytree(OLD / "flips", tmp_path / "flips")
     lines = (OLD / "flips" / "trials.jsonl").read_bytes().splitlines(keepends=True)
     (directory / "trials.jsonl").write_bytes(b"".join(lines[:7]))
-    planned = study(ASKED)
+    planned = study(ASKED, modality=["symbolic"])
     assert planned == read_study(directory)
     with Journal.open(directory, planned) as journal:
         run(planned, journal)

@@ -18,7 +18,7 @@ from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_
 from lockprobe.studies.studyfile import study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
-STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
+STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4], modality=["symbolic"]))
 
 
 def test_plans_are_all_trials_once():
@@ -101,7 +101,9 @@ def test_unknown_names_list_what_exists():
 
 def test_a_study_file(tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n')
+    path.write_text(
+        'study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\nmodality = "symbolic"\n'
+    )
     assert study(read_options_file(path)).identity == STUDY.identity
 
 
@@ -202,14 +204,14 @@ def test_a_study_file_may_ask_for_shuffled_layouts(tmp_path):
         read_options_file(path)
 
 
-SHOWN = ("rgb", "rgbd", "symbolic")
+SHOWN = ("rgb", "rgbd", "symbolic?tell=state")
 MODAL = modality_study(("viewer", "random"), trials=3)
 
 
 def test_the_modality_study_is_the_papers():
     """Sec. 2.2: RGB, RGB-D and ground truth, 10 trials of 20 steps each, no false reports."""
     found = study(StudyOptions(study="modalities", agent=["viewer"]))
-    assert (found.modalities, found.p) == (("rgb", "rgbd", "symbolic"), (0.0,))
+    assert (found.modalities, found.p) == (SHOWN, (0.0,))
     assert (found.trials, found.repetitions, found.max_steps, found.size) == (10, 1, 20, 30)
     assert found.plant == "fast-twin"
     default = study("modalities")
@@ -222,7 +224,7 @@ def test_the_modality_study_deals_the_panel_in_every_trial():
     default = study("modalities")
     assert default.layout == "shuffled"
     panels = {shown: [plan.box.names for plan in default.plans("viewer") if plan.modality == shown] for shown in SHOWN}
-    assert panels["rgb"] == panels["rgbd"] == panels["symbolic"]
+    assert panels["rgb"] == panels["rgbd"] == panels["symbolic?tell=state"]
     assert panels["rgb"] == [plan.box.names for plan in default.plans("random")]
     assert len(set(panels["rgb"])) > 5
     assert study("flips").layout == "fixed"
@@ -230,13 +232,14 @@ def test_the_modality_study_deals_the_panel_in_every_trial():
 
 def test_a_modality_study_on_one_panel_keeps_its_name(tmp_path):
     """It was the default once: its directory is found by its identity, and says nothing of a layout."""
-    fixed = study(StudyOptions(study="modalities", layout="fixed"))
+    shown = ["rgb", "rgbd", "symbolic"]
+    fixed = study(StudyOptions(study="modalities", layout="fixed", modality=shown))
     assert fixed.identity == json.loads(GOLDEN.read_text())["modalities on one panel"]
     assert "layout" not in fixed.settings()
     path = tmp_path / "mine.toml"
-    path.write_text('study = "modalities"\nlayout = "fixed"\n')
+    path.write_text('study = "modalities"\nlayout = "fixed"\nmodality = ["rgb", "rgbd", "symbolic"]\n')
     assert study(read_options_file(path)) == fixed
-    assert study("modalities") == replace(fixed, layout="shuffled")
+    assert study("modalities", modality=shown) == replace(fixed, layout="shuffled")
 
 
 def test_an_agent_that_reads_reports_plays_no_pictures():
@@ -272,7 +275,7 @@ def test_modalities_are_settings_that_came_later():
 
 def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
     found = study(StudyOptions(study="modalities", agent=["viewer"], plant="symbolic"))
-    assert found.modalities == ("symbolic",)
+    assert found.modalities == ("symbolic?tell=state",)
     with pytest.raises(
         BadValue, match="^modality: got 'rgb', expected a plant with a camera, fast-twin or twin, not s"
     ):
@@ -375,9 +378,14 @@ def test_flip_rates_stand_beside_other_conditions_and_nothing_is_played_twice():
 
 
 def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
-    planned = study("modalities", agent="viewer", modality=["symbolic", "rgb"], condition=["nudge", "warn + rgbd"])
+    planned = study(
+        "modalities",
+        agent="viewer",
+        modality=["symbolic?tell=state", "symbolic", "rgb"],
+        condition=["nudge", "warn + rgbd"],
+    )
     assert [condition.label for condition in planned.conditions] == [
-        "truth", "nudge", "rgb", "nudge + rgb", "rgbd", "warn + rgbd",
+        "truth", "nudge", "symbolic", "nudge + symbolic", "rgb", "nudge + rgb", "rgbd", "warn + rgbd",
     ]  # fmt: skip
 
 

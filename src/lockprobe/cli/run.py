@@ -18,7 +18,9 @@ from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.tally import foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached, printable
+from lockprobe.interventions.condition import flips
 from lockprobe.options import PEOPLE
+from lockprobe.record import STATES
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
@@ -165,15 +167,26 @@ def _owed(planned: Study, journal: Journal) -> int:
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study of a name or file, with what was asked for on the command line before it, and its directory.
 
-    Where no agent is asked for, those of the study that is there play.
+    Where no agent is asked for, those of the study that is there play. A directory that an earlier release made goes on
+    with reports as they were then, unless a modality is asked for.
     """
     if name not in STUDIES and Path(name).is_dir():
         expected = f"one of {', '.join(STUDIES)}, or FILE.toml; to go on, the same command with --out {name}"
         raise BadValue("study", name, expected)
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     planned = study(request, **asked)
+    if out is not None and request.modality is None and "modality" not in asked and (out / SETTINGS).exists():
+        planned = _shown_as_before(planned, read_study(out))
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if request.agent is None and "agent" not in asked and (directory / SETTINGS).exists():
         there = tuple(agent for agent in read_study(directory).agents if agent != PEOPLE)
         planned = replace(planned, agents=there or planned.agents)
     return planned, directory
+
+
+def _shown_as_before(planned: Study, there: Study) -> Study:
+    """The study, shown as that of a release in which reports told outcomes too if nobody asked otherwise."""
+    told = tuple(STATES if one == "symbolic" else one for one in there.modalities)
+    if not (planned.of_flips and there.of_flips) or told != planned.modalities:
+        return planned
+    return replace(planned, conditions=flips(planned.p, planned.flip, there.modalities))

@@ -90,7 +90,7 @@ class Condition:
     @property
     def spec(self) -> str:
         """All that acts, with plus signs between: ``tremble?p=0.1 + nudge?after=2``; ``truth`` where nothing does."""
-        shown = () if self.modality == STATES else (self.modality,)
+        shown = () if self.modality == default_modality(*self.specs) else (self.modality,)
         return " + ".join((*self.specs, *shown)) or TRUTH
 
     @property

@@ -81,11 +81,13 @@ def played(play, policy, world, trials, seed):
     p=SHARES,
     budget=st.integers(1, 30),
     seed=st.integers(0, 2**40),
+    states_only=st.booleans(),
 )
-def test_a_kernel_plays_what_the_policy_plays(policy, name, flip, p, budget, seed):
+def test_a_kernel_plays_what_the_policy_plays(policy, name, flip, p, budget, seed, states_only):
     """Every family, every setting: choice by choice and report by report, on the same numbers."""
     pytest.importorskip("numba")
-    world = world_of(name, p=p, flip=flip, max_steps=budget)
+    states_only &= flip != "outcome-only"
+    world = world_of(name, p=p, flip=flip, max_steps=budget, states_only=states_only)
     source, (steps, solved, actions, moved, told) = played(compiled(play_trials), policy, world, 4, seed)
     for trial in range(4):
         by_hand = play_plainly(policy, world, *source.luck(trial))

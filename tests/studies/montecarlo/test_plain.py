@@ -23,9 +23,11 @@ KINDS = ("transient", "sticky", "outcome-only")
     trial=st.integers(1, 5),
     shuffle=st.booleans(),
     max_steps=st.integers(1, 25),
+    states_only=st.booleans(),
 )
-def test_a_trial_played_plainly_is_the_trial_on_record(name, flip, p, seed, trial, shuffle, max_steps):
-    world = world_of(name, p=p, flip=flip, max_steps=max_steps)
+def test_a_trial_played_plainly_is_the_trial_on_record(name, flip, p, seed, trial, shuffle, max_steps, states_only):
+    states_only &= flip != "outcome-only"
+    world = world_of(name, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
     tree = FromTree(seed, 2, len(box(name).joints), shuffle=shuffle, flips=0, draws=0)
     played = play_plainly(Diary(), world, *tree.luck(trial - 1))
     recorded = run_trial(
@@ -38,6 +40,7 @@ def test_a_trial_played_plainly_is_the_trial_on_record(name, flip, p, seed, tria
         trial=trial,
         shuffle=shuffle,
         max_steps=max_steps,
+        modality="symbolic?tell=state" if states_only else "symbolic",
     )
     assert (played.joints, played.moved, played.told_moved, played.solved) == as_recorded(recorded)
 

@@ -67,10 +67,11 @@ def played_plainly(*args, **kwargs):
 
 
 @settings(max_examples=60, deadline=None)
-@given(**SETTINGS, repetition=st.integers(1, 3))
-def test_the_trials_of_a_study_are_those_on_record(agent, name, flip, p, seed, shuffle, max_steps, repetition):
+@given(**SETTINGS, repetition=st.integers(1, 3), tell=st.sampled_from(["both", "state"]))
+def test_the_trials_of_a_study_are_those_on_record(agent, name, flip, p, seed, shuffle, max_steps, repetition, tell):
     """Of every kind of agent, under every kind of flip, on any box: joints, outcomes and reports, step by step."""
     given_ = {"p": p, "flip": flip, "seed": seed, "repetition": repetition, "shuffle": shuffle, "max_steps": max_steps}
+    given_["modality"] = "symbolic" if flip == "outcome-only" else f"symbolic?tell={tell}"
     found = population(agent, name, trials=2, record=True, **given_)
     for i in range(2):
         joints, moved, told, solved = as_recorded(run_trial(agent=agent, box=name, trial=i + 1, **given_))

@@ -94,7 +94,7 @@ POLICIES = [
 )
 def test_the_course_is_the_sum_over_every_choice_and_every_flip(policy, flip):
     solved, apart = by_brute_force(policy, box("chain-3"), 0.3, flip, 4)
-    course = propagate(policy, "chain-3", p=0.3, flip=flip, max_steps=4, listing="panel")
+    course = propagate(policy, "chain-3", p=0.3, flip=flip, modality="symbolic", max_steps=4, listing="panel")
     assert course.solved == pytest.approx(solved, abs=1e-12)
     if flip == "outcome-only":
         assert course.apart is None
@@ -177,7 +177,9 @@ def test_the_order_of_the_listing_is_averaged_where_it_may_matter():
 
 
 def test_told_and_true_drift_apart_only_where_reports_persist():
-    transient, sticky = (propagate("human-inspired", p=0.3, flip=flip) for flip in ("transient", "sticky"))
+    transient, sticky = (
+        propagate("human-inspired", p=0.3, flip=flip, modality="symbolic") for flip in ("transient", "sticky")
+    )
     assert transient.apart[1:] == pytest.approx([0.3] * 20)
     assert sticky.apart[1:4] == pytest.approx([0.3, 0.3, 0.447])
     assert sticky.apart[20] > 0.85
