@@ -49,3 +49,19 @@ def test_what_learned_from_pictures_is_shown_them(painted):
     assert trial.ending == "budget"
     assert [seen.shape[0] for seen in agent.given] == [1, 2]
     assert agent.given[0].shape[3] == 3
+
+
+class Unaided(Stubborn):
+    observation = "symbolic?tell=state"
+
+
+def test_where_states_alone_are_told_outcomes_come_of_comparing_them():
+    """As for every strategy; one that learned without outcomes gets none."""
+    compared, unaided = Stubborn(), Unaided()
+    trial = run_trial(agent=compared, p=0.4, seed=3)
+    told = [0, *(2 if step.told_moved else 1 for step in trial.steps)]
+    assert compared.given[-1][:, 2].tolist() == told[:-1]
+    assert {1, 2} <= set(told)
+    run_trial(agent=unaided, p=0.4, seed=3)
+    assert set(unaided.given[-1][:, 2].tolist()) == {0}
+    assert (unaided.given[-1][:, 3:] == compared.given[-1][:, 3:]).all()

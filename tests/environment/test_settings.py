@@ -150,7 +150,8 @@ def test_the_condition_is_that_of_the_trial():
     ):
         here = read_settings(asked)
         words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
-        there = trial_study(words, agent="x")
+        unsaid = not isinstance(asked.get("condition"), Condition) and "rgb" not in str(asked.get("condition"))
+        there = trial_study(({"modality": "symbolic"} if unsaid else {}) | words, agent="x")
         assert here.study.conditions == there.conditions
         assert here.chain == interventions_for(there.conditions[0])
         assert here.channels is None

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
+from lockprobe.agents.policy import told_outcome
 from lockprobe.agents.senses import refuse_pictures
 from lockprobe.environment.observation import Vector, so_far
 from lockprobe.environment.pictures import Images, stacked
-from lockprobe.record import Decision, Fact, Situation
+from lockprobe.options import spec_name
+from lockprobe.record import STATES, Decision, Fact, Percept, Situation
 
 __all__ = ["LearnedAgent"]
 
@@ -23,7 +26,9 @@ class LearnedAgent:
 
     Attributes:
         facts: What it is, for the record: algorithm, training seed, file hash.
-        observation: What it learned from: ``symbolic``, or ``rgb`` or ``rgbd`` for studies of that modality.
+        observation: What it learned from: ``symbolic``, where outcomes are told and, in studies that tell states
+            alone, found by comparing reports, as strategies do; ``symbolic?tell=state``, which leaves them untold; or
+            ``rgb`` or ``rgbd`` for studies of that modality.
         steps_left: Whether its observations hold the steps left.
     """
 
@@ -48,10 +53,24 @@ class LearnedAgent:
             BadValue: If it learned from reports and is shown pictures.
         """
         joint = self.act(self._observations(situation), rng)
-        return Decision(joint=situation.task.joints[int(joint)], claimed=situation.percept.outcome)
+        return Decision(joint=situation.task.joints[int(joint)], claimed=told_outcome(situation))
 
     def _observations(self, situation: Situation) -> Vector | Images:
-        if self.observation == "symbolic":
+        if spec_name(self.observation) == "symbolic":
             refuse_pictures(situation.percept, type(self).__name__)
-            return so_far(situation, steps_left=self.steps_left)
+            heard = situation if self.observation == STATES else _compared(situation)
+            return so_far(heard, steps_left=self.steps_left)
         return stacked([*(turn.percept for turn in situation.past), situation.percept], self.observation)
+
+
+def _compared(situation: Situation) -> Situation:
+    """The situation with the outcomes that comparing its reports says, where none are told."""
+    past = tuple(
+        replace(turn, percept=_with_outcome(replace(situation, past=situation.past[:done], percept=turn.percept)))
+        for done, turn in enumerate(situation.past)
+    )
+    return replace(situation, past=past, percept=_with_outcome(situation))
+
+
+def _with_outcome(situation: Situation) -> Percept:
+    return replace(situation.percept, outcome=told_outcome(situation))
