@@ -15,7 +15,7 @@ from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
-from lockprobe.record import Decision, Fact, Outcome, Step, Trial, TrialError
+from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
@@ -38,7 +38,7 @@ def make_trial(
     probabilities: tuple[float, ...] | None = None,
     broken: Boundary | None = None,
     facts: dict[str, str] | None = None,
-    modality: str = "symbolic",
+    modality: str | None = None,
     study: str = "flips",
     verdicts: Sequence[str] = (),
     pictures: Sequence[dict[str, str]] = (),
@@ -49,7 +49,8 @@ def make_trial(
         false_at: Steps, from 1, of which the report is inverted.
         claims: What each decision says of the step before; the first is about nothing.
         broken: Boundary at which it broke after these steps, if it did.
-        modality: How the box was shown; the name of a study that has several is ``modalities``.
+        modality: How the box was shown, as in a study of flips if not given; the name of a study that has several is
+            ``modalities``.
         verdicts: What a robot took each step for.
         pictures: Names of the pictures before the first step and after each, by kind.
     """
@@ -81,14 +82,15 @@ def make_trial(
         solved = moved and joint == lockbox.target_index
         if solved:
             break
+    shown = modality or ("symbolic" if study == "modalities" else STATES)
     error = TrialError(boundary=broken, message="it broke", step=len(steps) + 1) if broken else None
     return Trial(
-        key=f"{study}/{agent}{f'/{modality}' if study == 'modalities' else ''}/p={p:g}/rep={repetition}/trial={trial}",
+        key=f"{study}/{agent}{f'/{shown}' if study == 'modalities' else ''}/p={p:g}/rep={repetition}/trial={trial}",
         study=study,
         agent=agent,
         facts=facts or {},
         box="chain-4",
-        modality=modality,
+        modality=shown,
         p=p,
         flip="transient",
         channels=(),
@@ -110,7 +112,7 @@ def make_trial(
 
 def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "transient", **settings: Any) -> Study:
     """A study of flip rates, shown as ``modalities`` say, with the other settings as they are."""
-    return Study(conditions=flips(p, flip, settings.pop("modalities", ("symbolic",))), **settings)
+    return Study(conditions=flips(p, flip, settings.pop("modalities", None)), **settings)
 
 
 def modality_study(

@@ -38,7 +38,7 @@ def take_part(
     answers: Mapping[str, str] | None = None,
     platform: Mapping[str, str] | None = None,
     joined: float = START,
-    shown: str = "symbolic",
+    shown: str | None = None,
 ) -> list[Trial]:
     """Somebody takes part in a study that is on disk; the trials.
 
@@ -49,11 +49,11 @@ def take_part(
         answers: Answers to questions, by name.
         platform: What the recruitment platform said.
         joined: When, seconds since 1970.
-        shown: The modality.
+        shown: The modality; the first of the study if not given.
     """
     with Journal.open(directory, study):
         pass  # the settings are there before anybody joins
-    places = tuple(Slot(p=p, modality=shown, repetition=r, trial=t) for p, r, t in slots)
+    places = tuple(Slot(p=p, modality=shown or study.modalities[0], repetition=r, trial=t) for p, r, t in slots)
     diary = Diary(directory / "people" / f"{identity}.jsonl")
     diary.write(
         Joined(

@@ -72,7 +72,7 @@ def test_records_are_appended(tmp_path):
 
 def test_nothing_true_is_shown_before_the_end():
     shown = play("--p", 1, "--view", "text", lines="\n".join([*["B", "m"] * 3, "q"]))
-    assert "B did not move. At 1: none." in shown  # it always moves: the right revolute is free
+    assert "You attempted B. At 1: none." in shown  # it always moves: the right revolute is free
     before, _, after = shown.partition("Stopped")
     assert "B moved" not in before
     assert after == "; nothing is kept.\n"

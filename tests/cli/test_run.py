@@ -35,16 +35,16 @@ def test_pictures_are_played_and_reported(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == (
-        "Modality study on chain-4: shown as rgb, rgbd, symbolic; 1 repetition of 1 trial of 3 steps; "
+        "Modality study on chain-4: shown as rgb, rgbd, symbolic?tell=state; 1 repetition of 1 trial of 3 steps; "
         "agents viewer, random; seed 1"
     )
     assert lines[1].startswith("Plant: fast-twin?width=320&height=240&renderer=rays; pictures by rays (mujoco ")
     assert lines[2] == "Reports only, since they look at no pictures: random"
-    assert any("viewer  3/3 trials · solved rgb: 0/1, rgbd: 0/1, symbolic: 0/1" in line for line in lines)
+    assert any("viewer  3/3 trials · solved rgb: 0/1, rgbd: 0/1, symbolic?tell=state: 0/1" in line for line in lines)
     trials = load(tmp_path)
     assert [trial.error for trial in trials] == [None] * 4
-    assert {trial.plant["renderer"] is None for trial in trials if trial.modality == "symbolic"} == {True}
-    assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality != "symbolic"} == {"rays"}
+    assert {trial.plant["renderer"] is None for trial in trials if trial.modality == "symbolic?tell=state"} == {True}
+    assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality.startswith("rgb")} == {"rays"}
     assert (tmp_path / "report.html").read_text("utf-8").count("data:image/png;base64,") >= 6
     there = read_study(tmp_path)
     assert [there.asks_for(trial) for trial in trials] == [True] * there.size

@@ -37,8 +37,8 @@ def test_boxes_are_counted_by_condition(directory):
     assert counts(directory) == (2, 1, 1, 0)
     boxes = flow_of(directory).boxes
     assert [(one.modality, one.p, one.given, one.left_open) for one in boxes] == [
-        ("symbolic", 0.0, 2, 0),
-        ("symbolic", 0.4, 2, 1),
+        ("symbolic?tell=state", 0.0, 2, 0),
+        ("symbolic?tell=state", 0.4, 2, 1),
     ]
     assert (flow_of(directory).checks, flow_of(directory).right) == (1, 1)
 

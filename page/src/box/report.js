@@ -12,6 +12,7 @@ import { filled } from "../words.js";
 function sentences({ joint, outcome, ones }, words) {
   const found = [];
   if (outcome) found.push(filled(words[outcome], { label: joint }));
+  else if (ones && joint !== null) found.push(filled(words.attempted, { label: joint }));
   if (ones) found.push(filled(words.positions, { labels: ones.join(", ") || words.none }));
   return found;
 }

@@ -118,6 +118,7 @@ class _OfThePage(_Part):
     required: Text
     code: Text | None = None
     wrong_code: Text | None = None
+    attempted: Text | None = None
     number: Text | None = None
     integer: Text | None = None
     closed_code: Text | None = None

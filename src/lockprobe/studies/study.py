@@ -17,7 +17,7 @@ from lockprobe.lockbox.layouts import redealt
 from lockprobe.options import PEOPLE, group_of
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import STATES, UNNAMED, Trial
+from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, taken_in
 
@@ -132,14 +132,14 @@ class Study:
         """How the box is shown, each way once."""
         return tuple(dict.fromkeys(one.modality for one in self.conditions))
 
-    def condition(self, p: float, modality: str = STATES) -> Condition:
-        """The condition of a flip rate and a modality.
+    def condition(self, p: float, modality: str | None = None) -> Condition:
+        """The condition of a flip rate and a modality, the first one if none is given.
 
         Raises:
             BadValue: If the study has none.
         """
         for one in self.conditions:
-            if one.p == p and one.modality == modality and not one.name:
+            if one.p == p and one.modality == (modality or self.modalities[0]) and not one.name:
                 return one
         raise BadValue("p", p, f"one of {', '.join(f'{rate:g}' for rate in self.p)}, shown as one of its modalities")
 
