@@ -288,7 +288,11 @@ MEASURED = [
     ("docs/cognitive-models.md", "`lockprobe.fit.recovery.recover_models(", ["src/lockprobe/fit/recovery.py"]),
     ("docs/cognitive-models.md", "recover_findings(sets=10, seed=7000)", ["src/lockprobe/fit/recovery.py"]),
     (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
-    ("docs/embedded-model.md", "`lockprobe run flips --full --seed 2 --modality symbolic`", ["src/lockprobe/cli/run.py"]),
+    (
+        "docs/embedded-model.md",
+        "`lockprobe run flips --full --seed 2 --modality symbolic`",
+        ["src/lockprobe/cli/run.py"],
+    ),
     ("docs/embedded-model.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
     ("docs/detectors.md", "lockprobe detectors --trials 4000 --clock", ["src/lockprobe/cli/detectors.py"]),
 ]

@@ -30,7 +30,7 @@ EXTENT = {"p": [0, 0.4], "trials": 2, "repetitions": 1}
 def stumbling(request):
     """Replies in turn, and once in a while, by what was told, with something else first."""
     told = words(request["messages"][-1])
-    if told.startswith("A did not move"):
+    if told.startswith("You attempted A"):
         return completion("no idea")
     asked_again = told.startswith("That reply")
     if asked_again:

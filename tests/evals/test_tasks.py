@@ -58,7 +58,7 @@ def test_parameters_are_the_options_of_run(given):
 def test_modalities_has_the_extent_of_the_paper():
     ids = [sample.id for sample in tasks.modalities().dataset]
     assert len(ids) == 30
-    assert {name.split("/")[0] for name in ids} == {"rgb", "rgbd", "symbolic"}
+    assert {name.split("/")[0] for name in ids} == {"rgb", "rgbd", "symbolic?tell=state"}
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def test_every_message_is_told_apart(trials):
 def stumbling(request):
     """Replies in turn, and once in a while, by what was told, with something else first."""
     told = words(request["messages"][-1])
-    if told.startswith("A did not move"):
+    if told.startswith("You attempted A"):
         return completion("no idea")
     shorter = request["messages"][:-2] if told.startswith("That reply") else request["messages"]
     return truthful({**request, "messages": shorter})

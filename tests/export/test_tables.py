@@ -117,7 +117,8 @@ def test_a_participant_has_conditions_a_device_and_an_end(directory):
     with_right_checksums(path)
     rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
     assert [row["conditions"] for row in rows.values()] == [
-        "symbolic p=0.4; symbolic p=0", "symbolic p=0", "symbolic p=0; symbolic p=0.4"
+        "symbolic?tell=state p=0.4; symbolic?tell=state p=0", "symbolic?tell=state p=0",
+        "symbolic?tell=state p=0; symbolic?tell=state p=0.4",
     ]  # fmt: skip
     assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 1, CEM: 0}
     device = ("pointers", "window_width", "window_height")

@@ -11,6 +11,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.people.example import example_box, examples_of
 from lockprobe.people.experiment import Experiment
 from lockprobe.plants import catalogue
+from lockprobe.record import STATES
 
 
 def shown(study, **settings):
@@ -29,11 +30,13 @@ def test_it_is_none_of_the_boxes_of_the_study(name):
 
 @pytest.mark.parametrize("view", ["panel", "text"])
 def test_in_words_and_drawn_it_tells_truly_what_a_step_did(view):
-    found = shown(people_study(p=(0.4, 1.0)), view=view)
+    found = shown(people_study(p=(0.4, 1.0), modalities=(STATES, "symbolic")), view=view)
+    assert list(found) == [STATES, "symbolic"]
+    assert found[STATES][1].outcome is None
     before, after = found["symbolic"]
-    assert list(found) == ["symbolic"]
     assert (before.view, before.last, before.outcome) == (view, None, None)
     assert (after.view, after.outcome) == (view, "moved")
+    assert [joint.position for joint in after.joints] == [joint.position for joint in found[STATES][1].joints]
     assert [joint.label for joint in after.joints if joint.position] == [after.last]
     assert all((joint.kind is not None) is (view == "panel") for joint in after.joints)
 

@@ -14,7 +14,7 @@ from lockprobe.people.looking import box_to_show, panel_to_show, view_of_modalit
 from lockprobe.plan import Names
 from lockprobe.plants import catalogue
 
-STUDY = people_study(layout="shuffled", flip="sticky")
+STUDY = people_study(layout="shuffled", flip="sticky", modalities=("symbolic",))
 PLAN = STUDY.plan("participant", STUDY.condition(0.4), 1, 3)
 
 

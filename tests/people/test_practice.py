@@ -9,7 +9,7 @@ from lockprobe.people.practice import practice_plan
 def test_the_practice_is_another_box_with_true_reports_for_everybody_the_same():
     study = people_study(p=(0.4,), layout="shuffled", max_steps=9)
     plan = practice_plan(study, Experiment(practice="chain-2"))
-    assert (plan.p, plan.box.name, plan.budget, plan.modality) == (0.0, "chain-2", 9, "symbolic")
+    assert (plan.p, plan.box.name, plan.budget, plan.modality) == (0.0, "chain-2", 9, study.modalities[0])
     assert plan == practice_plan(study, Experiment(practice="chain-2"))
     assert plan.seed != study.seed
     assert practice_plan(study, short()) is None

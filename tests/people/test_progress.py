@@ -10,6 +10,7 @@ from lockprobe.people.journey import Journey
 from lockprobe.people.progress import progress_of
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.people.words import read_words
+from lockprobe.record import STATES
 
 STUDY = people_study(trials=3)
 CHECK = {"after": 1, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}
@@ -17,7 +18,7 @@ EXPERIMENT = short(checks=[CHECK], questions=[{"name": "how", "question": "How?"
 
 
 def slot(p, trial):
-    return Slot(p=p, modality="symbolic", repetition=1, trial=trial)
+    return Slot(p=p, modality=STATES, repetition=1, trial=trial)
 
 
 def person(identity, slots, *lines):

@@ -95,7 +95,7 @@ def test_who_declines_or_finds_no_place_has_a_way_back():
 
 @pytest.mark.parametrize("asks", [True, False])
 def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_where_it_is_asked(asks):
-    study = people_study(assessment=asks)
+    study = people_study(assessment=asks, modalities=("symbolic",))
     examples = asyncio.run(examples_of(study, Experiment()))
     first, second = (texts_page(number, study, examples) for number in (1, 2))
     assert (WORDS.instructions[1].if_asked[0] in second.paragraphs) is asks
