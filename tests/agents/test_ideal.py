@@ -45,7 +45,7 @@ def test_steps_to_solve_the_papers_chain_when_told_the_truth(options, steps, by_
 @pytest.mark.parametrize("p", [0.1, 0.5, 1.0])
 def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip, p):
     course = propagate(IdealObserver(), p=p, flip=flip, listing="panel")
-    assert course.by(1) <= 15
+    assert course.by(1) <= 16
     assert course.steps < 9.7
 
 
@@ -56,7 +56,7 @@ def test_false_reports_hurt_one_who_believes_them(flip):
     assert steps == sorted(steps)
     if flip != "transient":
         assert [round(course.success, 2) for course in found] == {
-            "sticky": [1.0, 0.73, 0.5, 0.34], "outcome-only": [1.0, 0.71, 0.49, 0.33],
+            "sticky": [1.0, 0.72, 0.5, 0.33], "outcome-only": [1.0, 0.71, 0.49, 0.33],
         }[flip]  # fmt: skip
 
 

@@ -72,7 +72,15 @@ def test_gymnasium_finds_nothing_to_say_against_it(asked):
 @settings(max_examples=20, deadline=None)
 def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shuffle, p, name):
     there = run_trial(
-        agent="random", box=name, p=p, flip=kind, seed=seed, repetition=repetition, trial=trial, shuffle=shuffle
+        agent="random",
+        box=name,
+        p=p,
+        flip=kind,
+        seed=seed,
+        repetition=repetition,
+        trial=trial,
+        shuffle=shuffle,
+        modality="symbolic",
     )
     env = LockboxEnv(box=name, channels=[flip(p, kind), {"channel": "TextChannel"}], shuffle=shuffle)
     first, _ = env.reset(seed=seed, options={"repetition": repetition, "trial": trial})
@@ -119,7 +127,7 @@ def record_of(env, there, **options):
 )
 @pytest.mark.parametrize("seed", [1, 5])
 def test_under_every_condition_the_record_is_that_of_the_trial(asked, seed):
-    there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **asked)
+    there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **({"modality": "symbolic"} | asked))
     here = record_of(LockboxEnv(**({"shuffle": True} | asked)), there, repetition=2, trial=7)
     assert here.key == there.key.replace("trial/random", "lockbox/gymnasium", 1)
     assert replace(here, key="", study="", agent="", steps=()) == replace(there, key="", study="", agent="", steps=())
@@ -148,7 +156,7 @@ def test_a_finished_episode_is_a_record_that_the_analyses_take():
     assert env.trial is None
     episode(env, [3, 2, 1, 0], seed=4)
     assert env.trial.solved
-    assert env.trial.channels == run_trial(p=0.5).channels
+    assert env.trial.channels == run_trial(p=0.5, modality="symbolic").channels
     assert trial_from_json(trial_to_json(env.trial)) == env.trial
     assert [row["moved"] for row in tidy_rows([env.trial])] == [1, 1, 1, 1]
     finished = env.trial

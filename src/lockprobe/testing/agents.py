@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.record import STATES, Decision, Fact, Situation, Trial
+from lockprobe.record import Decision, Fact, Situation, Trial
 from lockprobe.seams import Agent
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
@@ -28,7 +28,7 @@ def check_agent(
     *,
     boxes: Sequence[str | Path | Lockbox] = ("chain-4", "gray-code"),
     plant: str = "symbolic",
-    modality: str = STATES,
+    modality: str = "symbolic",
 ) -> None:
     """Hold an agent against its contract.
 

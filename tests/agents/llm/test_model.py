@@ -56,7 +56,7 @@ def played(tmp_path, monkeypatch, answer, spec=SPEC, **settings):
 
 @pytest.mark.parametrize("spec", [SPEC, "llm:openai/gpt-4o"])
 def test_a_study_over_http(tmp_path, monkeypatch, spec):
-    trials, server = played(tmp_path, monkeypatch, truthful, spec)
+    trials, server = played(tmp_path, monkeypatch, truthful, spec, modality=["symbolic"])
     assert len(trials) == 6
     assert all(trial.solved for trial in trials)  # in turn: round-robin always solves chain-4
     assert sum(len(trial.steps) for trial in trials) == len(server.requests)
