@@ -17,7 +17,7 @@ def texts(lines):
 def test_it_says_what_is_attempted_and_what_came_of_it():
     trial = make_trial([0, 3, 2], false_at=[2], claims=[None, "blocked", "moved"], hypothesis="HIDDEN", budget=3)
     assert texts(opening_lines(trial)) == [
-        "random on chain-4, symbolic, trial 1.1",
+        "random on chain-4, symbolic?tell=state, trial 1.1",
         "Target: A (revolute-left); 3 steps",
     ]
     assert texts(step_lines(trial, 1)) == ["Step 2 of 3: D (revolute-right)"]
