@@ -71,7 +71,7 @@ def test_what_is_never_told_has_one_value_and_what_may_be_missing_one_more():
 @settings(max_examples=15, deadline=None)
 def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, trial, shuffle):
     agent = Scripted()
-    played = run_trial(agent=agent, p=0.4, flip=flip, seed=seed, trial=trial, shuffle=shuffle)
+    played = run_trial(agent=agent, p=0.4, flip=flip, modality="symbolic", seed=seed, trial=trial, shuffle=shuffle)
     env = LockboxEnv(
         channels=[{"channel": "OutcomeFlip", "p": 0.4, "persistence": flip}], shuffle=shuffle, steps_left=True
     )
@@ -85,7 +85,8 @@ def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, tr
 @pytest.mark.parametrize("asked", CONDITIONS)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_under_every_condition_it_is_shown_the_same(asked, seed):
-    agent = Scripted()
+    agent, asked = Scripted(), {"modality": "symbolic"} | asked
+    agent.observation = asked["modality"]
     played = run_trial(agent=agent, seed=seed, **asked)
     env = LockboxEnv(shuffle=True, steps_left=True, **asked)
     told = [env.reset(seed=seed)[0]]
