@@ -211,7 +211,7 @@ def _told(belief: Belief, report: Report) -> Belief | None:
         weights=weights,
         told=told,
         positions=report.positions,
-        states_only=report.states_only,
+        states_only=report.states_only and report.positions is not None,
         moved=float(weights @ moves),
     )
 
