@@ -36,7 +36,6 @@ Measured = list[tuple[str, Found]]
 Shown = Mapping[str, AgentSummary]
 """One agent by the modality in which it was shown the box."""
 
-
 _DECILES = tuple(i / 10 for i in range(1, 11))
 
 

@@ -22,6 +22,7 @@ from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
 from lockprobe.atomic_file import write_file
 from lockprobe.errors import printable
+from lockprobe.record import UNNAMED
 from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
 from lockprobe.report.conditions import condition_numbers, read_conditions
@@ -190,6 +191,7 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
+    environment.globals["unnamed"] = UNNAMED
     environment.filters |= {"minus": minus, "test_said": test_said, "breakable": _breakable}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment

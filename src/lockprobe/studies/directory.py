@@ -19,7 +19,8 @@ from typing import Self
 from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.inputs import parse_json, read_input
-from lockprobe.record import STATES
+from lockprobe.interventions.catalogue import TRUTH
+from lockprobe.interventions.condition import default_modality
 from lockprobe.studies.calls import ASKED, CALLS
 from lockprobe.studies.study import LATER, Study, joined_agents
 
@@ -222,8 +223,9 @@ def _conditions_said(conditions: object) -> str:
 def _condition_said(condition: Mapping[str, object]) -> str:
     acting = condition.get("interventions")
     specs = [str(one.get("spec")) for one in acting if isinstance(one, dict)] if isinstance(acting, list) else []
-    shown = condition.get("modality", STATES)
-    return str(condition.get("name") or " + ".join([*specs, *([] if shown == STATES else [str(shown)])]) or "truth")
+    shown = str(condition.get("modality", default_modality(*specs)))
+    said = specs if shown == default_modality(*specs) else [*specs, shown]
+    return str(condition.get("name") or " + ".join(said) or TRUTH)
 
 
 def _texts(values: object) -> list[str]:
