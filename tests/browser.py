@@ -7,14 +7,13 @@ import asyncio
 import base64
 import json
 import math
-import os
 import re
 import shutil
 import subprocess
-import sys
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 
+import forked
 import numpy as np
 import pytest
 from playwright.async_api import TimeoutError as Timeout
@@ -347,26 +346,13 @@ class Served:
     """``lockprobe serve`` in a process of its own, which can be killed and started again at the same address."""
 
     def __init__(self, directory, *arguments):
-        self._command = [
-            sys.executable,
-            "-m",
-            "lockprobe",
-            "serve",
-            *map(str, arguments),
-            "--out",
-            str(directory),
-            "--json",
-        ]
+        self._command = ["serve", *arguments, "--out", directory, "--json"]
         self._process = None
         self.url, self._port = "", 0
 
     def start(self):
         """Start it; returns when it answers."""
-        self._process = subprocess.Popen(
-            [*self._command, "--port", str(self._port)],
-            stdout=subprocess.PIPE,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-        )
+        self._process = forked.start([*self._command, "--port", self._port], stdout=subprocess.PIPE)
         self.url = json.loads(self._process.stdout.readline())["url"]
         self._port = int(self.url.rstrip("/").rpartition(":")[2])
 

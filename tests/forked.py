@@ -19,15 +19,16 @@ import warnings
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 
-KINDS = ("PYTHON", "LC_", "LANG")
+AT_START = ("PYTHON", "LC_", "LANG")
 """Variables that an interpreter reads when it starts: with others than ours, it has to be a fresh one."""
 
 
-def run(arguments, *, cwd=None, env=None, timeout=600):
-    """Runs ``lockprobe`` to its end, as ``subprocess.run`` does it with text."""
+def run(arguments, *, timeout=600, **settings):
+    """Runs ``lockprobe``, or the text of a script, to its end, as ``subprocess.run`` does it with text."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-        process = start(arguments, stdin=subprocess.DEVNULL, stdout=out, stderr=err, cwd=cwd, env=env)
+        process = start(arguments, stdin=subprocess.DEVNULL, stdout=out, stderr=err, **settings)
         try:
             status = process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -38,27 +39,29 @@ def run(arguments, *, cwd=None, env=None, timeout=600):
         return subprocess.CompletedProcess(process.args, status, out.read(), err.read())
 
 
-def start(arguments, *, stdin=None, stdout=None, stderr=None, cwd=None, env=None, start_new_session=False):
-    """Starts ``lockprobe``, as ``subprocess.Popen`` does it with text."""
-    env = dict(os.environ if env is None else env)
-    arguments = list(map(str, arguments))
-    if _read_at_start(env) != _read_at_start(os.environ):
+def start(arguments, *, script="", stdin=None, stdout=None, stderr=None, cwd=None, env=None, start_new_session=False):
+    """Starts ``lockprobe``, or the text of a script, as ``subprocess.Popen`` does it with text."""
+    arguments, env = list(map(str, arguments)), dict(os.environ if env is None else env)
+    stem, of_stem = _stem()
+    if _read_at_start(env) != _read_at_start(of_stem):
+        what = ["-c", script] if script else ["-m", "lockprobe"]
         return subprocess.Popen(
-            [sys.executable, "-m", "lockprobe", *arguments], stdin=stdin, stdout=stdout, stderr=stderr, cwd=cwd,
-            env=env, start_new_session=start_new_session, text=True,
+            [sys.executable, *what, *arguments], stdin=stdin, stdout=stdout, stderr=stderr, cwd=cwd, env=env,
+            start_new_session=start_new_session, text=True,
         )  # fmt: skip
-    asked = {"arguments": arguments, "cwd": str(cwd or os.getcwd()), "env": env, "session": start_new_session}
-    return Forked(asked, (stdin, stdout, stderr))
+    cwd = str(Path(cwd or "").absolute())
+    asked = {"arguments": arguments, "script": script, "cwd": cwd, "env": env, "session": start_new_session}
+    return Forked(stem, asked, (stdin, stdout, stderr))
 
 
 def _read_at_start(env):
-    return {name: value for name, value in env.items() if name.startswith(KINDS)}
+    return {name: value for name, value in env.items() if name.startswith(AT_START) and name != "PYTHONPATH"}
 
 
 class Forked:
     """A forked command, with what tests use of ``subprocess.Popen``."""
 
-    def __init__(self, asked, streams):
+    def __init__(self, stem, asked, streams):
         self.args = ["lockprobe", *asked["arguments"]]
         self.returncode = None
         self.stdin = None
@@ -66,7 +69,6 @@ class Forked:
         self.stdout, self.stderr = ours[1:]
         self._status, told = os.pipe()
         line = json.dumps(asked).encode()
-        stem = _stem()
         socket.send_fds(stem, [len(line).to_bytes(4, "big")], [*theirs, told])
         stem.sendall(line)
         for fd, stream in zip((*theirs, told), (*streams, subprocess.PIPE), strict=True):
@@ -127,7 +129,7 @@ def _ends(stream, of):
     if stream is subprocess.PIPE:
         assert of, "nothing is written to a command"
         ours, theirs = os.pipe()
-        return open(ours, encoding="utf-8"), theirs
+        return os.fdopen(ours, encoding="utf-8"), theirs
     if stream is subprocess.DEVNULL:
         return None, os.open(os.devnull, os.O_RDWR)
     if stream is None:
@@ -137,7 +139,7 @@ def _ends(stream, of):
 
 @cache
 def _stem():
-    """The interpreter that has imported everything; it ends with this one."""
+    """The interpreter that has imported everything, and its environment; it ends with this one."""
     ours, theirs = socket.socketpair()
     with theirs:
         number = theirs.fileno()
@@ -148,7 +150,7 @@ def _stem():
         ours.close()
         process.wait()
 
-    return ours
+    return ours, dict(os.environ)
 
 
 IMPORTED = (
@@ -199,14 +201,19 @@ def _becomes(asked, streams):
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
-    sys.stdout.reconfigure(line_buffering=os.isatty(1))
+    sys.stdin, sys.stdout, sys.stderr = sys.__stdin__, sys.__stdout__, sys.__stderr__ = (
+        os.fdopen(0, encoding=sys.stdin.encoding, closefd=False),
+        os.fdopen(1, "w", 1 if os.isatty(1) else -1, encoding=sys.stdout.encoding, closefd=False),
+        os.fdopen(2, "w", 1, encoding=sys.stderr.encoding, errors="backslashreplace", closefd=False),
+    )
     os.chdir(asked["cwd"])
     os.environ.clear()
     os.environ.update(asked["env"])
     if hasattr(time, "tzset"):
         time.tzset()
-    sys.argv = ["lockprobe", *asked["arguments"]]
-    sys.path[0] = asked["cwd"]
+    sys.argv = ["-c" if asked["script"] else "lockprobe", *asked["arguments"]]
+    more = [path for path in asked["env"].get("PYTHONPATH", "").split(os.pathsep) if path and path not in sys.path]
+    sys.path[:1] = [asked["cwd"], *more]
 
 
 if __name__ == "__main__":
@@ -219,4 +226,7 @@ if __name__ == "__main__":
     gc.freeze()
     if found := _asked_of(socket.socket(fileno=int(sys.argv[1]))):
         _becomes(*found)
-        runpy.run_module("lockprobe", run_name="__main__", alter_sys=True)
+        if text := found[0]["script"]:
+            exec(compile(text, "<string>", "exec"), {"__name__": "__main__"})
+        else:
+            runpy.run_module("lockprobe", run_name="__main__", alter_sys=True)
