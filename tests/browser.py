@@ -4,14 +4,18 @@ A strategy plays by what the page *shows*: it reads words, names of joints for s
 """
 
 import asyncio
+import atexit
 import base64
 import json
 import math
 import re
 import shutil
+import socket
 import subprocess
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import cache
+from threading import Event, Thread
 
 import forked
 import numpy as np
@@ -324,13 +328,42 @@ def bare(trial, *, claims=True):
 
 @asynccontextmanager
 async def browser():
-    """A headless Chromium."""
+    """A headless Chromium, the same in all tests of this process; what was opened in it is closed at the end."""
     async with async_playwright() as playwright:
-        made = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        made = await playwright.chromium.connect_over_cdp(_chromium())
         try:
             yield made
         finally:
+            for context in made.contexts[1:]:  # the first is the browser's own
+                await context.close()
             await made.close()
+
+
+@cache
+def _chromium():
+    """The address of a Chromium that is started once, for that takes seconds, and lives as long as this process."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    started, ended = Event(), Event()
+
+    async def lives():
+        async with async_playwright() as playwright:
+            arguments = ["--no-sandbox", f"--remote-debugging-port={port}"]
+            made = await playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+            started.set()
+            await asyncio.to_thread(ended.wait)
+            await made.close()
+
+    thread = Thread(target=asyncio.run, args=(lives(),), daemon=True)
+    thread.start()
+
+    @atexit.register
+    def end():
+        ended.set()
+        thread.join(10)
+
+    assert started.wait(60), "chromium does not start"
+    return f"http://127.0.0.1:{port}"
 
 
 @asynccontextmanager

@@ -6,6 +6,7 @@ import signal
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 # Advice for a missing package is that for pip, also under ``uv run``.
 os.environ.pop("UV_RUN_RECURSION_DEPTH", None)
@@ -13,6 +14,10 @@ os.environ.pop("UV_RUN_RECURSION_DEPTH", None)
 # A job in the background ignores Ctrl-C, and so would the commands that tests start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# How long an example takes says how busy the machine is.
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 
 ROOMS = Path(__file__).parent
 
