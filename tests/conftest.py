@@ -21,8 +21,8 @@ settings.load_profile("any machine")
 
 ROOMS = Path(__file__).parent
 
-QUICK = ("beliefs", "export", "interventions", "lockbox", "pictures")
-"""Rooms of logic alone: no process, no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
+QUICK = ("export", "interventions", "lockbox", "pictures")
+"""Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
 
 
 def _is_quick(path):
