@@ -351,7 +351,8 @@ def _chromium():
             arguments = ["--no-sandbox", f"--remote-debugging-port={port}"]
             made = await playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
             started.set()
-            await asyncio.to_thread(ended.wait)
+            while not ended.is_set():  # noqa: ASYNC110 - a thread that waits would keep the interpreter from its end
+                await asyncio.sleep(0.1)
             await made.close()
 
     thread = Thread(target=asyncio.run, args=(lives(),), daemon=True)
