@@ -4,17 +4,20 @@ A strategy plays by what the page *shows*: it reads words, names of joints for s
 """
 
 import asyncio
+import atexit
 import base64
 import json
 import math
-import os
 import re
 import shutil
+import socket
 import subprocess
-import sys
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import cache
+from threading import Event, Thread
 
+import forked
 import numpy as np
 import pytest
 from playwright.async_api import TimeoutError as Timeout
@@ -326,13 +329,43 @@ def bare(trial, *, claims=True):
 
 @asynccontextmanager
 async def browser():
-    """A headless Chromium."""
+    """A headless Chromium, the same in all tests of this process; what was opened in it is closed at the end."""
     async with async_playwright() as playwright:
-        made = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        made = await playwright.chromium.connect_over_cdp(_chromium())
         try:
             yield made
         finally:
+            for context in made.contexts[1:]:  # the first is the browser's own
+                await context.close()
             await made.close()
+
+
+@cache
+def _chromium():
+    """The address of a Chromium that is started once, for that takes seconds, and lives as long as this process."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    started, ended = Event(), Event()
+
+    async def lives():
+        async with async_playwright() as playwright:
+            arguments = ["--no-sandbox", f"--remote-debugging-port={port}"]
+            made = await playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+            started.set()
+            while not ended.is_set():  # noqa: ASYNC110 - a thread that waits would keep the interpreter from its end
+                await asyncio.sleep(0.1)
+            await made.close()
+
+    thread = Thread(target=asyncio.run, args=(lives(),), daemon=True)
+    thread.start()
+
+    @atexit.register
+    def end():
+        ended.set()
+        thread.join(10)
+
+    assert started.wait(60), "chromium does not start"
+    return f"http://127.0.0.1:{port}"
 
 
 @asynccontextmanager
@@ -348,26 +381,13 @@ class Served:
     """``lockprobe serve`` in a process of its own, which can be killed and started again at the same address."""
 
     def __init__(self, directory, *arguments):
-        self._command = [
-            sys.executable,
-            "-m",
-            "lockprobe",
-            "serve",
-            *map(str, arguments),
-            "--out",
-            str(directory),
-            "--json",
-        ]
+        self._command = ["serve", *arguments, "--out", directory, "--json"]
         self._process = None
         self.url, self._port = "", 0
 
     def start(self):
         """Start it; returns when it answers."""
-        self._process = subprocess.Popen(
-            [*self._command, "--port", str(self._port)],
-            stdout=subprocess.PIPE,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-        )
+        self._process = forked.start([*self._command, "--port", self._port], stdout=subprocess.PIPE)
         self.url = json.loads(self._process.stdout.readline())["url"]
         self._port = int(self.url.rstrip("/").rpartition(":")[2])
 

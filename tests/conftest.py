@@ -1,7 +1,12 @@
 """Tests say the same whoever starts them."""
 
+import gc
 import os
 import signal
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
 
 # Advice for a missing package is that for pip, also under ``uv run``.
 os.environ.pop("UV_RUN_RECURSION_DEPTH", None)
@@ -9,3 +14,35 @@ os.environ.pop("UV_RUN_RECURSION_DEPTH", None)
 # A job in the background ignores Ctrl-C, and so would the commands that tests start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# How long an example takes says how busy the machine is.
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
+
+ROOMS = Path(__file__).parent
+
+QUICK = ("export", "interventions", "lockbox", "pictures")
+"""Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
+
+
+def _is_quick(path):
+    return path.is_relative_to(ROOMS) and path.relative_to(ROOMS).parts[:1] in [(room,) for room in QUICK]
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Where only quick tests are asked for, nothing else is imported: that takes longer than they do."""
+    if config.option.markexpr == "quick" and collection_path.is_file() and not _is_quick(collection_path):
+        return True
+    return None
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if _is_quick(item.path):
+            item.add_marker(pytest.mark.quick)
+
+
+def pytest_collection_finish():
+    """What was imported and collected stays to the end: the collector need not look through it again and again."""
+    gc.collect()
+    gc.freeze()

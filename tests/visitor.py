@@ -9,9 +9,9 @@ import contextlib
 import json
 import random
 import subprocess
-import sys
 from dataclasses import dataclass, field
 
+import forked
 from wire import Gone, Wire
 
 from lockprobe.agents.catalogue import resolve
@@ -224,10 +224,5 @@ def server(*arguments, environment=None):
 
 def start(*arguments, environment=None):
     """The process alone; its first line says where it is."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "lockprobe", "serve", *map(str, arguments), "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        env=environment,
-    )
+    asked = ["serve", *arguments, "--json"]
+    return forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment)

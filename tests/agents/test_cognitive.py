@@ -124,7 +124,7 @@ def test_lies_rescue_a_map_and_mislead_it():
 
 
 def test_characters_are_helped_hurt_and_both():
-    at = {name: [share(f"cognitive:{name}", p=p, n=200) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
+    at = {name: [share(f"cognitive:{name}", p=p, n=100) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
     assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
     assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
     assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15

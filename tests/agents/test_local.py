@@ -25,7 +25,7 @@ def model():
 
 @pytest.fixture(scope="module")
 def trial(model):
-    return run_trial(agent=model, p=0.4, trial=2, max_steps=8)
+    return run_trial(agent=model, p=0.4, trial=2, max_steps=4)
 
 
 def test_every_reply_is_well_formed(trial):
@@ -56,9 +56,9 @@ def test_the_record_says_what_the_model_was(trial):
 
 
 def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
-    settings = {"p": 0.4, "trial": 5, "max_steps": 5}
+    settings = {"p": 0.4, "trial": 5, "max_steps": 3}
     first = run_trial(agent=model, **settings)
-    run_trial(agent=model, p=0.0, trial=6, max_steps=3)
+    run_trial(agent=model, p=0.0, trial=6, max_steps=2)
     again = run_trial(agent=model, **settings)
     assert trial_to_json(again) == trial_to_json(first)
     script = (
@@ -73,7 +73,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
 
 
 def test_one_and_two_worker_processes_write_the_same_records(tmp_path):
-    planned = study(StudyOptions(agent=["llm:local"], p=[0, 0.4], trials=2, repetitions=1, max_steps=4))
+    planned = study(StudyOptions(agent=["llm:local"], p=[0, 0.4], trials=2, repetitions=1, max_steps=2))
     for workers in (1, 2):
         with Journal.open(tmp_path / str(workers), planned) as journal:
             run(planned, journal, limits=Limits(workers=workers))
@@ -156,7 +156,7 @@ def test_without_assessment_too_every_question_continues_the_one_before_by_two_t
 
 
 def test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone(model):
-    settings = {"p": 0.4, "trial": 5, "max_steps": 3}
+    settings = {"p": 0.4, "trial": 5, "max_steps": 2}
     first = run_trial(agent=model, **settings)
     unasked = run_trial(agent=model, assessment=False, **settings)
     assert trial_to_json(run_trial(agent=model, **settings)) == trial_to_json(first)

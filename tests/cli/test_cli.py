@@ -8,6 +8,7 @@ import pty
 import subprocess
 import sys
 
+import forked
 import pytest
 from typed import typed
 
@@ -43,9 +44,8 @@ def test_json_lines(tmp_path):
 
 def test_a_terminal_gets_a_live_table(tmp_path):
     ours, theirs = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "50", "--no-report",
-         "--out", tmp_path],
+    process = forked.start(
+        ["run", "flips", "--agent", "random", "--trials", 50, "--no-report", "--out", tmp_path],
         stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm", "COLUMNS": "120"},
     )  # fmt: skip
     os.close(theirs)

@@ -6,11 +6,10 @@ import pty
 import re
 import select
 import signal
-import subprocess
-import sys
 import termios
 from dataclasses import replace
 
+import forked
 import pytest
 from typer.testing import CliRunner
 
@@ -176,8 +175,8 @@ class Terminal:
         self.ours, theirs = pty.openpty()
         self.before = termios.tcgetattr(theirs)
         self._theirs = theirs  # kept open: so that what it was set to can be read afterwards
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "lockprobe", "play", "--seed", str(SEED), *map(str, arguments)],
+        self.process = forked.start(
+            ["play", "--seed", SEED, *arguments],
             stdin=theirs, stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm"} | settings, start_new_session=True,
         )  # fmt: skip
         self.shown = ""

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 
+import forked
 import httpx
 import pytest
 from typed import typed
@@ -31,12 +32,8 @@ def refused(*arguments, **environment):
 
 
 def test_it_says_where_it_is_and_what_is_kept(tmp_path):
-    process = subprocess.Popen(
-        [sys.executable, "-m", "lockprobe", "serve", "flips", "--port", "0", "--out", str(tmp_path / "study")],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    asked = ["serve", "flips", "--port", 0, "--out", tmp_path / "study"]
+    process = forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
         said = [process.stdout.readline().rstrip() for _ in range(10)]
         admin = said[5].split()[1]

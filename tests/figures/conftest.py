@@ -1,6 +1,7 @@
 """Studies to draw."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,9 +33,21 @@ def simulated(world, name, seed):
     ]
 
 
-@pytest.fixture(scope="session")
-def studies():
-    """Summaries by what is special about them."""
+class Summaries(dict):
+    """Summaries by what is special about them, each made when it is first asked for."""
+
+    def __init__(self, studies):
+        self._studies = studies
+
+    def __missing__(self, name):
+        known = None if name == "one trial" else box("chain-4")
+        self[name] = summarise(self._studies()[name], known)
+        return self[name]
+
+
+@cache
+def played():
+    """Trials by what is special about them."""
     references = play_study(small_study(REFERENCES, P7, 3, 10))
     model = simulated("loops-irrelevant", "llm:openai/gpt-4o-2024-08-06", 1)
     others = simulated("loop-trapped", "llm:anthropic/claude-x", 2) + simulated("saturating", "llm:local", 3)
@@ -65,8 +78,13 @@ def studies():
         "few people": played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1)
         + [make_trial([0] * 20, agent="llm:x", p=p, trial=i) for p in (0.0, 0.6) for i in (1, 2)],
     }
-    known = {name: None if name == "one trial" else box("chain-4") for name in found}
-    return {name: summarise(trials, known[name]) for name, trials in found.items()}
+    return found
+
+
+@pytest.fixture(scope="session")
+def studies():
+    """Summaries by what is special about them."""
+    return Summaries(played)
 
 
 @pytest.fixture(scope="session")

@@ -6,11 +6,11 @@ import os
 import resource
 import signal
 import subprocess
-import sys
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import forked
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
@@ -127,8 +127,7 @@ def whole(tmp_path_factory):
 @pytest.mark.parametrize("at", [1, 2, 5, 6, 23])
 def test_killed_while_writing(tmp_path, whole, at, part):
     """Odd writes are records, even ones are clock readings."""
-    died = subprocess.run([sys.executable, "-c", DIES, str(tmp_path), str(at), str(part)])
-    assert died.returncode == -signal.SIGKILL
+    assert forked.run([tmp_path, at, part], script=DIES).returncode == -signal.SIGKILL
     finished = at // 2 + (part == 1.0 and at % 2 == 1)
     assert len(load(tmp_path)) == finished
     assert len(resume(tmp_path)) == STUDY.size - finished
@@ -137,11 +136,11 @@ def test_killed_while_writing(tmp_path, whole, at, part):
 
 def test_killed_at_any_moment(tmp_path, whole):
     """A real command, killed from outside again and again until it gets through."""
-    command = [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "400",
+    command = ["run", "flips", "--agent", "random", "--trials", "400",
                "--repetitions", "1", "--p", "0,0.4", "--no-report", "--out", str(tmp_path / "d")]  # fmt: skip
     kept = 0
     for attempt in range(60):
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        process = forked.start(command, stdout=subprocess.PIPE)
         for line in process.stdout:
             if "trials to play" in line:
                 break
@@ -159,7 +158,7 @@ def test_killed_at_any_moment(tmp_path, whole):
     content = (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()
     keys = [json.loads(line)["key"] for line in content]
     assert len(keys) == len(set(keys)) == 800
-    again = subprocess.run([*command[:-1], str(tmp_path / "e")], capture_output=True, text=True)
+    again = forked.run([*command[:-1], tmp_path / "e"])
     assert again.returncode == 0
     assert (tmp_path / "e" / "trials.jsonl").read_bytes().splitlines() == content
 
@@ -309,9 +308,9 @@ def test_a_directory_without_a_study(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_leaves_a_directory_to_resume_and_says_so(tmp_path):
-    command = [sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "random", "--trials", "20000",
+    command = ["run", "flips", "--agent", "random", "--trials", "20000",
                "--repetitions", "1", "--p", "0", "--out", str(tmp_path)]  # fmt: skip
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     for line in process.stdout:
         if "trials ·" in line:
             break

@@ -14,6 +14,7 @@ import time
 from collections import Counter
 from contextlib import ExitStack, contextmanager
 
+import forked
 import pytest
 from provider_server import Manner, account, elsewhere
 
@@ -210,9 +211,7 @@ def test_killed_while_writing_a_line_about_a_call(tmp_path, monkeypatch, name, a
     asked = {"agent": ["python:paid:Agent"], "p": [0], "trials": 2, "repetitions": 1}
     whole = run_study(study(StudyOptions(**asked)), tmp_path / "whole")
     monkeypatch.setenv("PAID", str(tmp_path / "killed.txt"))
-    died = subprocess.run(
-        [sys.executable, "-c", DIES, str(tmp_path / "killed"), name, str(at), str(part), json.dumps(asked)]
-    )
+    died = forked.run([tmp_path / "killed", name, at, part, json.dumps(asked)], script=DIES)
     assert died.returncode == -signal.SIGKILL
     assert run_study(study(StudyOptions(**asked)), tmp_path / "killed") == whole
     once, paid = ((tmp_path / f"{which}.txt").read_text().splitlines() for which in ("whole", "killed"))
@@ -249,8 +248,7 @@ def test_a_full_disk_stops_a_run_and_loses_nothing(tmp_path, monkeypatch, most):
     asked = {"agent": ["python:paid:Agent"], "p": [0], "trials": 2, "repetitions": 1}
     whole = run_study(study(StudyOptions(**asked)), tmp_path / "whole")
     monkeypatch.setenv("PAID", str(tmp_path / "full.txt"))
-    command = [sys.executable, "-c", FULL, str(tmp_path / "full"), str(most), json.dumps(asked)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = forked.run([tmp_path / "full", most, json.dumps(asked)], script=FULL)
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     assert "File too large" in done.stderr
