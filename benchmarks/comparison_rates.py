@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.agent_comparison.pair import Comparison, compare, corrected
+from lockprobe.analysis.agent_comparison.paired import Sheet, sheets, sign_flip
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.rivals.comparison import Comparison, compare, corrected
-from lockprobe.analysis.rivals.exchange import Sheet, sheets, sign_flip
 from lockprobe.audit.simulate import simulate_outcomes
 from lockprobe.audit.worlds import Design, World
 

@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.analysis.inference.broken import agreed_difference, completed
+from lockprobe.analysis.inference.broken_trials import agreed_difference, completed
 from lockprobe.analysis.inference.course import course, course_kind, levels
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.logrank import loop_onset_logrank

@@ -37,8 +37,8 @@ from lockprobe.agents.llm import model as _  # noqa: F401 - so that nobody is ch
 from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
 from lockprobe.record import Decision, Fact, Situation
 from lockprobe.studies.journal import Journal
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study

@@ -28,7 +28,7 @@ from lockprobe.analysis.proportions import ALPHA, proportion
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.record import Trial
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
 MODALITIES = ("rgb", "rgbd", "symbolic")

@@ -23,11 +23,11 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
+from lockprobe.montecarlo.plain import play_plainly, policy_of, world_of
+from lockprobe.montecarlo.populations import Population, population
+from lockprobe.montecarlo.propagation import propagate
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.modality import interventions_for
-from lockprobe.studies.montecarlo.plain import play_plainly, policy_of, world_of
-from lockprobe.studies.montecarlo.populations import Population, population
-from lockprobe.studies.montecarlo.propagation import propagate
 from lockprobe.studies.study import Study
 from lockprobe.trial import play
 

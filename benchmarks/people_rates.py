@@ -28,14 +28,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.agent_comparison.pair import compare
+from lockprobe.analysis.agent_comparison.paired import Sheet, sign_flip
 from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, share_of
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.ushape import two_lines
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.people import people
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.rivals.comparison import compare
-from lockprobe.analysis.rivals.exchange import Sheet, sign_flip
 from lockprobe.audit.simulate import simulate_outcomes
 from lockprobe.audit.worlds import Design, World
 from lockprobe.record import Trial

@@ -25,7 +25,7 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.fast_twin import FastTwin
-from lockprobe.plants.rendering.eye import Eye
+from lockprobe.plants.rendering.plant_camera import Eye
 from lockprobe.plants.rendering.probing import probe
 from lockprobe.plants.scene.board import Scene, compile_scene
 from lockprobe.plants.settings import SceneSettings

@@ -27,8 +27,8 @@ from lockprobe.agents.engine import Engine
 from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
 from lockprobe.record import Decision, Fact, Situation, Step
 from lockprobe.studies.journal import Journal
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits, Silent, run
-from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 

@@ -20,7 +20,7 @@ from sklearn.ensemble import ExtraTreesRegressor
 
 import lockprobe.environment  # registers lockprobe/Lockbox-v0
 from lockprobe import box as named_box
-from lockprobe.environment.agent import LearnedAgent
+from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.lockbox.solve import optimum, random_success
 
 Array = NDArray[np.float64]

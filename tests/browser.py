@@ -25,12 +25,12 @@ from playwright.async_api import async_playwright
 from seated import diaries_of
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.jsonline import trial_from_json
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.words import filled, read_words
+from lockprobe.people.texts import filled, read_words
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Percept, Situation, Task, Turn
 from lockprobe.studies.single import run_trial
+from lockprobe.trial_json import trial_from_json
 from lockprobe.web.serving import Door, opened
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.checksum import with_checksum
 from lockprobe.errors import Boundary
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
 from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
+from lockprobe.storage.checksum import with_checksum
 from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
 SOLUTION = (3, 2, 1, 0)

@@ -154,8 +154,8 @@ def _stem():
 
 
 IMPORTED = (
-    "agents.catalogue", "audit.rates", "cli.agents", "cli.audit", "cli.boxes", "cli.chance", "cli.display",
-    "cli.export", "cli.fit", "cli.gather", "cli.health", "cli.play", "cli.replay", "cli.results", "cli.run",
+    "agents.catalogue", "audit.rates", "cli.agents", "cli.audit", "cli.box", "cli.chance", "cli.display",
+    "cli.export", "cli.fit", "cli.import_", "cli.doctor", "cli.play", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "figures", "fit", "report", "studies.runner", "web.serving",
 )  # fmt: skip
 

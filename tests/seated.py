@@ -11,16 +11,16 @@ from builders import study_of
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.families import box
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diary
+from lockprobe.people.diary_archive import kept_diaries
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.kept import kept_diaries
-from lockprobe.people.reception import Reception, Shown
 from lockprobe.people.refusals import Refused
 from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, Check, Consent, Panel
-from lockprobe.people.words import read_words
+from lockprobe.people.server_state import Reception, Shown
+from lockprobe.people.texts import read_words
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
 WORDS = read_words("en")

@@ -10,7 +10,7 @@ from visitor import Visitor
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 from lockprobe.studies.study import Study
 from lockprobe.web.serving import Door, opened
 

@@ -12,7 +12,7 @@ from lockprobe.people.diary import Diary, Did, Joined, Slot
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.record import Trial
 from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
 START = 1_790_000_000.25

@@ -15,9 +15,9 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "lockprobe"
 FILES = sorted(path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py"))
 ENGINES = (
-    "lockprobe.agents.llm.line",
+    "lockprobe.agents.llm.client",
     "lockprobe.agents.llm.model",
-    "lockprobe.agents.llm.opening",
+    "lockprobe.agents.llm.connect",
     "lockprobe.agents.engine",
     "lockprobe.__main__",
 )

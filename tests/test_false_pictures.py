@@ -12,13 +12,13 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.png import from_png
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.settings import TwinSettings
 from lockprobe.plants.twin import Twin
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 SMALL = "fast-twin?renderer=rays&width=160&height=120"
 PLAN = Plan(

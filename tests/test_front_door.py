@@ -20,7 +20,7 @@ def test_every_name_is_there_and_only_once_thought_of():
 
 def test_names_are_those_of_their_modules():
     assert lockprobe.box is import_module("lockprobe.lockbox.families").find_box
-    assert lockprobe.Plant is import_module("lockprobe.seams").Plant
+    assert lockprobe.Plant is import_module("lockprobe.protocols").Plant
     assert lockprobe.tidy is import_module("lockprobe.export.tidy").tidy
 
 

@@ -11,10 +11,10 @@ from lockprobe.cli.sequences import read_sequences
 from lockprobe.errors import BadFile
 from lockprobe.inputs import check_regular, parse_json, read_input, read_lines
 from lockprobe.lockbox.boxfile import read_box
-from lockprobe.people.kept import kept_diaries
+from lockprobe.people.diary_archive import kept_diaries
 from lockprobe.studies.directory import read_settings
-from lockprobe.studies.gathering import source_of_directory
 from lockprobe.studies.journal import Journal, read_timings
+from lockprobe.studies.merge import source_of_directory
 
 
 @pytest.fixture

@@ -12,12 +12,12 @@ from lockprobe.analysis.measures import find_measure
 from lockprobe.cli import main
 from lockprobe.errors import BadFile, BadValue, BrokenPlugin, UnknownName, UserMistake
 from lockprobe.interventions.catalogue import interventions_of, kinds, spec_of
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box, find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plugins import GROUPS, find_plugin, plugin_name_of, plugin_names
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import read_options_file
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 USES = {
     "agent": lambda spec: resolve(spec).make(),

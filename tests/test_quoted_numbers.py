@@ -22,7 +22,7 @@ from lockprobe.lockbox.difficulty import difficulty
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.layouts import permuted
 from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
-from lockprobe.studies.montecarlo.propagation import propagate
+from lockprobe.montecarlo.propagation import propagate
 from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]

@@ -12,13 +12,13 @@ from lockprobe.errors import Missing, UserMistake
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision, TrialError
 from lockprobe.trial import play
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 PLAN = Plan(
     key="test", study="test", agent="fake", box=box(), condition=flips((0.0,))[0],

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from lockprobe.export import tidy, trial_rows
     from lockprobe.lockbox.box import Joint, Lockbox
     from lockprobe.lockbox.families import find_box as box
+    from lockprobe.montecarlo import population, propagate
+    from lockprobe.protocols import Actuator, Agent, Channel, Memory, Plant, Prompt
     from lockprobe.record import Decision, Percept, Situation, Snapshot, Step, Trial
     from lockprobe.report.schema import results
-    from lockprobe.seams import Actuator, Agent, Channel, Memory, Plant, Prompt
     from lockprobe.studies.journal import load
-    from lockprobe.studies.montecarlo import population, propagate
     from lockprobe.studies.runner import run_study
     from lockprobe.studies.single import run_trial
     from lockprobe.studies.study import Study
@@ -69,19 +69,19 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Actuator": "lockprobe.seams",
-    "Agent": "lockprobe.seams",
+    "Actuator": "lockprobe.protocols",
+    "Agent": "lockprobe.protocols",
     "BadValue": "lockprobe.errors",
-    "Channel": "lockprobe.seams",
+    "Channel": "lockprobe.protocols",
     "Decision": "lockprobe.record",
     "Joint": "lockprobe.lockbox.box",
     "Lockbox": "lockprobe.lockbox.box",
     "LockprobeError": "lockprobe.errors",
-    "Memory": "lockprobe.seams",
+    "Memory": "lockprobe.protocols",
     "Percept": "lockprobe.record",
-    "Plant": "lockprobe.seams",
+    "Plant": "lockprobe.protocols",
     "Policy": "lockprobe.agents.policy",
-    "Prompt": "lockprobe.seams",
+    "Prompt": "lockprobe.protocols",
     "Situation": "lockprobe.record",
     "Snapshot": "lockprobe.record",
     "Step": "lockprobe.record",
@@ -91,8 +91,8 @@ _HOMES = {
     "UserMistake": "lockprobe.errors",
     "box": "lockprobe.lockbox.families:find_box",
     "load": "lockprobe.studies.journal",
-    "population": "lockprobe.studies.montecarlo",
-    "propagate": "lockprobe.studies.montecarlo",
+    "population": "lockprobe.montecarlo",
+    "propagate": "lockprobe.montecarlo",
     "results": "lockprobe.report.schema",
     "run_study": "lockprobe.studies.runner",
     "run_trial": "lockprobe.studies.single",

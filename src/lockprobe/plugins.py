@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from lockprobe.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, UserMistake
-from lockprobe.options import arguments_from
+from lockprobe.spec import arguments_from
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoints

@@ -2,7 +2,7 @@
 
 A :class:`Trial` is one closed loop of one agent on one box. Every step holds the true configuration, the true
 outcome, what the agent was told, and what the agent said had happened. Clock readings are not part of a record:
-the same seed gives the same bytes. How a record is written is :mod:`lockprobe.jsonline`.
+the same seed gives the same bytes. How a record is written is :mod:`lockprobe.trial_json`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from lockprobe.call import Usage
 from lockprobe.errors import Boundary
-from lockprobe.options import group_of
 from lockprobe.pictures.picture import Picture, PictureKind
+from lockprobe.spec import group_of
 
 if TYPE_CHECKING:
     from lockprobe.pictures.frame import Frame

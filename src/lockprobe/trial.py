@@ -25,10 +25,10 @@ from lockprobe.errors import (
     without_keys,
 )
 from lockprobe.lockbox.box import Configuration, bits
-from lockprobe.options import settings_of
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
+from lockprobe.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 from lockprobe.record import (
     SCHEMA_VERSION,
     Briefing,
@@ -46,7 +46,7 @@ from lockprobe.record import (
     TrialError,
     Turn,
 )
-from lockprobe.seams import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
+from lockprobe.spec import settings_of
 
 if TYPE_CHECKING:
     import numpy as np

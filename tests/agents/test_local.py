@@ -10,12 +10,12 @@ from lockprobe import load, run_trial
 from lockprobe.agents import local
 from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel, read_options
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial_json import trial_to_json
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
     assert trial_to_json(again) == trial_to_json(first)
     script = (
         "from lockprobe import run_trial; from lockprobe.agents.local import LocalModel;"
-        "from lockprobe.jsonline import trial_to_json; import sys;"
+        "from lockprobe.trial_json import trial_to_json; import sys;"
         f"t = run_trial(agent=LocalModel.from_spec('llm:local'), **{settings});"
         "sys.stdout.write(trial_to_json(t).decode())"
     )

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from drawn_board import HANDLES, coloured
 
-from lockprobe.agents import eyes
+from lockprobe.agents import picture_reader
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.heuristic import HumanInspired
+from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.errors import BadValue
@@ -91,7 +91,7 @@ def test_where_reports_are_told_it_is_its_strategy_and_claims_what_it_was_told()
 
 def readings(monkeypatch, *numbers):
     """A situation whose pictures speak for positions as these numbers say; the agent that reads them keeps a list."""
-    monkeypatch.setattr(eyes, "evidence", lambda pictures, handles, acuity: numbers[int(pictures[0].png)])
+    monkeypatch.setattr(picture_reader, "evidence", lambda pictures, handles, acuity: numbers[int(pictures[0].png)])
     percepts = [
         Percept(joint="A" if i else None, pictures=(Picture(kind="rgb", png=str(i).encode()),), handles=HANDLES[:3])
         for i in range(len(numbers))
@@ -137,7 +137,7 @@ def test_it_reads_a_picture_once_and_looks_only_at_what_is_shown(monkeypatch):
         asked.append(pictures)
         return (1.0, 1.0, 1.0)
 
-    monkeypatch.setattr(eyes, "evidence", evidence)
+    monkeypatch.setattr(picture_reader, "evidence", evidence)
     hidden = Picture(kind="depth16", png=b"measured", shown=False)
     first, second = (Percept(pictures=(Picture(kind="rgb", png=p), hidden), handles=HANDLES[:3]) for p in (b"1", b"2"))
     agent = Viewer(strategy=Listener(), name="listener")

@@ -10,7 +10,7 @@ from lockprobe.analysis import habits
 from lockprobe.analysis.habits import Actions, actions_of, blind_trials, played_out
 from lockprobe.analysis.inference.hazard import loop_hazard, loop_landmark
 from lockprobe.analysis.loops import onset_batch
-from lockprobe.analysis.nulls import chain_walks
+from lockprobe.analysis.null_models import chain_walks
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box

@@ -8,7 +8,7 @@ import pytest
 from builders import make_trial
 
 from lockprobe import run_trial
-from lockprobe.agents.ideal import IdealObserver
+from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.analysis import rationality as module
 from lockprobe.analysis.rationality import JUDGED, judge, prior_for, rationality
 from lockprobe.errors import BadValue, UnknownName

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from builders import play_study, played_by_people, small_study
 
+from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
 from lockprobe.analysis.conclusions import _BESIDE_BLIND, _SAID, conclusions, courses_said
 from lockprobe.analysis.finding import finding
-from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.speaking import begun, called, of_people, verb
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate

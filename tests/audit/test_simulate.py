@@ -9,8 +9,8 @@ from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.audit.simulate import BUDGET, simulate, simulate_columns, simulate_outcomes
 from lockprobe.audit.worlds import WORLDS, Design, world
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.seeds import generator
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 LARGE = Design(repetitions=1, trials=3000)
 

@@ -5,7 +5,7 @@ import sys
 import pytest
 from provider_server import here, truthful
 
-from lockprobe.agents.llm.knowledge import OWN_FACTS
+from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli import main
 
 

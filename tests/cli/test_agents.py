@@ -5,7 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from lockprobe.agents.llm.knowledge import OWN_FACTS, facts_of
+from lockprobe.agents.llm.model_facts import OWN_FACTS, facts_of
 from lockprobe.cli.models import models
 from lockprobe.errors import BadValue
 

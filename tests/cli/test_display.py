@@ -7,7 +7,7 @@ from rich.console import Console
 from lockprobe.agents.catalogue import resolve
 from lockprobe.call import Call, Usage
 from lockprobe.cli.display import LiveDisplay
-from lockprobe.studies.calls import read_calls
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.spending import Budget, Ledger
 from lockprobe.studies.study_options import StudyOptions

@@ -1,4 +1,4 @@
-"""``lockprobe export``, ``fit``, ``box``, ``replay`` with ``--out``: whole files, or none; never in place of a device."""
+"""``lockprobe export``, ``fit``, ``box``, ``replay`` with ``--out``: whole table_files, or none; never in place of a device."""
 
 import os
 import stat
@@ -6,7 +6,7 @@ import stat
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.export import files
+from lockprobe.export import table_files
 
 STUDY = small_study(trials=1, repetitions=1)
 
@@ -49,7 +49,7 @@ def test_an_export_that_fails_leaves_the_file_that_was_there(lockprobe, tmp_path
     out = tmp_path / "out" / f"steps.{format_}"
     out.parent.mkdir()
     assert lockprobe("export", played, "--format", format_, "--out", out)[0] == 0
-    before, rows = out.read_bytes(), files.tidy_rows
+    before, rows = out.read_bytes(), table_files.tidy_rows
 
     def breaks(trials, *more):
         yield next(rows(trials, *more))
@@ -63,7 +63,7 @@ def test_an_export_that_fails_leaves_the_file_that_was_there(lockprobe, tmp_path
         named = out.with_name("steps.parquet-metadata.json")  # is forced to the disk first
         monkeypatch.setattr("os.fsync", full)
     else:
-        monkeypatch.setattr(files, "tidy_rows", breaks)
+        monkeypatch.setattr(table_files, "tidy_rows", breaks)
     status, _, said = lockprobe("export", played, "--format", format_, "--out", out)
     assert (status, said) == (2, f"lockprobe: {named}: cannot be written (No space left on device)\n")
     assert out.read_bytes() == before

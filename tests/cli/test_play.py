@@ -14,12 +14,12 @@ import pytest
 from typer.testing import CliRunner
 
 from lockprobe.cli import build
-from lockprobe.cli.afterwards import relabelled
+from lockprobe.cli.play_summary import relabelled
 from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.jsonline import trial_from_json
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum
 from lockprobe.studies.single import run_trial
+from lockprobe.trial_json import trial_from_json
 
 SEED = 3
 HUMAN = run_trial(agent="human-inspired", p=0.2, seed=SEED)

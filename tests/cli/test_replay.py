@@ -11,14 +11,14 @@ from typer.testing import CliRunner
 
 from lockprobe.cli import build
 from lockprobe.cli.replay import _story
-from lockprobe.environment.agent import LearnedAgent
+from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.errors import BadFile, BadValue, Missing, UnknownName
 from lockprobe.export import tidy_rows
 from lockprobe.film import files
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
 KEY = "flips/human-inspired/p=0/rep=1/trial=1"

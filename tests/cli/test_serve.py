@@ -18,7 +18,7 @@ from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _what, _with_people
 from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 from lockprobe.studies.settings import read_study
 
 

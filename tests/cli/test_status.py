@@ -9,10 +9,10 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, write_study
 
-from lockprobe.agents.llm.knowledge import OWN_FACTS
+from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.cli.status import status
-from lockprobe.studies.calls import CALLS, Calls
+from lockprobe.studies.call_log import CALLS, Calls
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 

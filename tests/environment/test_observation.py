@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe import run_trial
-from lockprobe.environment.agent import LearnedAgent
+from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.environment.observation import UNTOLD, sizes, so_far, vector
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.record import Decision, Percept, Situation, Task, Turn

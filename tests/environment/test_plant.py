@@ -11,7 +11,7 @@ from painted import painted_twins
 
 from lockprobe import run_trial
 from lockprobe.environment import plant as module
-from lockprobe.environment.agent import LearnedAgent
+from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.environment.plant import WatchedPlant, make_plant
 from lockprobe.environment.settings import read_settings
 from lockprobe.environment.single import LockboxEnv

@@ -45,7 +45,7 @@ def test_it_is_there_in_any_order_of_imports(program):
 def test_without_gymnasium_the_rest_is_usable():
     done = fresh(
         "import sys; sys.modules['gymnasium'] = None\n"
-        "import lockprobe.environment.agent\n"
+        "import lockprobe.environment.learned_agent\n"
         "try:\n    import gymnasium\nexcept ImportError:\n    print('none')"
     )
     assert (done.stdout, done.stderr) == ("none\n", "")

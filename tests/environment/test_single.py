@@ -20,9 +20,9 @@ from lockprobe.errors import BadValue, ChannelFault, UnknownName
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.tremble import Tremble
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 FLIPS = ("transient", "sticky", "outcome-only")
 

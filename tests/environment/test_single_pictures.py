@@ -12,12 +12,12 @@ from gymnasium.utils.env_checker import check_env
 from painted import painted_twins
 
 from lockprobe import run_trial
-from lockprobe.environment.agent import LearnedAgent
+from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.errors import BadValue, ChannelFault, PlantFault
 from lockprobe.pictures.png import from_png, to_png
 from lockprobe.plants import catalogue
-from lockprobe.studies.album import Album
+from lockprobe.studies.picture_store import Album
 
 SMALL = "fast-twin?width=80&height=64"
 SOLUTION = (3, 2, 1, 0)

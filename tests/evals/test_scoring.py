@@ -7,7 +7,7 @@ from builders import SOLUTION, make_trial, small_study
 
 scoring = pytest.importorskip("lockprobe.evals.scoring")
 
-from lockprobe.jsonline import trial_from_json  # noqa: E402
+from lockprobe.trial_json import trial_from_json  # noqa: E402
 
 
 def test_a_trial_that_opened_the_box_by_hand():

@@ -10,10 +10,10 @@ import pytest
 from builders import play_study, small_study, write_study
 from taking_part import take_part
 
-from lockprobe.export.columns import COLUMN
-from lockprobe.export.files import rows_of, write_table
+from lockprobe.export.data_dictionary import COLUMN
+from lockprobe.export.table_files import rows_of, write_table
 from lockprobe.export.tables import TABLES, PeopleRecords, tables_of
-from lockprobe.export.writing import write_dataset
+from lockprobe.export.write_dataset import write_dataset
 from lockprobe.studies.journal import load
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=4)

@@ -4,7 +4,7 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.analysis.summary import summarise
-from lockprobe.figures.looks import styles
+from lockprobe.figures.palette import styles
 from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 
 P = (0.0, 0.4)

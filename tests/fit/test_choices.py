@@ -8,11 +8,11 @@ from builders import SOLUTION, make_trial
 
 from lockprobe import run_trial
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
-from lockprobe.agents.heuristic import PRESETS, HumanInspired
+from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.strategies import RoundRobin
+from lockprobe.fit.candidate_models import RIVALS, mapped
 from lockprobe.fit.choices import choices_of, cluster_of, hear, rule
 from lockprobe.fit.likelihood import Lapse
-from lockprobe.fit.rivals import RIVALS, mapped
 from lockprobe.lockbox.families import box
 
 KINDS = [("chain-4", "transient"), ("chain-4", "sticky"), ("chain-4", "outcome-only"), ("random-6-17", "transient")]

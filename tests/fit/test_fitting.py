@@ -8,10 +8,10 @@ from builders import make_trial, played_by_people, small_study
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit import RIVALS, fit_agents, fitting
+from lockprobe.fit.candidate_models import chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.contest import contest
+from lockprobe.fit.model_comparison import contest
 from lockprobe.fit.recovery import Design, simulate
-from lockprobe.fit.rivals import chosen_rivals
 from lockprobe.lockbox.families import box
 
 FEW = Design(p=(0.0, 0.5), repetitions=1, trials=4)

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.held_out import folds_of, held_out, predicted
-from lockprobe.fit.maximum import maximum
+from lockprobe.fit.optimise import maximum
 from lockprobe.fit.recovery import Design, simulate
-from lockprobe.fit.rivals import RIVALS
 
 TRIALS = simulate("cognitive:softmax-memory?position=1.5", Design(p=(0.0, 0.5), repetitions=2, trials=6), seed=2)
 HEARD = [hear(trial) for trial in TRIALS]

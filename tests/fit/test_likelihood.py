@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.recovery import Design, simulate
-from lockprobe.fit.rivals import RIVALS
 
 TRIALS = simulate("random", Design(p=(0.2,), repetitions=1, trials=12), seed=4)
 HEARD = [hear(trial) for trial in TRIALS]

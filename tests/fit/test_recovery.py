@@ -4,11 +4,11 @@ import pytest
 
 from lockprobe.errors import UnknownName
 from lockprobe.fit import fit_agents, intervals
+from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.maximum import SharedLuck, maximum
+from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, World
+from lockprobe.fit.optimise import SharedLuck, maximum
 from lockprobe.fit.recovery import Design, recover_findings, recover_models, recover_parameters, simulate
-from lockprobe.fit.rivals import RIVALS
-from lockprobe.fit.subjects import WORLDS, Favourites, FirstFour, World
 
 SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 TRUTH = {"target": 1.0, "failure": 2.0, "decay": 0.8, "reset": 0.5, "stay": -1.0}

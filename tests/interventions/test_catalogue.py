@@ -11,7 +11,7 @@ import pytest
 
 from lockprobe.errors import UserMistake
 from lockprobe.interventions.catalogue import interventions_of, place_of, shipped, spec_of
-from lockprobe.options import spec_name
+from lockprobe.spec import spec_name
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_intervention
 

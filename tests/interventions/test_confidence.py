@@ -7,9 +7,9 @@ import pytest
 from lockprobe.agents.prompt import conversation, example, parse_reply, repair, reply_schema
 from lockprobe.errors import BadValue, ReplyFault
 from lockprobe.interventions.confidence import Confidence
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Briefing, Decision
 from lockprobe.studies.single import run_trial
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 BRIEFING = Confidence().brief(Briefing(), (), example().task, None)
 LATER = replace(example(), briefing=BRIEFING)

@@ -13,12 +13,12 @@ from lockprobe.errors import BadFile, BadValue, SettingsChanged, UserMistake
 from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.warn import Warn
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Briefing
 from lockprobe.report import write_report
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import study
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 CURT = Path(__file__).with_name("curt.txt")
 LEAST = "{joints} {target} {reply}"

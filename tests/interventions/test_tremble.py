@@ -5,9 +5,9 @@ from collections import Counter
 from scipy.stats import binomtest
 
 from lockprobe.interventions.tremble import Tremble
+from lockprobe.montecarlo import propagate
 from lockprobe.record import Task
 from lockprobe.seeds import trial_stream
-from lockprobe.studies.montecarlo import propagate
 from lockprobe.studies.single import run_trial
 
 

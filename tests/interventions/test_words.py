@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.agents.cognitive import CHARACTERS
-from lockprobe.agents.heuristic import PRESETS
+from lockprobe.agents.human_inspired import PRESETS
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.words import TextChannel, rows_of

@@ -7,9 +7,9 @@ from seated import WORDS, opened, people_study, short, take_part
 
 from lockprobe.errors import BadFile
 from lockprobe.people.directory import LOG
-from lockprobe.people.reception import Reception
 from lockprobe.people.responses import Agree
 from lockprobe.people.scenes import Box
+from lockprobe.people.server_state import Reception
 from lockprobe.studies.journal import Journal
 
 STUDY = people_study()

@@ -2,10 +2,10 @@
 
 from lockprobe.people.diary import Broken, Did, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.held import Played
 from lockprobe.people.journey import Journey, Station, fingerprint, stations
+from lockprobe.people.paused_trial import Played
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 
 WORDS = read_words("en")
 CHECK = {"question": "Blue?", "options": ["blue", "red"], "right": "blue"}

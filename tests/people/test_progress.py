@@ -9,7 +9,7 @@ from lockprobe.people.diary import Did, Joined, Released, Slot
 from lockprobe.people.journey import Journey
 from lockprobe.people.progress import progress_of
 from lockprobe.people.responses import Answer, Attempt, Next
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 from lockprobe.record import STATES
 
 STUDY = people_study(trials=3)

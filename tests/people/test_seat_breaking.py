@@ -38,7 +38,7 @@ def plant(monkeypatch):
         pass
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.studies.stage.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
     return Plant
 
 

@@ -10,7 +10,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.plants.fast_twin import FastTwin
 from lockprobe.plants.settings import SceneSettings
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.seams import Plant
+from lockprobe.protocols import Plant
 
 LABELS = tuple("ABCDEFGH")
 

@@ -3,7 +3,7 @@
 import itertools
 
 from lockprobe.plants.layers import ARM, HIDDEN, NOTHING, PANEL
-from lockprobe.plants.rendering.seeing import SHOWN_GROUPS
+from lockprobe.plants.rendering.visible import SHOWN_GROUPS
 
 LAYERS = {"panel": (PANEL, NOTHING), "arm": (ARM, PANEL), "looks": (NOTHING, NOTHING)}
 

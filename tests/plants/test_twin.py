@@ -10,7 +10,7 @@ from lockprobe.plants.arm.guarded import GuardedMove, Touch
 from lockprobe.plants.arm.simulated import SimulatedArm
 from lockprobe.plants.settings import TwinSettings
 from lockprobe.plants.twin import Twin
-from lockprobe.seams import Plant
+from lockprobe.protocols import Plant
 
 CHAIN = box("chain-4")
 TARGET, FIRST, SECOND, FREE = range(4)

@@ -11,7 +11,7 @@ from lockprobe.audit.simulate import simulate
 from lockprobe.audit.worlds import WORLDS, Design
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.paper import CLAIMS
-from lockprobe.report.recomputed import fisher_z
+from lockprobe.report.paper_reanalysis import fisher_z
 from lockprobe.seeds import generator
 
 

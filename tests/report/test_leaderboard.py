@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
-from lockprobe.agents.llm.knowledge import Price
+from lockprobe.agents.llm.model_facts import Price
 from lockprobe.call import Usage
-from lockprobe.report import content_of, money, write_report
-from lockprobe.report.cells import NONE
+from lockprobe.report import content_of, costs, write_report
+from lockprobe.report.format import NONE
 
 P = (0.0, 0.4)
 SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
@@ -33,10 +33,10 @@ def trials(agent, solved, of=10):
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
-    known = money.facts_of
+    known = costs.facts_of
     price = Price(input=2.0, cached=1.0, output=10.0, batch=None, date="2026-01-02", source="https://acme.test/prices")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(money, "facts_of", lambda name: replace(known(name), price=price if name == "acme/one" else None))
+        patch.setattr(costs, "facts_of", lambda name: replace(known(name), price=price if name == "acme/one" else None))
         study = small_study(list(SOLVED), P, 1, 10)
         made = [trial for agent, solved in SOLVED.items() for trial in trials(agent, solved)]
         path = write_study(tmp_path_factory.mktemp("side") / "study", study, made)

@@ -11,10 +11,10 @@ from builders import make_trial, play_study, small_study, write_study
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.errors import BadFile
-from lockprobe.jsonline import trial_to_json
 from lockprobe.report import content_of, write_report
+from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.page import _page, _tables
-from lockprobe.report.pictures import CAPTIONS
+from lockprobe.trial_json import trial_to_json
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 

@@ -14,8 +14,8 @@ from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.report import content_of, write_report
+from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.page import _page
-from lockprobe.report.pictures import CAPTIONS
 from lockprobe.studies.study import Study
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"

@@ -12,9 +12,9 @@ from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy
 from lockprobe.people.diary import Diary, Did, Joined, read_diary
 from lockprobe.people.responses import Next
-from lockprobe.studies.calls import ASKED, CALLS, read_calls
+from lockprobe.storage.jsonl import LineFile
+from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.journal import Journal, Timing, load
-from lockprobe.studies.lines import LineFile
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 

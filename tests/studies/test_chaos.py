@@ -11,7 +11,7 @@ from provider_server import HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, trut
 
 from lockprobe.agents.access import Access
 from lockprobe.errors import Missing
-from lockprobe.studies.calls import read_calls
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions

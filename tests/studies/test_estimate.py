@@ -7,13 +7,13 @@ import pytest
 from builders import SOLUTION, make_trial
 from provider_server import here, joints, names, truthful
 
-from lockprobe.agents.llm.knowledge import OWN_FACTS
+from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.call import Call, Usage
 from lockprobe.lockbox.solve import random_curve
-from lockprobe.studies.calls import read_calls
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import estimates
+from lockprobe.studies.request_sizes import SMALLEST_CACHED
 from lockprobe.studies.runner import run_study
-from lockprobe.studies.sizes import SMALLEST_CACHED
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study

@@ -17,7 +17,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.interventions.condition import flips
-from lockprobe.studies.calls import ASKED, CALLS, read_calls
+from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
 from lockprobe.studies.records import read_records

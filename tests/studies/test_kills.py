@@ -20,7 +20,7 @@ from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.access import Access
 from lockprobe.errors import BadFile
-from lockprobe.studies.calls import ASKED, CALLS, read_calls, unanswered
+from lockprobe.studies.call_log import ASKED, CALLS, read_calls, unanswered
 from lockprobe.studies.journal import Journal, left_out, load
 from lockprobe.studies.runner import Limits, run_study
 from lockprobe.studies.study_options import StudyOptions

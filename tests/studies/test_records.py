@@ -8,12 +8,12 @@ from builders import make_trial, small_study, strip_checksums, write_study
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import flips
-from lockprobe.jsonline import trial_from_json, trial_from_line, trial_to_json, trial_to_line
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import left_out, load
 from lockprobe.studies.records import read_records
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.study import record_identity
+from lockprobe.trial_json import trial_from_json, trial_from_line, trial_to_json, trial_to_line
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 

@@ -13,13 +13,13 @@ from lockprobe import load
 from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
-from lockprobe.jsonline import trial_from_json
-from lockprobe.studies import runner, stage
-from lockprobe.studies.calls import Calls, read_calls
+from lockprobe.studies import play, runner
+from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, Silent, _lanes, run
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial_json import trial_from_json
 
 
 def played(directory, **settings):
@@ -267,13 +267,13 @@ def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_pl
 ):
     pytest.importorskip("inspect_ai")
     pytest.importorskip("mujoco")
-    seen, observe = set(), stage._Fresh.observe
+    seen, observe = set(), play._Fresh.observe
 
     def watched(fresh):
         seen.add(threading.current_thread().name)
         return observe(fresh)
 
-    monkeypatch.setattr(stage._Fresh, "observe", watched)
+    monkeypatch.setattr(play._Fresh, "observe", watched)
     settings = {"plant": plant, "max_steps": 3}
     there, _ = hosted(tmp_path / "there", monkeypatch, truthful, trials=3, connections=3, settings=settings)
     assert [name.startswith("plants") for name in seen] == [plant != "symbolic"]

@@ -10,18 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from prefixes import repeated_prefix
 
-from lockprobe.agents.llm.knowledge import OWN_FACTS, Price
-from lockprobe.agents.llm.size import tokens
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
+from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadValue, BudgetReached, ReplyFault
 from lockprobe.record import Situation
-from lockprobe.studies.calls import Calls, read_calls
-from lockprobe.studies.owners import Owners
-from lockprobe.studies.sizes import HYPOTHESIS, made_up, reply
+from lockprobe.studies.call_log import Calls, read_calls
+from lockprobe.studies.request_sizes import HYPOTHESIS, made_up, reply
 from lockprobe.studies.spending import Budget, Ledger, most_dollars, price_of
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.studies.trial_keys import Owners
 
 PRICES = """
 [[model]]

@@ -10,7 +10,7 @@ from browser import ADMIN_TOKEN, browser, needs_a_browser, new_tab, plan_of, ser
 
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 from lockprobe.studies.study import Study
 
 pytestmark = needs_a_browser

@@ -20,7 +20,7 @@ from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.people.diary import Diary
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 from lockprobe.plan import Names
 from lockprobe.studies.study import Study
 
@@ -495,7 +495,7 @@ def test_ids_of_a_platform_that_are_none_are_not_kept(tmp_path):
 
 
 def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch):
-    from lockprobe.people.reception import Reception
+    from lockprobe.people.server_state import Reception
 
     async def breaks(*arguments):
         raise KeyError("what was sent")

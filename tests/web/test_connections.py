@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 from served import logged, served
 
-from lockprobe.people.reception import Reception
+from lockprobe.people.server_state import Reception
 from lockprobe.web import connections
 from lockprobe.web.connections import FILES_KEPT_BACK, Limits, raise_file_limit
 from lockprobe.web.serving import Door

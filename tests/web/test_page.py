@@ -77,7 +77,7 @@ def test_nothing_that_is_shown_is_read_as_html():
 
 
 def test_every_text_that_the_page_uses_is_in_the_texts_and_every_text_is_used():
-    from lockprobe.people.words import _OfThePage
+    from lockprobe.people.texts import _OfThePage
 
     page = "\n".join(source.read_text() for source in (PAGE / "src").rglob("*.js"))
     unused = [

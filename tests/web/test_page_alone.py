@@ -10,7 +10,7 @@ import pytest
 from browser import browser, needs_a_browser
 
 import lockprobe.web
-from lockprobe.people.words import read_words
+from lockprobe.people.texts import read_words
 
 pytestmark = needs_a_browser
 

@@ -17,8 +17,8 @@ from wire import Wire
 from lockprobe import load
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, Missing
 from lockprobe.people.diary import Did
-from lockprobe.people.reception import Reception
-from lockprobe.people.words import read_words
+from lockprobe.people.server_state import Reception
+from lockprobe.people.texts import read_words
 from lockprobe.studies.settings import read_study
 from lockprobe.web import serving
 from lockprobe.web.serving import Door, opened

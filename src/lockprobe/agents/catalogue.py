@@ -21,17 +21,17 @@ from urllib.parse import urlencode
 
 from lockprobe.agents.access import Access
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
-from lockprobe.agents.heuristic import PRESETS, HumanInspired
-from lockprobe.agents.llm.knowledge import facts_of
+from lockprobe.agents.human_inspired import PRESETS, HumanInspired
+from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.modalities import Senses
 from lockprobe.agents.participant import Participant, check_participant
-from lockprobe.agents.senses import Senses
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Sight, Viewer
 from lockprobe.errors import BadValue, UnknownName, printable
-from lockprobe.options import PEOPLE, read_options, spec_name, with_options
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
-from lockprobe.seams import Agent
+from lockprobe.protocols import Agent
+from lockprobe.spec import PEOPLE, read_options, spec_name, with_options
 
 __all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
 
@@ -156,7 +156,7 @@ def _parametric(spec: str) -> Agent:
     elif name:
         raise UnknownName("agent", spec, known_specs())
     else:
-        from lockprobe.agents.ideal import IdealObserver
+        from lockprobe.agents.ideal_observer import IdealObserver
 
         agent = IdealObserver.from_options(options)
     return agent

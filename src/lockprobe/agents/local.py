@@ -15,8 +15,8 @@ from urllib.parse import parse_qsl
 import numpy as np
 
 from lockprobe.agents import weights
+from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
-from lockprobe.agents.senses import refuse_pictures
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lockprobe.errors import BadValue
-from lockprobe.options import PEOPLE
 from lockprobe.record import Decision, Fact, Outcome, Situation
+from lockprobe.spec import PEOPLE
 
 if TYPE_CHECKING:
     import asyncio

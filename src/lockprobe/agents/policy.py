@@ -2,7 +2,7 @@
 
 A policy begins with a memory, changes it with every report, and gives every joint a probability from it. Because the
 memory is a hashable value, the same policy can be played here step by step, propagated exactly or sampled by the
-thousand (:mod:`lockprobe.studies.montecarlo`), and fitted (:mod:`lockprobe.fit`). Joints are numbers here: places in
+thousand (:mod:`lockprobe.montecarlo`), and fitted (:mod:`lockprobe.fit`). Joints are numbers here: places in
 ``Task.joints``, the order in which they are listed.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
-from lockprobe.agents.senses import refuse_pictures
+from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def draw(probabilities: Sequence[float], rng: np.random.Generator) -> int:
 
 
 class Policy(Generic[Memory]):
-    """A rule with a memory. As an :class:`lockprobe.seams.Agent` it keeps nothing: it remembers anew at every step.
+    """A rule with a memory. As an :class:`lockprobe.protocols.Agent` it keeps nothing: it remembers anew at every step.
 
     ``looks`` says whether it heeds reports; one that does says of its last action what it was told.
     ``exact`` says whether its probabilities go into the record.

@@ -1,8 +1,9 @@
 """An agent without a model that really looks: it reads pictures and hands what it read to a strategy.
 
-It reads every picture it was shown (:mod:`lockprobe.agents.eyes`), writes for itself the reports that a symbolic
-observation would have held, and lets a strategy play by them. It says of its last action what it saw. Misreads come
-from the pictures alone: no number is drawn. Where no pictures are shown, it is the strategy, and says what it was told.
+It reads every picture it was shown (:mod:`lockprobe.agents.picture_reader`), writes for itself the reports that a
+symbolic observation would have held, and lets a strategy play by them. It says of its last action what it saw. Misreads
+come from the pictures alone: no number is drawn. Where no pictures are shown, it is the strategy, and says what it was
+told.
 
 It knows where in a picture each handle would be, so it is no test of *finding* joints.
 """
@@ -15,13 +16,13 @@ from typing import TYPE_CHECKING
 
 from lockprobe.agents.policy import told_outcome
 from lockprobe.errors import BadValue
+from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
-from lockprobe.seams import Agent
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lockprobe.agents.eyes import Handles
+    from lockprobe.agents.picture_reader import Handles
 
 __all__ = ["REMEMBERED", "Sight", "Viewer"]
 
@@ -113,7 +114,7 @@ class Viewer:
             raise BadValue("what viewer is shown", percept.text, "pictures, and where in them handles are")
         key = (tuple(picture.name for picture in shown), percept.handles)
         if key not in self._read:
-            from lockprobe.agents.eyes import evidence
+            from lockprobe.agents.picture_reader import evidence
 
             self._read[key] = evidence(shown, percept.handles, acuity=self.sight.acuity)
             while len(self._read) > REMEMBERED:

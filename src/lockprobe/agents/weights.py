@@ -10,9 +10,9 @@ import urllib.request
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.atomic_file import atomic_file
 from lockprobe.errors import BadFile, Missing, UnknownName
 from lockprobe.inputs import check_regular
+from lockprobe.storage.atomic_file import atomic_file
 
 __all__ = ["EMBEDDED", "KNOWN", "ModelFile", "find", "locate", "models_directory", "pull", "sha256_of"]
 

@@ -16,7 +16,7 @@ from typing import get_args
 from lockprobe.analysis.chance import Chance
 from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.loops import Symbol, any_loop, cover, symbols
-from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
+from lockprobe.analysis.null_models import TrialNull, expected_loop_rate
 from lockprobe.analysis.outcomes import ended, numbered, onset, outcomes
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.record import Trial

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lockprobe.analysis.agent_comparison.paired import BlockMean, block_mean, sheets
 from lockprobe.analysis.grid import Grid, GridSummary, grid_summary
 from lockprobe.analysis.inference.difference import DifferenceAt, any_difference
 from lockprobe.analysis.outcomes import Outcomes, joined, outcomes
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.rivals.exchange import BlockMean, block_mean, sheets
 from lockprobe.analysis.series import Crossing
 from lockprobe.record import Trial
 from lockprobe.seeds import generator

@@ -17,12 +17,12 @@ from itertools import combinations, product
 
 import numpy as np
 
+from lockprobe.analysis.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
 from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
-from lockprobe.analysis.rivals.exchange import BlockMean, block_mean, sheets, sign_flip
 from lockprobe.analysis.series import Arm
-from lockprobe.options import read_options
+from lockprobe.spec import read_options
 
 __all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids"]
 

@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.chance import first_loops
-from lockprobe.analysis.nulls import chain_walks, markov_chain
+from lockprobe.analysis.null_models import chain_walks, markov_chain
 from lockprobe.analysis.outcomes import Outcomes, ended
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.space import space_of
+from lockprobe.lockbox.state_space import space_of
 from lockprobe.record import Trial
 
 __all__ = ["Actions", "actions_of", "blind_trials", "blind_twin", "played_out"]

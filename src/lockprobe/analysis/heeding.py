@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockprobe.analysis.outcomes import ended
-from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
+from lockprobe.spec import PEOPLE
 
 __all__ = ["REPORTS", "ignores_reports"]
 

@@ -23,9 +23,9 @@ from lockprobe.analysis.clustered import clustered_proportion, crossed_proportio
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import LEVEL, proportion
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import arguments_from, group_of, read_options
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.record import Trial
+from lockprobe.spec import arguments_from, group_of, read_options
 
 __all__ = ["MEASURES", "Measure", "Measured", "NamedMeasure", "find_measure", "measured"]
 

@@ -20,8 +20,8 @@ from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.inference.logrank import holm, solution_logrank
 from lockprobe.analysis.outcomes import Outcomes, joined, outcomes, solved_in_pairs
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
-from lockprobe.options import spec_name
 from lockprobe.record import Trial
+from lockprobe.spec import spec_name
 
 __all__ = ["ModalityEffect", "ModalityPair", "by_fidelity", "modality_effect", "spoken"]
 

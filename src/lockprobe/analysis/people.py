@@ -16,8 +16,8 @@ from lockprobe.analysis.clustered import ClusteredProportion, crossed_proportion
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps, labels, relative_steps, steps_of
-from lockprobe.options import PEOPLE
 from lockprobe.record import Fact, Trial
+from lockprobe.spec import PEOPLE
 
 __all__ = ["AtPosition", "People", "PeopleAt", "people"]
 

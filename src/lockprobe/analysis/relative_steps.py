@@ -14,9 +14,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
+from lockprobe.spec import PEOPLE
 
 __all__ = ["RelativeSteps", "Steps", "labels", "relative_steps", "steps_of"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.analysis.outcomes import ended
-from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
+from lockprobe.spec import PEOPLE
 
 __all__ = ["ResponseTimes", "response_times"]
 

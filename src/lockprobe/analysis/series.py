@@ -8,8 +8,8 @@ from itertools import combinations
 from urllib.parse import urlencode
 
 from lockprobe.analysis.axis import AGENT, Axis
-from lockprobe.options import read_options
 from lockprobe.record import STATES
+from lockprobe.spec import read_options
 
 __all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of", "series_of_agents"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from lockprobe.analysis.proportions import Proportion
-from lockprobe.options import PEOPLE
+from lockprobe.spec import PEOPLE
 
 __all__ = ["begun", "called", "of_people", "of_trials", "p_said", "percent", "points_said", "test_said", "told", "verb"]
 

@@ -14,6 +14,9 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from lockprobe.analysis.agent_comparison.leaderboard import Entrant, comparisons, ranked
+from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standing
+from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.habits import blind_twin
@@ -29,9 +32,6 @@ from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
-from lockprobe.analysis.rivals.comparison import Comparison
-from lockprobe.analysis.rivals.ranking import Entrant, comparisons, ranked
-from lockprobe.analysis.rivals.standing import Standing, standing
 from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.analysis.speaking import called
 from lockprobe.errors import BadValue

@@ -15,8 +15,8 @@ from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.audit.worlds import Design, World
 from lockprobe.errors import BadValue
-from lockprobe.options import PEOPLE
 from lockprobe.record import Decision, Step, Trial, TrialError
+from lockprobe.spec import PEOPLE
 
 __all__ = ["BUDGET", "simulate", "simulate_columns", "simulate_outcomes"]
 

@@ -21,9 +21,9 @@ __all__ = ["COMMANDS", "STUDIES", "build", "main", "overview"]
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
     "status": ("status", "status", "What is done, owed and failed, and what it has cost."),
-    "report": ("results", "report", "Write the report of a study again."),
+    "report": ("report", "report", "Write the report of a study again."),
     "export": ("export", "export", "Tables of steps or trials; Inspect logs; people's dataset."),
-    "import": ("gather", "take", "Take in trials from logs, datasets and study directories."),
+    "import": ("import_", "take", "Take in trials from logs, datasets and study directories."),
     "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
     "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
@@ -33,13 +33,13 @@ COMMANDS = {
     "audit": ("audit", "audit", "Error rates and power of every test, on simulated agents."),
     "power": ("audit", "power", "How many trials a stated effect needs."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
-    "box": ("boxes", "app", "Boxes: list, show, solve, generate."),
+    "box": ("box", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "The agents there are."),
     "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
     "interventions": ("agents", "interventions", "What can be told, asked, remembered or done otherwise."),
     "measures": ("measures", "measures", "What can be measured of a trial, and a study's means."),
     "models": ("models", "models", "Language models on this machine."),
-    "doctor": ("health", "doctor", "What works on this machine, and how to mend the rest."),
+    "doctor": ("doctor", "doctor", "What works on this machine, and how to mend the rest."),
 }
 """Name -> (module, function or group in it, help)."""
 

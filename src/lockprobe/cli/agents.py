@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.options import options_of
 from lockprobe.plugins import Kind, listed_plugins
+from lockprobe.spec import options_of
 
 __all__ = ["AsJson", "agents", "interventions", "list_all", "plants"]
 

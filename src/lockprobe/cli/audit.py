@@ -14,10 +14,10 @@ from rich.table import Table
 
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
-from lockprobe.audit.measured import as_data
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.rates import Progress, Rate, measure
+from lockprobe.audit.shipped_rates import as_data
 from lockprobe.audit.worlds import WORLDS, P, world
 from lockprobe.cli.table import new_table, plain_console, print_table
 from lockprobe.errors import BadValue

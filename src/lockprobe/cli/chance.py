@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.analysis.chance import chance_level
-from lockprobe.analysis.nulls import TrialNull, expected_loop_rate
+from lockprobe.analysis.null_models import TrialNull, expected_loop_rate
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
 from lockprobe.errors import BadFile, BadValue
 

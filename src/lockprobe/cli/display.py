@@ -16,9 +16,9 @@ from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.call import Call
-from lockprobe.cli.amounts import estimate_facts, spent_facts
+from lockprobe.cli.format_cost import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, told
-from lockprobe.cli.tally import invalid_in_words
+from lockprobe.cli.run_state import invalid_in_words
 from lockprobe.errors import BudgetReached, printable
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate

@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.export.files import TableName, rows_of, write_rows, write_table
-from lockprobe.export.writing import write_dataset
-from lockprobe.people.acts import times_of_steps
+from lockprobe.export.table_files import TableName, rows_of, write_rows, write_table
+from lockprobe.export.write_dataset import write_dataset
 from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.studies.album import ALBUM
-from lockprobe.studies.calls import ASKED, CALLS
+from lockprobe.people.step_times import times_of_steps
+from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.journal import load, read_timings
+from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.settings import read_study
 
 __all__ = ["export", "refuse_study_file"]
@@ -86,7 +86,7 @@ def refuse_study_file(out: Path, directory: Path) -> None:
 
 
 def _write_logs(directory: Path, out: Path) -> list[Path]:
-    from lockprobe.evals.writing import write_logs
+    from lockprobe.evals.write_log import write_logs
 
     seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
     return write_logs(load(directory), read_study(directory), out, pictures=directory / ALBUM, seconds=seconds)

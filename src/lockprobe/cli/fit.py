@@ -16,14 +16,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from lockprobe.atomic_file import atomic_file
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.table import new_table, print_table
 from lockprobe.errors import UserMistake, printable
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
-from lockprobe.fit.contest import Tell
+from lockprobe.fit.model_comparison import Tell
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
+from lockprobe.storage.atomic_file import atomic_file
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study_options import parse_p

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from lockprobe.people.capacity import what_each_plays
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.reception import CODE
-from lockprobe.people.words import LANGUAGES, Words, read_words
+from lockprobe.people.server_state import CODE
+from lockprobe.people.texts import LANGUAGES, Words, read_words
 from lockprobe.studies.study import Study
 
 __all__ = ["reminders", "study_url", "told_at_the_start"]

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.agents import weights
-from lockprobe.agents.llm.knowledge import facts_of
+from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import read_settings
 
 __all__ = ["list_models", "models", "pull", "show"]

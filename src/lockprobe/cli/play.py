@@ -11,23 +11,23 @@ from typing import Annotated
 import typer
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.cli.afterwards import tell
 from lockprobe.cli.keys import Keys
 from lockprobe.cli.person import Ended, Left, Person, ViewKind
+from lockprobe.cli.play_summary import tell
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.jsonline import trial_to_json
 from lockprobe.lockbox.families import DEFAULT_BOX, find_box
-from lockprobe.options import PEOPLE
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Trial
-from lockprobe.studies.lines import LineFile
+from lockprobe.spec import PEOPLE
+from lockprobe.storage.jsonl import LineFile
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
-from lockprobe.studies.stage import play_timed
 from lockprobe.studies.study import LayoutKind, Study
+from lockprobe.trial_json import trial_to_json
 
 __all__ = ["OTHERS", "play"]
 

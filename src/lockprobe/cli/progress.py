@@ -8,13 +8,13 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.call import Call
-from lockprobe.cli.amounts import estimate_lines, money, spent_in_words
-from lockprobe.cli.tally import Tally, count, invalid_in_words
+from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
+from lockprobe.cli.run_state import Tally, count, invalid_in_words
 from lockprobe.errors import BudgetReached, printable
-from lockprobe.options import PEOPLE
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
-from lockprobe.studies.calls import read_calls
+from lockprobe.spec import PEOPLE
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import ROBOT, is_short

@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from lockprobe.errors import BadValue, UnknownName, printable
+from lockprobe.film.agent_view import film_seen
 from lockprobe.film.replay import FASTEST, Film, film_trial, plan_of
-from lockprobe.film.seen import film_seen
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study

@@ -11,20 +11,20 @@ from pathlib import Path
 import typer
 
 from lockprobe.agents.access import Access
-from lockprobe.cli import asking
-from lockprobe.cli.amounts import money, print_estimates
+from lockprobe.cli import options
 from lockprobe.cli.display import watch
+from lockprobe.cli.format_cost import money, print_estimates
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain
-from lockprobe.cli.tally import foreign_in_words
+from lockprobe.cli.run_state import foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached, printable
 from lockprobe.interventions.condition import flips
-from lockprobe.options import PEOPLE
 from lockprobe.record import STATES
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.replays import owe_anew
+from lockprobe.studies.retry_replies import owe_anew
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.runner import run as play_study
 from lockprobe.studies.settings import read_study
@@ -46,21 +46,21 @@ BUDGET_REACHED = 3
 """The exit status where a budget ended a study before its last trial."""
 
 
-@asking.with_study_options()
+@options.with_study_options()
 def run(
-    what: asking.Name,
+    what: options.Name,
     asked: Mapping[str, object],
-    out: asking.Out = None,
-    workers: asking.Workers = None,
-    connections: asking.Connections = 10,
-    timeout: asking.Timeout = 120.0,
-    retries: asking.Retries = 6,
-    batch: asking.Batch = False,
-    budget: asking.Budget = None,
-    again: asking.Again = None,
-    estimate: asking.EstimateOnly = False,
-    report: asking.WriteReport = True,
-    json: asking.AsJson = False,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    connections: options.Connections = 10,
+    timeout: options.Timeout = 120.0,
+    retries: options.Retries = 6,
+    batch: options.Batch = False,
+    budget: options.Budget = None,
+    again: options.Again = None,
+    estimate: options.EstimateOnly = False,
+    report: options.WriteReport = True,
+    json: options.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 

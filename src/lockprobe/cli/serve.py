@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lockprobe.atomic_file import write_file
-from lockprobe.cli import asking
+from lockprobe.cli import options
 from lockprobe.cli.invitation import reminders, study_url, told_at_the_start
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.export.downloads import downloads
 from lockprobe.inputs import read_input
-from lockprobe.options import PEOPLE
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for
+from lockprobe.people.diary_archive import kept_diaries
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
-from lockprobe.people.kept import kept_diaries
-from lockprobe.people.opening import words_to_read
-from lockprobe.people.words import Words, read_words
+from lockprobe.people.open_study import words_to_read
+from lockprobe.people.texts import Words, read_words
+from lockprobe.spec import PEOPLE
+from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, read_options_file
@@ -65,7 +65,7 @@ WritePeople = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Wri
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object: url, admin_url, directory.")]
 
 
-@asking.with_study_options(without=("agent", "condition", "sweep"))
+@options.with_study_options(without=("agent", "condition", "sweep"))
 def serve(
     asked: Mapping[str, object],
     what: Name = None,
@@ -75,7 +75,7 @@ def serve(
     trials_each: TrialsEach = None,
     require_id: RequireId = None,
     join_code: JoinCode = None,
-    out: asking.Out = None,
+    out: options.Out = None,
     host: Host = "127.0.0.1",
     port: Port = 8765,
     public_url: Public = "",

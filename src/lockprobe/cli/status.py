@@ -12,12 +12,12 @@ from typing import Annotated
 import typer
 
 from lockprobe.call import BROKEN_OFF, Call
-from lockprobe.cli.amounts import money, share, spent_facts
-from lockprobe.cli.tally import count, foreign_in_words, in_boundaries, invalid_in_words
+from lockprobe.cli.format_cost import money, share, spent_facts
+from lockprobe.cli.run_state import count, foreign_in_words, in_boundaries, invalid_in_words
 from lockprobe.errors import printable
-from lockprobe.options import PEOPLE
 from lockprobe.record import Trial
-from lockprobe.studies.calls import read_calls, unanswered
+from lockprobe.spec import PEOPLE
+from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
 from lockprobe.studies.journal import read_timings
 from lockprobe.studies.records import read_records

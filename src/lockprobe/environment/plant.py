@@ -7,14 +7,14 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from lockprobe.environment.elsewhere import PlantElsewhere, must_live_elsewhere
+from lockprobe.environment.subprocess_plant import PlantElsewhere, must_live_elsewhere
 from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.box import Configuration
 from lockprobe.pictures.frame import Frame
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot
-from lockprobe.seams import Plant
 
 __all__ = ["WatchedPlant", "make_plant"]
 

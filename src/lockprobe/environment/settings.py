@@ -24,11 +24,11 @@ from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.words import TextChannel
 from lockprobe.interventions.yoked import Yoked
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.options import spec_name
 from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.protocols import Channel, Intervention
 from lockprobe.record import Percept, Task
-from lockprobe.seams import Channel, Intervention
+from lockprobe.spec import spec_name
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import trial_study

@@ -13,15 +13,15 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
+from lockprobe.environment.episode import Place, read_place
 from lockprobe.environment.observation import Vector, vector
 from lockprobe.environment.pictures import FARTHEST, Images, images
-from lockprobe.environment.place import Place, read_place
 from lockprobe.environment.plant import WatchedPlant, make_plant
 from lockprobe.environment.settings import Settings, read_settings
 from lockprobe.errors import BadValue, ChannelFault, PlantFault, UnknownName
 from lockprobe.plan import Names, Plan
+from lockprobe.protocols import Intervention
 from lockprobe.record import Decision, Fact, Moment, Percept, Situation, Task, Trial
-from lockprobe.seams import Intervention
 from lockprobe.trial import play
 
 __all__ = ["LockboxEnv"]

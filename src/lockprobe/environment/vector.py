@@ -13,8 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from lockprobe.environment.episode import Place, read_place
 from lockprobe.environment.observation import BLOCKED, Vector
-from lockprobe.environment.place import Place, read_place
 from lockprobe.environment.settings import Settings, read_settings, whole
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip

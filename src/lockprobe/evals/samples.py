@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from lockprobe.errors import Missing
 from lockprobe.evals.scoring import SCORER, VALUES
-from lockprobe.options import group_of
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
+from lockprobe.spec import group_of
 
 try:
     from inspect_ai.viewer import SampleScoreView, TaskSamplesColumn, TaskSamplesView, ViewerConfig

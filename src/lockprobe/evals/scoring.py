@@ -16,9 +16,9 @@ from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.loops import any_loop
 from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.errors import Missing
-from lockprobe.jsonline import trial_from_json, trial_to_json
 from lockprobe.record import Step, Trial
 from lockprobe.studies.study import Study
+from lockprobe.trial_json import trial_from_json, trial_to_json
 
 try:
     from inspect_ai.scorer import Metric, Score, Scorer, Target, grouped, mean, scorer, stderr

@@ -12,9 +12,9 @@ from typing import Any
 
 from lockprobe.agents.prompt import instructions
 from lockprobe.errors import BadValue, Missing, UserMistake
-from lockprobe.evals.playing import agent_spec, play_trial
 from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import metrics_of, played
+from lockprobe.evals.solver import agent_spec, play_trial
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plan import Names, Plan

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lockprobe.export.files import write_csv, write_jsonl, write_parquet
+from lockprobe.export.table_files import write_csv, write_jsonl, write_parquet
 from lockprobe.export.tidy import COLUMNS, tidy, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
 

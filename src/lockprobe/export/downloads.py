@@ -14,9 +14,9 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from lockprobe.export.columns import dictionary
+from lockprobe.export.data_dictionary import dictionary
 from lockprobe.export.tables import TABLES, PeopleRecords, Table, tables_of
-from lockprobe.export.writing import as_csv, to_give_away, write_dataset
+from lockprobe.export.write_dataset import as_csv, to_give_away, write_dataset
 
 __all__ = ["DATASET", "Download", "downloads"]
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import readable
-from lockprobe.export.columns import PLATFORM, as_bits, column
+from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
-from lockprobe.options import PEOPLE, group_of
-from lockprobe.people.acts import acts_of_steps, key_of
 from lockprobe.people.diary import Broken, Did, Released
+from lockprobe.people.diary_archive import Kept, kept_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
-from lockprobe.people.kept import Kept, kept_diaries
 from lockprobe.people.responses import Answer, Attempt
+from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.people.withdrawal import withdrawing
 from lockprobe.record import Trial
+from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study

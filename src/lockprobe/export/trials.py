@@ -31,7 +31,7 @@ TRIAL_COLUMNS = (
     "loop_coverage",
     "error",
 )
-"""Names of the columns, in order; :data:`lockprobe.export.columns.COLUMN` says what stands in each."""
+"""Names of the columns, in order; :data:`lockprobe.export.data_dictionary.COLUMN` says what stands in each."""
 
 
 def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:

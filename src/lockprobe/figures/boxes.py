@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.interlock import draw_interlock, extent, settable, short_name, symbols
-from lockprobe.figures.looks import ACCENT, Dash
+from lockprobe.figures.palette import ACCENT, Dash
 from lockprobe.lockbox.box import Lockbox
 
 __all__ = ["box_figure", "draw_panel"]

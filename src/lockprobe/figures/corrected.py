@@ -25,8 +25,8 @@ from lockprobe.figures.frame import (
     step_axis,
     title,
 )
-from lockprobe.figures.looks import SUBJECTS, Style, styles
-from lockprobe.figures.marks import band, bars, staircase
+from lockprobe.figures.palette import SUBJECTS, Style, styles
+from lockprobe.figures.primitives import band, bars, staircase
 
 __all__ = [
     "draw_relative_success",

@@ -6,8 +6,8 @@ from matplotlib.axes import Axes
 
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.frame import agent_label, counts, p_axis, share_axis, title
-from lockprobe.figures.looks import ACCENT, SUBJECTS, Style
-from lockprobe.figures.marks import bars, means
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
+from lockprobe.figures.primitives import bars, means
 
 __all__ = ["draw_course"]
 

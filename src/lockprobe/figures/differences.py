@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
+from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.rivals.comparison import Comparison
-from lockprobe.analysis.rivals.exchange import BlockMean
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.figures.forest import Row, differences, interval
 from lockprobe.figures.frame import agent_label, title
-from lockprobe.figures.looks import SUBJECTS
+from lockprobe.figures.palette import SUBJECTS
 
 __all__ = ["SHOWN", "change_rows", "difference_rows", "draw_changes", "draw_differences", "shown"]
 

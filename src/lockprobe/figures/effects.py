@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from lockprobe.analysis.effects import Effects
 from lockprobe.figures.forest import Row, differences, interval
 from lockprobe.figures.frame import safe_name, shortened, title
-from lockprobe.figures.looks import ACCENT, SUBJECTS
+from lockprobe.figures.palette import ACCENT, SUBJECTS
 from lockprobe.record import UNNAMED
 
 __all__ = ["draw_effects", "effect_rows"]

@@ -11,7 +11,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 
 from lockprobe.figures.frame import FAINT, INK, SMALL, minus
-from lockprobe.figures.looks import Dash, Marker
+from lockprobe.figures.palette import Dash, Marker
 
 __all__ = ["Row", "differences", "forest", "height", "interval"]
 

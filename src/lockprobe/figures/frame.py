@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.looks import Dash
+from lockprobe.figures.palette import Dash
 
 __all__ = [
     "BEYOND",

@@ -18,7 +18,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
-from lockprobe.figures.looks import ACCENT
+from lockprobe.figures.palette import ACCENT
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.graph import Graph, Line, graph_of
 

@@ -27,8 +27,8 @@ from lockprobe.figures.frame import (
     step_axis,
     title,
 )
-from lockprobe.figures.looks import ACCENT, SUBJECTS, Style
-from lockprobe.figures.marks import band, bars, staircase
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
+from lockprobe.figures.primitives import band, bars, staircase
 
 __all__ = ["draw_loop_harm", "draw_loop_onset", "draw_loops_beside_chance"]
 

@@ -36,8 +36,8 @@ from lockprobe.figures.frame import (
     step_axis,
     title,
 )
-from lockprobe.figures.looks import ACCENT, SUBJECTS, Style, shifts, styles
-from lockprobe.figures.marks import dots, key, means, published, staircase
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
+from lockprobe.figures.primitives import dots, key, means, published, staircase
 
 __all__ = ["draw_loops_against_success", "draw_loops_by_p", "draw_success_by_p", "draw_success_curves"]
 

@@ -17,9 +17,9 @@ from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.relative_steps import RelativeSteps
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.frame import INK, SMALL, agent_label, blank, p_axis, share_axis, title
-from lockprobe.figures.looks import Style, shifts, styles
-from lockprobe.figures.marks import key
-from lockprobe.options import PEOPLE
+from lockprobe.figures.palette import Style, shifts, styles
+from lockprobe.figures.primitives import key
+from lockprobe.spec import PEOPLE
 
 __all__ = ["compared", "draw_people", "draw_relative_steps"]
 

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from lockprobe.analysis.rationality import Rationality
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.frame import heading, p_axis, share_axis, title
-from lockprobe.figures.looks import ACCENT, SUBJECTS, Dash, Style
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Dash, Style
 
 __all__ = ["draw_optimal_actions", "draw_steps_lost"]
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.atomic_file import NewDirectory, Replacement
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.pictures.png import to_png
+from lockprobe.storage.atomic_file import NewDirectory, Replacement
 
 if TYPE_CHECKING:
     from PIL.Image import Image

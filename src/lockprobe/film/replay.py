@@ -22,8 +22,8 @@ from lockprobe.lockbox.box import bits
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.settings import RendererChoice, TwinSettings
+from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot, Trial
-from lockprobe.seams import Plant
 from lockprobe.studies.study import Study
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Which simple mechanism predicts an agent's choices, and how well."""
 
+from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.fitting import fit_agents
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, Predicted, RivalFit
-from lockprobe.fit.rivals import RIVALS
 
 __all__ = ["RIVALS", "AgentFit", "FitReport", "Parameter", "Predicted", "RivalFit", "fit_agents"]

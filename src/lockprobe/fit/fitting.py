@@ -10,13 +10,13 @@ import numpy as np
 
 from lockprobe.analysis.outcomes import ended
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.fit.candidate_models import Rival, chosen_rivals
 from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
-from lockprobe.fit.contest import Competitor, Tell, contest, lead_by_reports
 from lockprobe.fit.finding import finding, predicts
 from lockprobe.fit.held_out import folds_of, held_out, predicted
 from lockprobe.fit.intervals import parameters
+from lockprobe.fit.model_comparison import Competitor, Tell, contest, lead_by_reports
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
-from lockprobe.fit.rivals import Rival, chosen_rivals
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
 from lockprobe.seeds import generator

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lockprobe.fit.choices import Choices
 from lockprobe.fit.intervals import students_t
 from lockprobe.fit.likelihood import Model
-from lockprobe.fit.maximum import Maximum, maximise
+from lockprobe.fit.optimise import Maximum, maximise
 from lockprobe.fit.result import Predicted
 
 __all__ = ["folds_of", "held_out", "predicted"]

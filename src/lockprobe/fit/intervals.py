@@ -7,7 +7,7 @@ import numpy as np
 from lockprobe.analysis.proportions import LEVEL
 from lockprobe.fit.choices import Choices
 from lockprobe.fit.likelihood import Model
-from lockprobe.fit.maximum import Maximum, ends, shared_luck
+from lockprobe.fit.optimise import Maximum, ends, shared_luck
 from lockprobe.fit.result import Parameter
 
 __all__ = ["parameters", "students_t"]

@@ -16,23 +16,23 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.contest import Competitor, contest
 from lockprobe.fit.finding import CLOSE, Claim, claims
 from lockprobe.fit.fitting import fit_agent
 from lockprobe.fit.intervals import parameters
-from lockprobe.fit.maximum import maximum
+from lockprobe.fit.known_agents import WORLDS, World
+from lockprobe.fit.model_comparison import Competitor, contest
+from lockprobe.fit.optimise import maximum
 from lockprobe.fit.result import Parameter
-from lockprobe.fit.rivals import RIVALS, chosen_rivals
-from lockprobe.fit.subjects import WORLDS, World
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.protocols import Agent
 from lockprobe.record import Trial
-from lockprobe.seams import Agent
 from lockprobe.trial import play
 
 __all__ = [

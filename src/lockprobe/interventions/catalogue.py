@@ -16,14 +16,14 @@ from typing import Any, TypeVar
 from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.options import in_words, options_of, read_options, with_options
 from lockprobe.plugins import Listed, find_plugin, listed_plugins, plugin_name_of, plugin_names
-from lockprobe.seams import Intervention
+from lockprobe.protocols import Intervention
+from lockprobe.spec import in_words, options_of, read_options, with_options
 
 __all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "packaged", "place_of", "shipped", "spec_of", "with_words"]
 
 PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
-"""Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.seams`."""
+"""Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.protocols`."""
 
 TRUTH = "truth"
 """The condition in which nothing acts."""

@@ -12,9 +12,9 @@ from urllib.parse import urlencode
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
-from lockprobe.options import read_options, spec_name
+from lockprobe.protocols import Intervention
 from lockprobe.record import STATES
-from lockprobe.seams import Intervention
+from lockprobe.spec import read_options, spec_name
 
 __all__ = [
     "MODALITIES",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from lockprobe.lockbox.box import Clause, Lockbox
-from lockprobe.lockbox.space import holds, space_of
+from lockprobe.lockbox.state_space import holds, space_of
 
 __all__ = ["Fault", "FaultKind", "fault_of"]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.solve import optimal_plans, plan_moves
-from lockprobe.lockbox.space import Space, orders, space_of
+from lockprobe.lockbox.state_space import Space, orders, space_of
 
 __all__ = ["Difficulty", "cycle_success", "depths", "difficulty", "undone"]
 

@@ -16,8 +16,8 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.generate import random_box
 from lockprobe.lockbox.structures import STRUCTURES
-from lockprobe.options import read_options
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
+from lockprobe.spec import read_options
 
 __all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
 

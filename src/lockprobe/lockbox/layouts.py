@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.lockbox.box import JointKind, Lockbox
-from lockprobe.lockbox.space import orders
+from lockprobe.lockbox.state_space import orders
 
 __all__ = ["LayoutName", "laid_out", "locking_pairs", "neighbours", "permuted", "places", "redealt"]
 

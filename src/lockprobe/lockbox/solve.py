@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.space import Space, space_of
+from lockprobe.lockbox.state_space import Space, space_of
 
 __all__ = [
     "Plans",

@@ -19,10 +19,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from lockprobe.options import PEOPLE
 from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.seeds import generator
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "williams"]

@@ -13,12 +13,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from lockprobe.atomic_file import sync_directory
-from lockprobe.checksum import with_checksum, without_checksum
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.responses import Act
 from lockprobe.record import Ending
-from lockprobe.studies.lines import LineFile, state_of, whole_lines
+from lockprobe.storage.atomic_file import sync_directory
+from lockprobe.storage.checksum import with_checksum, without_checksum
+from lockprobe.storage.jsonl import LineFile, state_of, whole_lines
 
 __all__ = [
     "PEOPLE_DIRECTORY",

@@ -11,12 +11,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from lockprobe.atomic_file import remove_file, write_private
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import EXPERIMENT
-from lockprobe.people.words import TEXTS
+from lockprobe.people.texts import TEXTS
+from lockprobe.storage.atomic_file import remove_file, write_private
 
 __all__ = ["LOG", "TOKENS", "PeopleDirectory"]
 

@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from lockprobe.lockbox.box import Joint, JointKind, Lockbox
-from lockprobe.options import PEOPLE
+from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.held import Held
-from lockprobe.people.looking import panel_to_show
+from lockprobe.people.paused_trial import Held
 from lockprobe.people.practice import plan_beside
 from lockprobe.people.scenes import Panel
 from lockprobe.plan import Names
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 from lockprobe.trial import Place, here
 

@@ -29,7 +29,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from lockprobe.errors import BadFile, UserMistake
 from lockprobe.inputs import parse_json, read_input, read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.people.mistakes import said_of, seen
+from lockprobe.people.file_errors import said_of, seen
 
 __all__ = [
     "EXPERIMENT",

@@ -11,9 +11,9 @@ from typing import Literal, NamedTuple
 
 from lockprobe.people.diary import Broken, Did, Entry, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.held import Played
+from lockprobe.people.paused_trial import Played
 from lockprobe.people.responses import Act, Agree, Attempt
-from lockprobe.people.words import Words
+from lockprobe.people.texts import Words
 from lockprobe.record import Ending
 
 __all__ = ["Journey", "Station", "fingerprint", "stations"]

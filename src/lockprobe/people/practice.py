@@ -7,10 +7,10 @@ from dataclasses import replace
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box as named_box
-from lockprobe.options import PEOPLE
 from lockprobe.people.experiment import Experiment
 from lockprobe.plan import Plan
 from lockprobe.seeds import integer_seed
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["plan_beside", "practice_plan"]

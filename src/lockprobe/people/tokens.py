@@ -9,9 +9,9 @@ import hmac
 import secrets
 from pathlib import Path
 
-from lockprobe.atomic_file import write_private
 from lockprobe.errors import BadFile
 from lockprobe.people.refusals import Refused
+from lockprobe.storage.atomic_file import write_private
 
 __all__ = ["Tokens", "mark_of"]
 

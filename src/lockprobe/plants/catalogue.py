@@ -18,11 +18,11 @@ import numpy as np
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.options import arguments_from, read_options, with_options
 from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
-from lockprobe.seams import Plant
+from lockprobe.protocols import Plant
+from lockprobe.spec import arguments_from, read_options, with_options
 
 __all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
 

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.plants.rendering.sight import Sight
+from lockprobe.plants.rendering.camera import Sight
 from lockprobe.plants.scene.board import compile_scene
 from lockprobe.plants.scene.mechanism import Mechanism
 from lockprobe.plants.settings import SceneSettings

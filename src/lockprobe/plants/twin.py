@@ -20,7 +20,7 @@ from lockprobe.plants.arm.panda import add_panda
 from lockprobe.plants.arm.path import Path
 from lockprobe.plants.arm.simulated import SimulatedArm
 from lockprobe.plants.arm.skin import find_skin, wear_skin
-from lockprobe.plants.rendering.sight import Sight
+from lockprobe.plants.rendering.camera import Sight
 from lockprobe.plants.scene.board import compile_scene
 from lockprobe.plants.scene.fitting import KNOB_TOP
 from lockprobe.plants.scene.mechanism import Mechanism

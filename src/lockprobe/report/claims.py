@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.published import REFERENCE, REFERENCE_STEPS, TABLE1
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.options import spec_name
-from lockprobe.report.compared import NOT_MEASURED, Found, Measure, Verdict, same_share, same_step
+from lockprobe.report.claim_tests import NOT_MEASURED, Found, Measure, Verdict, same_share, same_step
 from lockprobe.report.loop_claims import LOOP_MEASURES
 from lockprobe.report.misread_claims import hallucinated, misread
 from lockprobe.report.modality_claims import MODALITY_MEASURES
 from lockprobe.report.noise_claims import NOISE_MEASURES
 from lockprobe.report.paper import CLAIMS, PaperClaim
+from lockprobe.spec import spec_name
 
 __all__ = ["ClaimRow", "claim_rows"]
 

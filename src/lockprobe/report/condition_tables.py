@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.cells import NONE, Table, minus, percent
+from lockprobe.report.format import NONE, Table, minus, percent
 
 __all__ = ["crossing_table", "effect_table", "table_of_conditions"]
 

@@ -18,14 +18,13 @@ from lockprobe.analysis.grid import grids
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
-from lockprobe.audit.measured import shipped
+from lockprobe.audit.shipped_rates import shipped
 from lockprobe.interventions.condition import Condition, modality_doses
-from lockprobe.options import spec_name
 from lockprobe.record import Trial
 from lockprobe.report.effects_said import effects_said
 from lockprobe.report.examples import example
 from lockprobe.report.grids import grid_rows
-from lockprobe.report.measured import measure_rows
+from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.results import (
     RESULTS_VERSION,
     agent_facts,
@@ -35,7 +34,8 @@ from lockprobe.report.results import (
     plant_facts,
 )
 from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, labelled, test_rows
-from lockprobe.report.seen import seen
+from lockprobe.report.sample_pictures import seen
+from lockprobe.spec import spec_name
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.study import Study

@@ -8,7 +8,7 @@ from typing import Any
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.grid import GridSummary
 from lockprobe.analysis.speaking import p_said, points_said
-from lockprobe.report.cells import NONE, Table, minus, percent
+from lockprobe.report.format import NONE, Table, minus, percent
 
 __all__ = ["grid_rows", "grid_said", "grid_table", "trend_table"]
 

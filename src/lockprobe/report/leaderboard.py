@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, condition_regret
+from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.rivals.comparison import Comparison
-from lockprobe.analysis.rivals.standing import Standing, condition_regret
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
-from lockprobe.report.money import Money, money
+from lockprobe.report.costs import Money, money
 
 __all__ = ["comparison_rows", "interaction_rows", "leaderboard_rows"]
 

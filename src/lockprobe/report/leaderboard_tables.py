@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.cells import EVERY, NONE, Table, minus, percent
+from lockprobe.report.format import EVERY, NONE, Table, minus, percent
 from lockprobe.studies.dollars import dollars
 
 __all__ = [

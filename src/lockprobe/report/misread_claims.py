@@ -7,7 +7,7 @@ import math
 from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.proportions import difference, proportion
 from lockprobe.analysis.published import MisreadRate
-from lockprobe.report.compared import NOT_MEASURED, Found, Pattern, borne_out, pattern, verdict_of
+from lockprobe.report.claim_tests import NOT_MEASURED, Found, Pattern, borne_out, pattern, verdict_of
 
 __all__ = ["hallucinated", "misread"]
 

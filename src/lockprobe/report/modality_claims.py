@@ -15,9 +15,8 @@ from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import MODALITY, STEPS_TO_80
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.options import spec_name
 from lockprobe.record import STATES, UNNAMED
-from lockprobe.report.compared import (
+from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     Found,
     Pattern,
@@ -27,6 +26,7 @@ from lockprobe.report.compared import (
     same_step,
     verdict_of,
 )
+from lockprobe.spec import spec_name
 
 __all__ = ["MODALITY_MEASURES"]
 

@@ -20,13 +20,14 @@ from typing import Any
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
-from lockprobe.atomic_file import write_file
 from lockprobe.errors import printable
 from lockprobe.record import UNNAMED
-from lockprobe.report.cells import Table, as_csv, as_tex, minus
 from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
 from lockprobe.report.conditions import condition_numbers, read_conditions
+from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
+from lockprobe.report.format import Table, as_csv, as_tex, minus
 from lockprobe.report.grids import grid_table, trend_table
+from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
     comparison_table,
@@ -34,12 +35,10 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_by_p_table,
     leaderboard_table,
 )
-from lockprobe.report.measured import measure_table
+from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
-from lockprobe.report.pictures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
 from lockprobe.report.results import numbers, read
-from lockprobe.report.seen import embedded
-from lockprobe.report.sharing import shared, uncollected
+from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.tables import (
     claim_table,
     condition_table,
@@ -53,6 +52,7 @@ from lockprobe.report.tables import (
     table1,
     table1_corrected,
 )
+from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
 
 __all__ = ["content_of", "write_report"]

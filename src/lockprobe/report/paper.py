@@ -10,7 +10,7 @@ from typing import Literal
 
 from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.published import LOOPS_AT_0, LOOPS_AT_40, MODALITY, REFERENCE, SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.report.recomputed import (
+from lockprobe.report.paper_reanalysis import (
     EFFECT,
     correlation_over,
     fisher,

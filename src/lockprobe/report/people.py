@@ -11,9 +11,9 @@ from lockprobe.analysis.people import People
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.options import PEOPLE
-from lockprobe.people.flow import Flow
-from lockprobe.report.cells import NONE, Table, minus, percent
+from lockprobe.people.completion import Flow
+from lockprobe.report.format import NONE, Table, minus, percent
+from lockprobe.spec import PEOPLE
 
 __all__ = ["flow_said", "people_row", "people_said", "people_steps_table", "people_table", "positions_table"]
 

@@ -11,6 +11,7 @@ from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
+from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
 from lockprobe.analysis.conclusions import (
     beside,
     conclusions,
@@ -22,18 +23,16 @@ from lockprobe.analysis.conclusions import (
 from lockprobe.analysis.finding import finding
 from lockprobe.analysis.panel import panel_said
 from lockprobe.analysis.response_times import ResponseTimes, response_times
-from lockprobe.analysis.rivals.said import comparison_said, ranking_said
 from lockprobe.analysis.summary import Each, StudySummary, summarise
-from lockprobe.audit.measured import shipped
+from lockprobe.audit.shipped_rates import shipped
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.options import PEOPLE
-from lockprobe.people.acts import times_of_steps
-from lockprobe.people.flow import Flow, flow_of
+from lockprobe.people.completion import Flow, flow_of
+from lockprobe.people.step_times import times_of_steps
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
+from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
-from lockprobe.report.measured import measure_rows
 from lockprobe.report.people import people_row
 from lockprobe.report.rows import (
     claim_row,
@@ -49,7 +48,8 @@ from lockprobe.report.rows import (
     rationality_rows,
     test_rows,
 )
-from lockprobe.report.seen import seen
+from lockprobe.report.sample_pictures import seen
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import read_study

@@ -16,12 +16,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from lockprobe.atomic_file import write_file
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.inputs import parse_json, read_input
 from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.interventions.condition import default_modality
-from lockprobe.studies.calls import ASKED, CALLS
+from lockprobe.storage.atomic_file import write_file
+from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.study import LATER, Study, joined_agents
 
 __all__ = [

@@ -12,12 +12,12 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from lockprobe.agents.llm.knowledge import Price, facts_of
+from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.call import Call, Usage
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.record import Trial
-from lockprobe.studies.sizes import Prompt, Request
+from lockprobe.studies.request_sizes import Prompt, Request
 from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
 

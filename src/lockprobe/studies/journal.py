@@ -21,16 +21,16 @@ from typing import Annotated
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from lockprobe.atomic_file import sync_directory
 from lockprobe.errors import BadFile, DirectoryBusy
-from lockprobe.jsonline import trial_to_line
 from lockprobe.record import Trial
-from lockprobe.studies.calls import Calls
+from lockprobe.storage.atomic_file import sync_directory
+from lockprobe.storage.jsonl import LineFile, rescued_files, whole_lines
+from lockprobe.studies.call_log import Calls
+from lockprobe.studies.delete_records import rewritten, without, without_agent
 from lockprobe.studies.directory import RECORDS, TIMINGS, StudyDirectory, claim
-from lockprobe.studies.lines import LineFile, rescued_files, whole_lines
 from lockprobe.studies.records import LeftOut, left_out, load, read_records
-from lockprobe.studies.striking import rewritten, without, without_agent
 from lockprobe.studies.study import Study
+from lockprobe.trial_json import trial_to_line
 
 __all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings"]
 

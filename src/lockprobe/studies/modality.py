@@ -18,8 +18,8 @@ from lockprobe.interventions.catalogue import with_words
 from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
-from lockprobe.options import read_options, spec_name, with_options
-from lockprobe.seams import Channel, Intervention
+from lockprobe.protocols import Channel, Intervention
+from lockprobe.spec import read_options, spec_name, with_options
 
 __all__ = [
     "MODALITIES",

@@ -11,11 +11,11 @@ from pathlib import Path
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
-from lockprobe.jsonline import trial_from_line
 from lockprobe.record import Trial
+from lockprobe.storage.jsonl import whole_lines
 from lockprobe.studies.directory import RECORDS, SETTINGS, read_settings
-from lockprobe.studies.lines import whole_lines
 from lockprobe.studies.study import LATER, record_identity
+from lockprobe.trial_json import trial_from_line
 
 __all__ = ["LeftOut", "left_out", "load", "read_records"]
 

@@ -21,12 +21,12 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.errors import BudgetReached, Missing, SettingsChanged
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Fact, Step, Trial
-from lockprobe.seams import Agent, Closable
-from lockprobe.studies.album import ALBUM
+from lockprobe.studies.concurrency import play_in_lanes
 from lockprobe.studies.journal import Journal, Timing, load
-from lockprobe.studies.lanes import play_in_lanes
-from lockprobe.studies.stage import own_thread, play_timed
+from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.play import own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
 from lockprobe.trial import here

@@ -12,11 +12,11 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Trial
-from lockprobe.seams import Agent, Closable
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 

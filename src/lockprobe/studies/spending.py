@@ -1,7 +1,7 @@
 """What a study has cost, and a budget that it cannot pass.
 
-Money is US dollars, tokens times the prices that are known of a model (:mod:`lockprobe.agents.llm.knowledge`). Where a
-price is not known the money is not known either: it is None, never 0.
+Money is US dollars, tokens times the prices that are known of a model (:mod:`lockprobe.agents.llm.model_facts`). Where
+a price is not known the money is not known either: it is None, never 0.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 from urllib.parse import parse_qsl
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.knowledge import OWN_FACTS, Price, facts_of
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, facts_of
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
-from lockprobe.studies.owners import Owners
 from lockprobe.studies.study import Study
+from lockprobe.studies.trial_keys import Owners
 
 __all__ = ["Budget", "Ledger", "Spending", "hosted", "most_dollars", "price_of"]
 

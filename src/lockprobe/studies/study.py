@@ -14,11 +14,11 @@ from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
-from lockprobe.options import PEOPLE, group_of
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import trial_stream
+from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]

@@ -27,9 +27,9 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.lockbox.check import fault_of
 from lockprobe.lockbox.families import find_box
-from lockprobe.options import spec_name
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.seams import Intervention
+from lockprobe.protocols import Intervention
+from lockprobe.spec import spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.study import Study

@@ -12,7 +12,7 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.seams import Agent, Intervention
+from lockprobe.protocols import Agent, Intervention
 from lockprobe.studies.study import LIMITS, LayoutKind
 from lockprobe.studies.study_options import StudyOptions, refusal_of
 
@@ -26,7 +26,7 @@ class TrialOptions(TypedDict, total=False):
     mean there, and one that is left out is what it is in a study of flips.
 
     Attributes:
-        agent: Agent spec, or an object with the :class:`lockprobe.seams.Agent` protocol (human-inspired).
+        agent: Agent spec, or an object with the :class:`lockprobe.protocols.Agent` protocol (human-inspired).
         box: Name of a box, path of a TOML file, or a box.
         p: Flip rate, [0, 1] (0).
         flip: Kind of outcome flip.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lockprobe.options import PEOPLE
 from lockprobe.record import Trial, TrialError
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["Invalid", "invalid_conditions"]

@@ -22,7 +22,7 @@ from lockprobe.errors import Missing, ModelFault, PlantFault, UserMistake
 from lockprobe.plan import Plan
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Timing
-from lockprobe.studies.stage import play_timed
+from lockprobe.studies.play import play_timed
 from lockprobe.trial import broken
 
 __all__ = ["play_in_workers"]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Situation, Trial
-from lockprobe.seams import Agent
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
-from lockprobe.jsonline import trial_to_json
-from lockprobe.options import settings_of
+from lockprobe.protocols import Intervention
 from lockprobe.record import Briefing, Moment, Percept, Task, Trial, Turn
-from lockprobe.seams import Intervention
+from lockprobe.spec import settings_of
 from lockprobe.studies.single import run_trial
+from lockprobe.trial_json import trial_to_json
 
 __all__ = ["check_intervention"]
 

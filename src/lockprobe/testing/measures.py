@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockprobe.analysis.measures import Measure, find_measure, measured
-from lockprobe.jsonline import trial_to_json
 from lockprobe.record import Trial
 from lockprobe.testing.trials import make_trial, play_trials
+from lockprobe.trial_json import trial_to_json
 
 __all__ = ["check_measure"]
 

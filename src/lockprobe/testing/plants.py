@@ -11,7 +11,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
 from lockprobe.plan import LABELS
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.seams import Plant
+from lockprobe.protocols import Plant
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
 

@@ -11,8 +11,8 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.protocols import Agent, Intervention
 from lockprobe.record import Decision, Fact, Moment, Outcome, Percept, Situation, Task, Trial
-from lockprobe.seams import Agent, Intervention
 from lockprobe.studies.single import run_trial
 
 if TYPE_CHECKING:

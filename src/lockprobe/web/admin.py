@@ -12,8 +12,8 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from lockprobe.people.progress import Progress
-from lockprobe.people.reception import Reception
 from lockprobe.people.refusals import Refused
+from lockprobe.people.server_state import Reception
 from lockprobe.web.downloads import Downloadable, Downloads
 
 __all__ = ["Admin", "AdminDesk"]

@@ -1,4 +1,4 @@
-"""The participants' page over HTTP: requests become calls of :class:`lockprobe.people.reception.Reception`.
+"""The participants' page over HTTP: requests become calls of :class:`lockprobe.people.server_state.Reception`.
 
 ``GET /`` is the page. ``POST /api/open``, ``/api/act`` and ``/api/withdraw`` take a JSON object and answer with the
 scene that is to be shown; what cannot be done is answered with a status, a code and a message, and changes nothing.
@@ -21,16 +21,16 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
-from lockprobe.people.reception import Reception, Shown
 from lockprobe.people.refusals import Refused
 from lockprobe.people.responses import Act, Agree
-from lockprobe.people.words import Words, page_texts
+from lockprobe.people.server_state import Reception, Shown
+from lockprobe.people.texts import Words, page_texts
 from lockprobe.web.address import Address
 from lockprobe.web.admin import Admin
 from lockprobe.web.files import Files
 from lockprobe.web.guard import Guard, said
-from lockprobe.web.joining import JoinLimit, whence
 from lockprobe.web.log import Log
+from lockprobe.web.rate_limit import JoinLimit, whence
 
 __all__ = ["COOKIE", "application", "taken"]
 

@@ -2,7 +2,7 @@
 
 A request has to ask for a name of this server; one that posts has to come from a page of it, to be JSON, and to be
 small. Headers that proxies set are not read here: whoever asks could have set them. The one exception stands in
-:mod:`lockprobe.web.joining`.
+:mod:`lockprobe.web.rate_limit`.
 """
 
 from __future__ import annotations

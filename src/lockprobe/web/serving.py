@@ -17,8 +17,8 @@ import uvicorn
 
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.reception import Reception
-from lockprobe.people.words import Words
+from lockprobe.people.server_state import Reception
+from lockprobe.people.texts import Words
 from lockprobe.studies.study import Study
 from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
 from lockprobe.web.admin import Admin, AdminDesk

@@ -12,7 +12,7 @@ from provider_server import completion, failure, here, pictures, truthful, words
 
 from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.knowledge import ModelFacts
+from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message, picture_fingerprint
 from lockprobe.call import Usage
@@ -23,7 +23,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.calls import read_calls
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions

@@ -10,13 +10,13 @@ from prefixes import repeated_prefix
 
 from lockprobe.agents import weights
 from lockprobe.agents.access import Access
-from lockprobe.agents.llm.knowledge import ModelFacts
+from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Settings
-from lockprobe.agents.llm.size import at_most, tokens
+from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import conversation, parse_reply
 from lockprobe.call import Usage
 from lockprobe.record import Percept, Situation, Task, Turn
-from lockprobe.studies.calls import read_calls
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.runner import Limits, run_study
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study

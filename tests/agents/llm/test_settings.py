@@ -6,7 +6,7 @@ import pytest
 from provider_server import here, truthful, words
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.knowledge import OWN_FACTS, ModelFacts, facts_of
+from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts, facts_of
 from lockprobe.agents.llm.settings import MOST_PLAIN, MOST_REASONED, Settings, read_settings
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plants.catalogue import known_plants

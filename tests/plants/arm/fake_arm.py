@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lockprobe.plants.arm.seam import Vector
+from lockprobe.plants.arm.protocol import Vector
 
 
 class FakeArm:

@@ -81,7 +81,7 @@ def test_importing_touches_neither_mujoco_nor_graphics():
     modules = [
         "lockprobe",
         "lockprobe.cli",
-        "lockprobe.cli.health",
+        "lockprobe.cli.doctor",
         "lockprobe.interventions.camera",
         "lockprobe.pictures.depth",
         "lockprobe.pictures.png",

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from lockprobe.plants.layers import HIDDEN
+from lockprobe.plants.scene.appearance import HANDLES, look_of
 from lockprobe.plants.scene.fitting import KNOB_RADIUS, KNOB_TOP
 from lockprobe.plants.scene.handles import add_handle
-from lockprobe.plants.scene.looks import HANDLES, look_of
 
 PLAIN = look_of("plain", np.random.default_rng(1))
 

@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.errors import Missing
 from lockprobe.lockbox.families import box
-from lockprobe.plants.scene.looks import look_of
+from lockprobe.plants.scene.appearance import look_of
 from lockprobe.plants.scene.painting import PIXELS_PER_METRE, paint_board, wood
 from lockprobe.plants.scene.panel import fit_panel
 

@@ -15,11 +15,11 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from lockprobe.agents.access import Access
-from lockprobe.agents.llm.knowledge import ModelFacts, facts_of
-from lockprobe.agents.llm.line import RUNTIME, Answer, Line
-from lockprobe.agents.llm.opening import host_of
+from lockprobe.agents.llm.client import RUNTIME, Answer, Line
+from lockprobe.agents.llm.connect import host_of
+from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
-from lockprobe.agents.llm.size import at_most
+from lockprobe.agents.llm.token_bounds import at_most
 from lockprobe.agents.prompt import (
     Message,
     chat_fingerprint,
@@ -31,8 +31,8 @@ from lockprobe.agents.prompt import (
 )
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import ModelFault, ReplyFault
+from lockprobe.protocols import CallBook
 from lockprobe.record import Decision, Fact, Situation
-from lockprobe.seams import CallBook
 
 __all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
 

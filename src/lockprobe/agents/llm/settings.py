@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
-from lockprobe.agents.llm.knowledge import Effort, ModelFacts, Schema, facts_of
+from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.errors import BadValue
-from lockprobe.options import read_options, with_options
 from lockprobe.record import Fact
+from lockprobe.spec import read_options, with_options
 
 __all__ = ["MOST_PLAIN", "MOST_REASONED", "Settings", "read_settings"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lockprobe.analysis.inference.association import Correlation, pearson
-from lockprobe.analysis.inference.broken import (
+from lockprobe.analysis.inference.broken_trials import (
     BrokenShares,
     agreed_difference,
     agreed_lines,
@@ -85,7 +85,7 @@ def infer(
     """All tests of one agent's trials over p.
 
     Where trials broke, the recommended tests conclude only what holds without them, with all of them unsolved, and with
-    all of them solved (:mod:`lockprobe.analysis.inference.broken`).
+    all of them solved (:mod:`lockprobe.analysis.inference.broken_trials`).
 
     Args:
         outcomes: The ended trials of one agent.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.plants.arm.panda import JOINTS, TORQUE_LIMITS
-from lockprobe.plants.arm.seam import Vector
+from lockprobe.plants.arm.protocol import Vector
 
 __all__ = ["Controller"]
 

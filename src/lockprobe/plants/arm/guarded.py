@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.plants.arm.path import Path
-from lockprobe.plants.arm.seam import Arm, Vector
+from lockprobe.plants.arm.protocol import Arm, Vector
 
 __all__ = ["GuardedMove", "Touch", "Verdict"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.plants.arm.seam import Vector
+from lockprobe.plants.arm.protocol import Vector
 
 __all__ = ["Path"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.plants.arm.panda import JOINTS, LOWER, UPPER
-from lockprobe.plants.arm.seam import Vector
+from lockprobe.plants.arm.protocol import Vector
 
 __all__ = ["Solver"]
 

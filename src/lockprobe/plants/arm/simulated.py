@@ -1,4 +1,4 @@
-"""The Panda and its hand in MuJoCo, as an :class:`lockprobe.plants.arm.seam.Arm`."""
+"""The Panda and its hand in MuJoCo, as an :class:`lockprobe.plants.arm.protocol.Arm`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from lockprobe.errors import PlantFault
 from lockprobe.plants.arm.control import Controller
 from lockprobe.plants.arm.panda import ACCELERATION_LIMITS, HOME, JOINTS, VELOCITY_LIMITS
+from lockprobe.plants.arm.protocol import Vector
 from lockprobe.plants.arm.reach import Solver
-from lockprobe.plants.arm.seam import Vector
 
 __all__ = ["SimulatedArm"]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.plants.rendering.probing import title
-from lockprobe.plants.rendering.seeing import shown_options, shown_state
+from lockprobe.plants.rendering.visible import shown_options, shown_state
 
 __all__ = ["OpenGL"]
 

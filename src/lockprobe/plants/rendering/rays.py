@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.plants.rendering.probing import title
-from lockprobe.plants.rendering.seeing import SHOWN_GROUPS, shown_state
 from lockprobe.plants.rendering.shading import Shader
+from lockprobe.plants.rendering.visible import SHOWN_GROUPS, shown_state
 
 __all__ = ["RayCaster"]
 

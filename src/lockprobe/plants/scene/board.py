@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.layers import NOTHING, PANEL
+from lockprobe.plants.scene.appearance import Colour, Look, look_of
 from lockprobe.plants.scene.cameras import EYE, add_cameras
 from lockprobe.plants.scene.fitting import BAR, LEVER_HALF_WIDTH, Fitting
 from lockprobe.plants.scene.gates import Gate, gates_of
 from lockprobe.plants.scene.handles import add_handle
 from lockprobe.plants.scene.hidden import FIRM, FIRM_REFERENCE, add_gates, case_depth
-from lockprobe.plants.scene.looks import Colour, Look, look_of
 from lockprobe.plants.scene.painting import paint_board, wood
 from lockprobe.plants.scene.panel import Panel, fit_panel
 from lockprobe.plants.settings import SceneSettings

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.plants.scene.appearance import Look
 from lockprobe.plants.scene.fitting import KNOB_TOP
-from lockprobe.plants.scene.looks import Look
 from lockprobe.plants.scene.panel import Panel
 from lockprobe.plants.scene.placement import CAMERA_DISTANCE, camera_angle
 

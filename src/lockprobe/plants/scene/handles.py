@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.plants.layers import HIDDEN, NOTHING, PANEL
+from lockprobe.plants.scene.appearance import Colour, Look
 from lockprobe.plants.scene.fitting import KNOB_RADIUS, KNOB_TOP
-from lockprobe.plants.scene.looks import Colour, Look
 
 __all__ = ["add_handle"]
 

@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.atomic_file import write_files
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.scene.board import Scene, compile_scene
 from lockprobe.plants.scene.mechanism import Mechanism
 from lockprobe.plants.settings import SceneSettings
+from lockprobe.storage.atomic_file import write_files
 
 __all__ = ["write_mjcf"]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.errors import Missing
+from lockprobe.plants.scene.appearance import Colour, Look
 from lockprobe.plants.scene.fitting import WAY_RADIUS, Fitting
-from lockprobe.plants.scene.looks import Colour, Look
 from lockprobe.plants.scene.panel import Panel
 
 if TYPE_CHECKING:

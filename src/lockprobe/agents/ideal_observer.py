@@ -1,0 +1,116 @@
+"""The ideal observer: all that can be concluded from what was told, under a stated prior, and a plan by it.
+
+It shows what the reports of a trial were worth. It is ideal under its prior and noise model, not beyond them: told the
+truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is a
+chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.beliefs`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lockprobe.agents.policy import Policy, Told, View, draw, told_outcome
+from lockprobe.beliefs.exact import planner
+from lockprobe.beliefs.planning import Plan, best_joints
+from lockprobe.beliefs.posterior import Belief, Persistence, Report, begin, noise_model, update
+from lockprobe.beliefs.structures import PRIORS, interlocks
+from lockprobe.errors import UnknownName
+from lockprobe.record import Decision, Fact, Outcome, Situation
+from lockprobe.spec import with_options
+
+__all__ = ["IdealObserver"]
+
+_EVEN = 1e-9
+"""Probabilities this near to one half are even."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdealObserver(Policy[Belief]):
+    """Concludes all that can be from what it was told, and plans by it.
+
+    Of joints that are equally good it takes each with equal probability. It says of its last action what it thinks more
+    probable.
+
+    Attributes:
+        prior: Which interlocks it thinks possible: :mod:`lockprobe.beliefs.structures`.
+        noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
+        plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
+            expected steps once it is known or nothing would tell of it.
+        persistence: Whether it was told that false positions are ``transient`` or ``sticky``; else it infers that too.
+
+    Raises:
+        UnknownName: If there is no such prior.
+        BadValue: If ``noise`` is none of these.
+    """
+
+    exact: ClassVar[bool] = True
+
+    prior: str = "single-parent"
+    noise: str = "aware"
+    plan: Plan = "steps"
+    persistence: Persistence = "unknown"
+
+    def __post_init__(self) -> None:
+        if self.prior not in PRIORS:
+            raise UnknownName("prior", self.prior, PRIORS)
+        noise_model(self.noise)
+
+    @classmethod
+    def from_options(cls, options: Mapping[str, str]) -> IdealObserver:
+        """The agent of the options of a spec.
+
+        Raises:
+            UnknownName: If there is no such option or prior.
+            BadValue: If a value is none that the option takes.
+        """
+        return with_options(cls, "ideal-observer", options)
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Its prior, its noise model and its plan."""
+        return asdict(self)
+
+    def begin(self, view: View) -> Belief:
+        """The prior over the interlocks of so many joints."""
+        known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.persistence)
+        if self.plan == "steps" and noise.naive:
+            planner(known)  # says at the first step whether it can plan at all
+        return begin(known, noise)
+
+    def remember(self, view: View, memory: Belief, told: Told) -> Belief:
+        """The posterior after a report."""
+        numbers = _numbers(view)
+        shifted = told.shifted
+        positions = None if shifted is None else sum((shifted >> j & 1) << number for j, number in enumerate(numbers))
+        return update(memory, Report(numbers[told.joint], told.moved, positions, told.states_only))
+
+    def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
+        """All that are best by the plan alike."""
+        best = best_joints(memory, self.plan).tolist()
+        return tuple(best[number] / sum(best) for number in _numbers(view))
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Choose from the posterior, by one draw, and say what the last action probably did."""
+        view, belief = self.recall(situation)
+        probabilities = self.probabilities(view, belief)
+        return Decision(
+            joint=situation.task.joints[draw(probabilities, rng)],
+            claimed=_claimed(belief.moved, told_outcome(situation)),
+            probabilities=probabilities,
+        )
+
+
+def _claimed(moved: float | None, told: Outcome | None) -> Outcome | None:
+    """What is more probable of the last action; what was told if neither is."""
+    if moved is None or abs(moved - 0.5) < _EVEN:
+        return told
+    return "moved" if moved > 0.5 else "blocked"
+
+
+def _numbers(view: View) -> tuple[int, ...]:
+    """The number of each listed joint in a belief: the target is 0, the others follow as listed."""
+    return tuple(0 if j == view.target else j + (j < view.target) for j in range(view.joints))

@@ -1,0 +1,66 @@
+"""What a provider may answer with: something from the machine that was asked, of a size that a reply can have.
+
+A redirect to another origin would take the whole conversation there, and an answer without end would take the memory.
+Both are refused where a client of httpx makes the requests, as those of OpenAI, Anthropic, Groq and all that speak
+OpenAI's interface do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lockprobe.agents.llm.retry import Refused
+
+__all__ = ["LARGEST_ANSWER", "guard_answers"]
+
+LARGEST_ANSWER = 1 << 24
+"""Bytes of an answer, unpacked: 16 MiB. Ours have some thousand."""
+
+_PACKED = ("gzip", "deflate")
+"""How an answer may be packed. Other ways unpack so much at once that no bound would help."""
+
+_PORTS = {"http": 80, "https": 443}
+
+
+def guard_answers(client: object) -> None:
+    """Have a provider's client refuse such answers; leave one that does not use httpx as it is.
+
+    Args:
+        client: The client of a provider.
+    """
+    for place in (client, getattr(client, "_client", None)):
+        hooks = getattr(place, "event_hooks", None)
+        if isinstance(hooks, dict) and hasattr(place, "headers"):
+            sending: Any = place
+            sending.headers["accept-encoding"] = ", ".join(_PACKED)
+            sending.event_hooks = {**hooks, "response": [_check, *hooks.get("response", [])]}
+
+
+async def _check(response: Any) -> None:
+    """Called with every response before its body is read, and before a redirect is followed.
+
+    Raises:
+        Refused: If it leads elsewhere, or is too large.
+    """
+    if response.has_redirect_location:
+        here, there = response.request.url, response.request.url.join(response.headers["location"])
+        if _origin(here) != _origin(there):
+            raise Refused(f"a redirect from {_named(here)} to {_named(there)}, where the conversation was not to go")
+    packed = response.headers.get("content-encoding", "identity").lower()
+    if not {part.strip() for part in packed.split(",")} <= {"identity", *_PACKED}:
+        raise Refused(f"an answer packed by {packed[:40]}, which was not asked for", charged=True)
+    parts, size = [], 0
+    async for part in response.aiter_bytes():
+        parts.append(part)
+        size += len(part)
+        if size > LARGEST_ANSWER:
+            raise Refused(f"an answer of more than {LARGEST_ANSWER} bytes", charged=True)
+    response._content = b"".join(parts)  # noqa: SLF001 - as its own aread() leaves it
+
+
+def _origin(url: Any) -> tuple[str, str, int | None]:
+    return url.scheme, url.host, url.port or _PORTS.get(url.scheme)
+
+
+def _named(url: Any) -> str:
+    return f"{url.scheme}://{url.netloc.decode('ascii', 'replace').rpartition('@')[2]}"

@@ -1,0 +1,237 @@
+"""The line to a provider, through Inspect AI's model layer: one request, one answer.
+
+Beside :mod:`lockprobe.agents.llm.connect` nothing else imports it here.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import sys
+import time
+import warnings
+from collections.abc import Awaitable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+
+from lockprobe.agents.access import Access
+from lockprobe.agents.llm.connect import config_of, mistake, opened
+from lockprobe.agents.llm.model_facts import facts_of
+from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.prompt import Message
+from lockprobe.call import Usage
+from lockprobe.errors import Missing, ModelFault, printable, without_keys
+from lockprobe.record import Fact
+
+try:
+    import inspect_ai
+    from inspect_ai._util.error import PrerequisiteError
+    from inspect_ai.model import (
+        ChatMessage,
+        ChatMessageAssistant,
+        ChatMessageUser,
+        Content,
+        ContentImage,
+        ContentText,
+        GenerateConfig,
+        Model,
+        ModelOutput,
+        ResponseSchema,
+        RetryDecision,
+    )
+    from inspect_ai.util import JSONSchema
+except ImportError as error:
+    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["RUNTIME", "Answer", "Line", "refuse_overflow", "sent", "usage_of"]
+
+RUNTIME = f"inspect-ai {inspect_ai.__version__}"
+
+LONGEST_REPLY = 100_000
+"""Characters kept of a reply; ours have some hundred."""
+
+LONGEST_NAME = 200
+"""Characters kept of the name of a model that answered."""
+
+_MOST_COUNTED = 2**40
+
+_ONCE = Tries()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """What came back.
+
+    Attributes:
+        text: The reply.
+        stop: Why the model stopped, as Inspect AI names it.
+        served: The model that answered, as the provider names it.
+        usage: What it cost.
+        seconds: Wall time, retries included.
+        retries: How often the provider had to be asked again.
+        unanswered: Attempts that it may have charged for, though nothing of use came back.
+    """
+
+    text: str
+    stop: str
+    served: str
+    usage: Usage
+    seconds: float
+    retries: int = 0
+    unanswered: int = 0
+
+
+class Line:
+    """An open line to one model.
+
+    Args:
+        name: The model as Inspect AI knows it.
+        settings: How it is asked.
+        access: How it is reached.
+
+    Attributes:
+        slots: Requests that may still go on their way at once; whoever asks holds one.
+        batch: Whether requests go through the provider's batch interface.
+
+    Raises:
+        Missing: If a key or a provider's package is missing.
+        BadValue: If there is no such provider, or it has no batch interface and one is asked for.
+    """
+
+    def __init__(self, name: str, settings: Settings, access: Access) -> None:
+        warnings.filterwarnings("ignore", "Pydantic serializer warnings", UserWarning)  # they quote what came
+        self._name, self._settings, facts = name, settings, facts_of(name)
+        self._form = settings.form(facts)
+        self._access = access
+        self.batch = access.batch
+        self._open = partial(opened, name, access, settings.parameters(facts))
+        self._model, self._left = self._open(), list[Model]()
+        self._config = config_of(self._model)
+        self.slots = asyncio.Semaphore(sys.maxsize if access.batch else access.connections)
+
+    async def ask(self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None) -> Answer:
+        """Send a conversation and wait for the reply. The caller holds one of :attr:`slots`.
+
+        Args:
+            messages: The conversation.
+            schema: The form of the reply.
+            again: Asked before a request is made again that may have been charged for.
+
+        Raises:
+            ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
+            Missing: If only now it turns out that something is not there.
+        """
+        form = None
+        if self._form != "none":
+            json_schema = JSONSchema.model_validate(schema)
+            form = ResponseSchema(name="reply", json_schema=json_schema, strict=self._form == "strict")
+        conversation = [sent(message, self._settings) for message in messages]
+        config = self._config.model_copy(update={"response_schema": form})
+        began = time.perf_counter()
+        asked = self._model
+
+        def once() -> Awaitable[ModelOutput]:
+            nonlocal asked
+            asked = self._model
+            return self._once(asked, conversation, config)
+
+        output, tries = await patiently(once, lambda error: self._judge(asked, error), self._access, again)
+        refuse_overflow(output, tries)
+        return Answer(
+            text=without_keys(output.completion)[:LONGEST_REPLY],
+            stop=output.stop_reason,
+            served=printable(without_keys(output.model))[:LONGEST_NAME],
+            usage=usage_of(output),
+            seconds=time.perf_counter() - began,
+            retries=tries.retries,
+            unanswered=tries.unanswered,
+        )
+
+    @property
+    def filled_in(self) -> dict[str, Fact]:
+        """What is sent though nobody set it, because Inspect AI knows that the provider insists on it."""
+        return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
+
+    def _judge(self, asked: Model, error: Exception) -> RetryDecision:
+        if self._access.batch and asked is self._model:  # Inspect AI sends no more batches after one that it could not
+            self._left.append(asked)
+            self._model = self._open()
+        if isinstance(error, Declined):
+            judged = RetryDecision.rate_limit() if error.status_code == 429 else RetryDecision.transient()
+            return judged if error.passes else RetryDecision.no()
+        decision = asked.api.should_retry(error)
+        if isinstance(decision, RetryDecision) and decision.retry:
+            return decision
+        return RetryDecision.transient() if asked.should_retry(error) else RetryDecision.no()
+
+    async def _once(self, model: Model, conversation: list[ChatMessage], config: GenerateConfig) -> ModelOutput:
+        """One request by the provider's own interface: ``Model.generate`` keeps all it did in memory, for a log."""
+        try:
+            came = await model.api.generate(conversation, tools=[], tool_choice="none", config=config)
+        except PrerequisiteError as error:
+            raise mistake(self._name, error) from None
+        output = came[0] if isinstance(came, tuple) else came
+        if isinstance(output, Exception):
+            raise output
+        if not output.choices:
+            raise ValueError("it holds no reply")
+        return output
+
+    async def aclose(self) -> None:
+        """Close the provider's connections."""
+        for model in (*self._left, self._model):
+            await model.api.aclose()
+
+
+def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:
+    """Refuse what stands for a reply where a conversation is longer than a model can read.
+
+    Inspect AI makes one of the provider's error; it is no word of the model's.
+
+    Args:
+        output: What came.
+        tries: How the request fared.
+
+    Raises:
+        ModelFault: If that is what came.
+    """
+    if output.stop_reason != "model_length":
+        return
+    counted = output.usage is not None
+    said = "" if counted else f": {' '.join(output.completion.split())}"
+    spent = asdict(usage_of(output)) if counted else {}
+    raise ModelFault(f"the conversation is longer than the model can read{said}", **tries._asdict(), usage=spent)
+
+
+def sent(message: Message, settings: Settings) -> ChatMessage:
+    """A message as it is sent."""
+    if message.role == "assistant":
+        return ChatMessageAssistant(content=message.text)
+    if not message.pictures:
+        return ChatMessageUser(content=message.text)
+    content: list[Content] = [ContentText(text=message.text)]
+    for picture in message.pictures:
+        data = base64.b64encode(picture.png).decode("ascii")
+        content.append(ContentImage(image=f"data:image/png;base64,{data}", detail=settings.detail))
+    return ChatMessageUser(content=content)
+
+
+def usage_of(output: ModelOutput) -> Usage:
+    """What a reply cost, as its provider counts; where a count cannot be, none is believed."""
+    if (spent := output.usage) is None:
+        return Usage(calls=1)
+    cached, stored = spent.input_tokens_cache_read or 0, spent.input_tokens_cache_write or 0
+    read = spent.input_tokens + cached + stored  # Inspect AI leaves both out
+    written = max(spent.output_tokens, spent.total_tokens - read)  # xAI leaves out those of reasoning
+    reasoned = spent.reasoning_tokens or 0
+    if not all(0 <= count < _MOST_COUNTED for count in (spent.input_tokens, cached, stored, written, reasoned)):
+        return Usage(calls=1)
+    return Usage(
+        calls=1,
+        input_tokens=read,
+        output_tokens=written,
+        cached_tokens=cached,
+        stored_tokens=stored,
+        reasoning_tokens=reasoned,
+    )

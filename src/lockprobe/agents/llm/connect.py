@@ -1,0 +1,150 @@
+"""A provider's model, opened. Keys, packages and servers that it needs and that are not there are said in one line."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+from importlib.util import find_spec
+from typing import Any
+from urllib.parse import urlsplit
+
+from lockprobe.agents.access import Access
+from lockprobe.agents.llm.answer_limits import guard_answers
+from lockprobe.agents.llm.openai_fast_path import send_plainly
+from lockprobe.errors import BadValue, Missing, UserMistake
+
+try:
+    from inspect_ai._util.error import PrerequisiteError
+    from inspect_ai.model import BatchConfig, GenerateConfig, Model, get_model
+    from inspect_ai.model._providers.util.batch_log import set_batch_log_callback
+except ImportError as error:
+    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["WITH_BATCHES", "config_of", "host_of", "mistake", "opened"]
+
+_log = logging.getLogger(__name__)
+
+WITH_BATCHES = ("anthropic", "google", "grok", "openai", "together")
+"""Providers whose batch interface Inspect AI knows."""
+
+_PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
+
+_STARTED_HERE = {
+    "vllm": ("VLLM_BASE_URL", "vllm"),
+    "vllm-completions": ("VLLM_BASE_URL", "vllm"),
+    "sglang": ("SGLANG_BASE_URL", "sglang"),
+}
+"""Providers for which Inspect AI starts a server where none is named: the variable that names one, and the package."""
+
+
+def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
+    """A model that can be asked.
+
+    Args:
+        name: As Inspect AI knows it.
+        access: How it is reached.
+        parameters: What is sent with every request, under the names of Inspect AI's ``GenerateConfig``.
+
+    Raises:
+        Missing: If a key, a server or a provider's package is missing.
+        BadValue: If there is no such provider, or it has no batch interface and one is asked for; or if the URL of its
+            server or of a proxy is none.
+    """
+    _check_addresses(name)
+    provider = name.partition("/")[0]
+    variable, package = _STARTED_HERE.get(provider, ("", ""))
+    if variable and not os.environ.get(variable) and find_spec(package) is None:
+        remedy = f"export {variable}=http://HOST:PORT/v1 of one that runs, or pip install {package} to have one started"
+        raise Missing(f"llm:{name} needs a server", remedy)
+    # vLLM's client comes with the first request otherwise, and would wait and ask again behind our back
+    options: dict[str, Any] = {"lazy_init": False} if package == "vllm" and os.environ.get(variable) else {}
+    config = GenerateConfig(reasoning_summary="none", max_retries=access.retries, batch=_batch(name, access))
+    try:
+        model = get_model(name, config=config.model_copy(update=parameters), memoize=False, **options)
+    except (PrerequisiteError, ValueError) as error:
+        raise mistake(name, error) from None
+    client: Any = getattr(model.api, "client", None)
+    if not access.batch and hasattr(client, "max_retries"):
+        client.max_retries, client.timeout = 0, None  # so that all waiting is ours, and counted
+    send_plainly(client)
+    guard_answers(client)
+    return model
+
+
+def mistake(name: str, error: Exception) -> UserMistake:
+    """What Inspect AI says of a model that cannot be asked, as one line.
+
+    Args:
+        name: The model.
+        error: What it raised.
+    """
+    said = " ".join(re.sub(r"\[/?[a-z ]*\]|ERROR:?", "", str(error)).split())
+    if keys := re.findall(r"[A-Z][A-Z0-9_]*_(?:KEY|TOKEN|URL|ID)\b", said):
+        return Missing(f"llm:{name} needs {keys[0]}", f"export {keys[0]}=… and run again")
+    if package := re.search(r"pip install (\S+)|No module named '([\w.]+)'", said):
+        needed = package[1] or package[2]
+        return Missing(f"llm:{name} needs the package {needed}", f"pip install {needed}")
+    return BadValue("language model", name, f"PROVIDER/MODEL as Inspect AI names it ({said})")
+
+
+def _batch(name: str, access: Access) -> BatchConfig | None:
+    if not access.batch:
+        return None
+    if name.partition("/")[0] not in WITH_BATCHES:
+        raise BadValue("batch", name, f"a model of a provider that has batches: {', '.join(WITH_BATCHES)}")
+    set_batch_log_callback(_log.info)  # else it is printed, between our own lines
+    logging.getLogger("asyncio").addFilter(_is_news)
+    return BatchConfig(tick=access.tick, send_delay=access.tick)
+
+
+def host_of(name: str) -> str | None:
+    """Whose machine is asked for a model, where somebody said so; None for the provider's own."""
+    url = next((url for variable in _variables(name) if (url := os.environ.get(variable))), "")
+    try:
+        return urlsplit(url).hostname
+    except ValueError:
+        return None
+
+
+def _variables(name: str) -> tuple[str, str]:
+    """The variables that can name the server of a model; the first goes before the second."""
+    provider, service, *_ = f"{name}/".split("/")
+    whose = (service if provider == "openai-api" else provider).upper().replace("-", "_")
+    return f"{whose}_BASE_URL", "INSPECT_EVAL_MODEL_BASE_URL"
+
+
+def _check_addresses(name: str) -> None:
+    """Refuse the URL of a model's server, or of a proxy, that is none: libraries raise what they like over it."""
+    for variable in _variables(name):
+        if (url := os.environ.get(variable)) and not _is_url(url, ("http", "https")):
+            raise BadValue(variable, url, "a URL such as http://localhost:8080/v1")
+    for variable, url in os.environ.items():
+        if variable.upper() in _PROXIES and url:
+            whole = url if "://" in url else f"http://{url}"
+            if not _is_url(whole, ("http", "https", "socks4", "socks5", "socks5h")):
+                raise BadValue(variable, url, "the URL of a proxy such as http://localhost:3128")
+
+
+def _is_url(url: str, schemes: tuple[str, ...]) -> bool:
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        return False
+    return bool(parts.scheme in schemes and host and port != 0 and url.isprintable() and " " not in url)
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    """Whether an exception that nobody asked for is not that of a batch, which its requests have raised already."""
+    return record.exc_info is None or "escaped from background task" not in str(record.exc_info[1])
+
+
+def config_of(model: Model) -> GenerateConfig:
+    """What is sent with every request; some providers insist on a bound of the reply."""
+    config = model.config
+    if config.max_tokens is None:
+        config = config.model_copy(
+            update={"max_tokens": model.api.max_tokens_for_config(config) or model.api.max_tokens()}
+        )
+    return config

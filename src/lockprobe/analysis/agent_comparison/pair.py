@@ -1,0 +1,223 @@
+"""Two agents side by side, trial by trial on the same boxes with the same false reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.agent_comparison.crossed_clusters import at_one_p, crossed_mean, people_of
+from lockprobe.analysis.agent_comparison.interaction import Interaction, interaction
+from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean
+from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.proportions import ALPHA, Paired, paired
+
+__all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected"]
+
+Among = Literal["subjects", "reference"]
+"""Whether two agents that the study is about are compared, or one of them with an agent to compare with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonAt:
+    """Two agents at one p.
+
+    Attributes:
+        p: Flip probability, [0, 1].
+        success: Of the trials that both finished, the share that the second solved less that of the first;
+            McNemar's test, which exchanges the agents too. Where one person has several of them the agents are
+            exchanged within whole people, and the interval is over people.
+        steps: Mean steps of the second less the first's, an unsolved trial counted with its whole budget.
+        p_adjusted: McNemar's p-value corrected for all pairs of agents and all p (Holm); None before that.
+    """
+
+    p: float
+    success: Paired
+    steps: BlockMean
+    p_adjusted: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Two agents, or two that were shown the box in one way, over all p. Differences are the second less the first.
+
+    Attributes:
+        first: Agent spec and modality.
+        second: Agent spec and modality.
+        among: What kind of pair it is; corrections are made for the pairs of one kind.
+        first_share: Share that the first solved of the trials that both finished, [0, 1].
+        second_share: Share that the second solved of them.
+        success: Difference of these shares.
+        success_adjusted: Its p-value corrected for the number of pairs (Holm).
+        steps: Difference in mean steps, an unsolved trial counted with its whole budget.
+        steps_adjusted: Its p-value corrected in the same way.
+        at: The same by p, ascending.
+        copies: Whether both play every block alike at every p, so that all of ``at`` is the same.
+        people: Whether one of the two is people, whose trials belong together by person too.
+        bounded: Whether trials of one of them broke, so that p-values are the largest over what those may have been.
+        alone: Trials that only one of the two finished; they are in no number here.
+        interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
+    """
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+    among: Among
+    first_share: float
+    second_share: float
+    success: BlockMean
+    steps: BlockMean
+    at: tuple[ComparisonAt, ...]
+    alone: int
+    interaction: Interaction | None
+    copies: bool = False
+    people: bool = False
+    bounded: bool = False
+    success_adjusted: float | None = None
+    steps_adjusted: float | None = None
+
+    @property
+    def verdict(self) -> int:
+        """1 if the second solves the box more often, -1 if less often, 0 if that cannot be told.
+
+        It is told if the corrected test rejects that the two play exchangeably, and the interval leaves out 0: two that
+        solve the box equally often may play differently, and the test sees that.
+        """
+        return _told(self.success, self.success_adjusted)
+
+    @property
+    def steps_verdict(self) -> int:
+        """-1 if the second needs fewer steps, 1 if more, 0 if that cannot be told; told as the verdict is."""
+        return _told(self.steps, self.steps_adjusted)
+
+
+def _told(found: BlockMean, adjusted: float | None) -> int:
+    return int(np.sign(found.value)) if found.clear and adjusted is not None and adjusted < ALPHA else 0
+
+
+def compare(
+    names: tuple[tuple[str, str], tuple[str, str]],
+    values: tuple[float, ...],
+    laid: tuple[Sheet, Sheet],
+    among: Among,
+    rng: np.random.Generator,
+) -> Comparison | None:
+    """Compare two agents over the trials that both finished; None if there are none.
+
+    Args:
+        names: Agent spec and modality of the first, which is compared with, and of the second.
+        values: The values of p, ascending.
+        laid: Their sheets.
+        among: What kind of pair it is.
+        rng: The stream of the flips.
+    """
+    first, second = laid
+    solved, steps = second.solved - first.solved, second.steps - first.steps
+    both: NDArray[np.bool_] = ~np.isnan(solved)
+    if not both.any():
+        return None
+    played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
+    most, person = _most_steps(laid), people_of(laid)
+    return Comparison(
+        first=names[0],
+        second=names[1],
+        among=among,
+        first_share=float(first.solved[both].mean()),
+        second_share=float(second.solved[both].mean()),
+        success=_mean(solved, person, 1.0),
+        steps=_mean(steps, person, most),
+        at=tuple(
+            ComparisonAt(
+                p=p,
+                success=_paired(first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)),
+                steps=_mean_at(steps[both[:, i], i], _of(person, both, i), most),
+            )
+            for i, p in enumerate(values)
+            if both[:, i].any()
+        ),
+        alone=int(np.sum(played & ~both)),
+        copies=len(values) > 1 and all(_same_at_every_p(one) for one in laid),
+        interaction=interaction(values, first, second, rng) if among == "subjects" and len(values) > 1 else None,
+        people=person is not None,
+    )
+
+
+def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
+    """Over all p: trials of equal luck together, and where people are one side those of one person too."""
+    if person is None:
+        return block_mean(differences, unit=unit)
+    both = ~np.isnan(differences)
+    return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit)
+
+
+def _mean_at(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
+    return block_mean(differences[:, None], unit=unit) if person is None else at_one_p(differences, person, unit=unit)
+
+
+def _paired(first: Array, second: Array, person: NDArray[np.str_] | None) -> Paired:
+    found = paired(first > 0, second > 0)
+    if person is None or len(np.unique(person)) == len(person):
+        return found
+    by_person = at_one_p(second - first, person, unit=1.0)
+    low, high = (-1.0, 1.0) if by_person.low is None or by_person.high is None else (by_person.low, by_person.high)
+    return replace(found, low=low, high=high, p_value=1.0 if by_person.p_value is None else by_person.p_value)
+
+
+def _of(person: NDArray[np.str_] | None, both: NDArray[np.bool_], i: int) -> NDArray[np.str_] | None:
+    return None if person is None else person[both[:, i], i]
+
+
+def _most_steps(laid: tuple[Sheet, Sheet]) -> float | None:
+    """The largest difference that a single trial can make; None where no trial failed and so told the budget."""
+    failed = np.concatenate([one.steps[one.solved == 0] for one in laid])
+    return float(failed.max()) - 1 if len(failed) else None
+
+
+def _same_at_every_p(laid: Sheet) -> bool:
+    return all(
+        bool(np.array_equal(of, np.repeat(of[:, :1], of.shape[1], axis=1), equal_nan=True))
+        for of in (laid.solved, laid.steps)
+    )
+
+
+def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
+    """The same with p-values corrected for how many pairs of one kind, and how many p, were looked at (Holm).
+
+    Two agents that both play alike at every p are looked at once, not once for each p.
+    """
+    success = _holm(found, lambda one: one.success.p_value)
+    steps = _holm(found, lambda one: one.steps.p_value)
+    moved = _holm(found, lambda one: one.interaction.p_value if one.interaction else None)
+    everywhere = [(one, at) for one in found for at in (one.at[:1] if one.copies else one.at)]
+    adjusted = dict(
+        zip(
+            [(id(one), at.p) for one, at in everywhere],
+            _by_kind([one.among for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
+            strict=True,
+        )
+    )
+    return tuple(
+        replace(
+            one,
+            success_adjusted=success[i],
+            steps_adjusted=steps[i],
+            at=tuple(replace(at, p_adjusted=adjusted[id(one), one.at[0].p if one.copies else at.p]) for at in one.at),
+            interaction=replace(one.interaction, p_adjusted=moved[i]) if one.interaction else None,
+        )
+        for i, one in enumerate(found)
+    )
+
+
+def _holm(found: Sequence[Comparison], of: Callable[[Comparison], float | None]) -> list[float | None]:
+    return _by_kind([one.among for one in found], [of(one) for one in found])
+
+
+def _by_kind(kinds: Sequence[Among], values: Sequence[float | None]) -> list[float | None]:
+    adjusted: list[float | None] = [None] * len(values)
+    for kind in dict.fromkeys(kinds):
+        places = [i for i, other in enumerate(kinds) if other == kind]
+        for i, value in zip(places, holm([values[i] for i in places]), strict=True):
+            adjusted[i] = value
+    return adjusted

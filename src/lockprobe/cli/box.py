@@ -1,0 +1,263 @@
+"""``lockprobe box``."""
+
+from __future__ import annotations
+
+import json as json_
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, replace
+from math import isinf
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.inputs import read_input
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty, undone
+from lockprobe.lockbox.families import DEFAULT_BOX, box, find_box, named_boxes, sized
+from lockprobe.lockbox.generate import InitialName, Recipe, Refused
+from lockprobe.lockbox.generate import generate as make
+from lockprobe.lockbox.layouts import LayoutName
+from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
+from lockprobe.lockbox.solve import optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.lockbox.structures import FAMILIES
+from lockprobe.plugins import listed_plugins
+from lockprobe.storage.atomic_file import write_file
+
+__all__ = ["app", "generate", "list_boxes", "show", "solve"]
+
+app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A box by name, random-N-SEED, or a TOML file.")]
+
+_TRIES = 100
+"""Seeds tried for each box that was asked for."""
+
+
+@app.command("list")
+def list_boxes(json: AsJson = False) -> None:
+    """The named boxes, and how hard they are."""
+    if json:
+        for name in named_boxes():
+            print(json_.dumps(_facts(box(name))))
+        for name, package, added in _packaged():
+            facts: dict[str, object] = {"error": added} if isinstance(added, str) else _facts(added)
+            print(json_.dumps(facts | {"name": name, "package": package}))
+        return
+    print(f"{'name':16} joints  optimum  undone  random  no-repeat")
+    told = ""
+    for name in named_boxes():
+        found = box(name)
+        family = max((family for family in FAMILIES if name.startswith(family)), key=len)
+        default = "  (default)" if name == DEFAULT_BOX else ""
+        what = f"  {FAMILIES[family]}" if family != told else default
+        told = family
+        print(_row(name, found) + what)
+    for name, package, added in _packaged():
+        print(f"{name:16} {added}" if isinstance(added, str) else f"{_row(name, added)}  ({package})")
+    print("Also: random-N-SEED, an interlock of N joints drawn from the seed, for example random-5-17; and TOML files.")
+
+
+def _row(name: str, box: Lockbox) -> str:
+    return (
+        f"{name:16} {len(box.joints):6}  {optimum(box):7}  {undone(box):6}"
+        f"  {random_success(box):6.3f}  {random_no_repeat_success(box):9.3f}"
+    )
+
+
+def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
+    """The boxes of installed packages: name, package, and the box or why it cannot be used."""
+    for row in listed_plugins("box", named_boxes()):
+        try:
+            yield row.name, row.package, row.what if row.found is None else find_box(row.name)
+        except UserMistake as mistake:
+            yield row.name, row.package, f"Cannot be used. {mistake}"
+
+
+@app.command("show")
+def show(
+    name: Name = DEFAULT_BOX,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw it (.svg, .png), or write it for MuJoCo (.xml).")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+) -> None:
+    """A box: its panel, its interlock, and how hard it is."""
+    box = find_box(name)
+    if out:
+        _draw(box, out)
+    if json:
+        print(json_.dumps(_facts(box)))
+    elif out:
+        print(out)
+    else:
+        found = difficulty(box)
+        plans = f"{found.optimal_plans} optimal plan{'s' * (found.optimal_plans != 1)}"
+        head = f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {plans}"
+        tree = ["", *interlock_lines(box), ""]
+        _print([head, *panel_lines(box), *_joints(box), *tree, *_measures(box, found)])
+
+
+@app.command("solve")
+def solve(
+    name: Name = DEFAULT_BOX,
+    limit: Annotated[int, typer.Option(min=0, max=100_000, help="At most so many plans are printed.")] = 100,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+) -> None:
+    """The optimum of a box and every plan that reaches it."""
+    box = find_box(name)
+    plans = optimal_plans(box, limit)
+    steps = difficulty(box).optimum
+    if json:
+        print(json_.dumps({"name": box.name, "optimum": steps, "optimal_plans": plans.count, "plans": plans.listed}))
+        return
+    print(f"{box.name}: optimum {steps} steps, {plans.count} optimal plan{'s' * (plans.count != 1)}")
+    for plan in plans.listed:
+        print("  " + ", ".join(plan))
+    if plans.count > len(plans.listed):
+        print(f"  and {plans.count - len(plans.listed)} more (--limit)")
+
+
+@app.command("generate")
+def generate(
+    family: Annotated[str, typer.Option(help="A named box, with or without its size, or random.")] = "random",
+    joints: Annotated[int | None, typer.Option(help="Number of joints (4).")] = None,
+    layout: Annotated[LayoutName, typer.Option(help="Where joints sit on the panel.")] = "serial",
+    deal: Annotated[bool, typer.Option("--deal", help="Deal places, kinds and names to the joints.")] = False,
+    initial: Annotated[InitialName, typer.Option(help="All joints closed, or each at a position that is drawn.")] = (
+        "rest"
+    ),
+    alternatives: Annotated[int, typer.Option(help="random: the most alternatives that a joint has.")] = 2,
+    literals: Annotated[int, typer.Option(help="random: the most positions that an alternative asks for.")] = 2,
+    negative: Annotated[float, typer.Option(help="random: the probability that a position is closed.")] = 0.25,
+    shortest: Annotated[int, typer.Option(help="The fewest steps that the optimum must have.")] = 2,
+    count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="The first seed to try; then the next.")] = 1,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write each box as a TOML file.")] = None,
+    json: AsJson = False,
+) -> None:
+    """Make boxes. Seeds that give none are passed over, counted, and their reasons told."""
+    recipe = Recipe(
+        family=sized(family, joints),
+        layout=layout,
+        dealt=deal,
+        initial=initial,
+        alternatives=alternatives,
+        literals=literals,
+        negative=negative,
+        shortest=shortest,
+        seed=seed,
+    )
+    made, refused = 0, Counter[str]()
+    for tried in range(seed, seed + _TRIES * count):
+        found = make(replace(recipe, seed=tried))
+        if isinstance(found, Refused):
+            refused[found.fault.kind] += 1
+            if json:
+                print(json_.dumps({"seed": tried, "refused": found.fault.kind, "reason": found.fault.reason}))
+            continue
+        made += 1
+        file = _write(found, out) if out else None
+        _tell(found, tried, file, json=json)
+        if made == count:
+            break
+    passed = ", ".join(f"{number} {kind}" for kind, number in refused.most_common())
+    if passed:
+        print(f"refused: {passed}", file=sys.stderr)
+    if made < count:
+        raise BadValue("count", count, f"at most {made}: of {_TRIES * count} seeds all others were refused")
+
+
+def _tell(box: Lockbox, seed: int, file: Path | None, *, json: bool) -> None:
+    facts = _facts(box)
+    if json:
+        print(json_.dumps({"seed": seed} | facts | ({"file": str(file)} if file else {})))
+        return
+    print(
+        f"{file or box.name}  optimum {facts['optimum']}, random {facts['random_success']:.3f}, "
+        f"no-repeat {facts['random_no_repeat_success']:.3f}"
+    )
+
+
+def _write(box: Lockbox, directory: Path) -> Path:
+    """A file of its name; one that is there and holds another box is left alone."""
+    from lockprobe.lockbox.boxfile import toml_of
+
+    directory.mkdir(parents=True, exist_ok=True)
+    path, text = directory / f"{box.name}.toml", toml_of(box)
+    if path.exists() and read_input(path) != text.encode():
+        raise BadFile(path, "already holds something else: give another --out")
+    write_file(path, text)
+    return path
+
+
+def _draw(box: Lockbox, out: Path) -> None:
+    form: Literal["svg", "png"]
+    if out.suffix == ".xml":
+        from lockprobe.plan import LABELS
+        from lockprobe.plants.catalogue import require_mujoco
+
+        require_mujoco()
+        from lockprobe.plants.scene.mjcf import write_mjcf
+
+        write_mjcf(box, out, labels=tuple(LABELS[: len(box.joints)]))
+        return
+    if out.suffix == ".svg":
+        form = "svg"
+    elif out.suffix == ".png":
+        form = "png"
+    else:
+        raise BadValue("--out", str(out), "a file that ends in .svg, .png or .xml")
+    from lockprobe.figures import render
+    from lockprobe.figures.boxes import box_figure
+
+    write_file(out, render(box_figure(box), form))
+
+
+def _print(lines: Iterable[str]) -> None:
+    """Lines, in characters that the terminal has."""
+    text = "\n".join(lines)
+    try:
+        text.encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        text = ascii_only(text)
+    print(text)
+
+
+def _joints(box: Lockbox) -> list[str]:
+    """What the numbers on the panel mean."""
+    layers, wide = depths(box), max(map(len, box.names))
+    return [
+        f" {i}{'*' if joint.name == box.target else ' '} {joint.name:{wide}}  {joint.kind:9}  "
+        f"{'open' if position else 'closed'} at the start, layer {layers[joint.name] or 'none'}"
+        for i, (joint, position) in enumerate(zip(box.joints, box.initial, strict=True), 1)
+    ]
+
+
+def _measures(box: Lockbox, found: Difficulty) -> list[str]:
+    blocked = "" if found.random_blocked is None else f", {found.random_blocked:.0%} of its attempts blocked"
+    random, no_repeat = random_success(box), random_no_repeat_success(box)
+    return [
+        f"depth {found.depth}; moves to undo: {found.undone}; free at the start: {found.free}",
+        f"reachable configurations: {found.reachable}; dead ends: {found.dead_ends}",
+        f"distractors: {', '.join(found.distractors) or 'none'}",
+        f"solved in 20 steps: random {random:.4f}, random without repeats {no_repeat:.4f}",
+        f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders",
+        f"random without a budget: {found.random_steps:.1f} steps expected{blocked}",
+    ]
+
+
+def _facts(box: Lockbox) -> dict[str, object]:
+    """All that is known of a box; what is infinite is null."""
+    return {
+        **box.as_data(),
+        "random_success": random_success(box),
+        "random_no_repeat_success": random_no_repeat_success(box),
+        **{
+            name: None if isinstance(value, float) and isinf(value) else value
+            for name, value in asdict(difficulty(box)).items()
+        },
+    }

@@ -1,0 +1,172 @@
+"""Money and tokens in words, and what a study would cost."""
+
+from __future__ import annotations
+
+import json as json_
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
+from lockprobe.call import Usage
+from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.dollars import dollars as in_words
+from lockprobe.studies.estimate import Estimate, estimates
+from lockprobe.studies.journal import load
+from lockprobe.studies.spending import Spending, hosted
+from lockprobe.studies.study import Study
+
+__all__ = [
+    "about",
+    "estimate_facts",
+    "estimate_lines",
+    "money",
+    "of_price",
+    "print_estimates",
+    "share",
+    "spent_facts",
+    "spent_in_words",
+]
+
+
+def money(dollars: float) -> str:
+    """US dollars to the cent; less than ten cents to two digits."""
+    return f"${in_words(dollars)}"
+
+
+def about(number: float) -> str:
+    """A number to two or three digits: 950, 3,400, 1.23 million."""
+    if number >= 999_500:
+        return f"{number / 1e6:.3g} million"
+    return f"{round(number, 2 - len(str(round(number)))):,.0f}"
+
+
+def _span(low: float, high: float) -> str:
+    """Two numbers as a range; one where they read the same."""
+    first, last = about(low), about(high)
+    if first == last:
+        return first
+    if first.endswith("million") and last.endswith("million"):
+        first = first.removesuffix(" million")
+    return f"{first} to {last}"
+
+
+def _paid(low: float | None, high: float | None) -> str:
+    if low is None or high is None:
+        return "an unknown price"
+    return money(low) if money(low) == money(high) else f"{money(low)} to {money(high)}"
+
+
+def share(part: float | None, whole: float) -> float | None:
+    """A share; None of nothing, and where the part is not known."""
+    return part / whole if whole and part is not None else None
+
+
+def of_price(price: Price | None) -> str:
+    """Which prices were used."""
+    return "price not known" if price is None else f"prices of {price.date}"
+
+
+def estimate_lines(found: Estimate) -> list[str]:
+    """What an agent's trials will cost, in words."""
+    low, high = found.expected, found.full
+    first = (
+        f"{found.agent}: about {_span(low.calls, high.calls)} calls, "
+        f"{_span(low.input_tokens, high.input_tokens)} tokens in ({found.repeated:.0%} of them sent before), "
+        f"{_span(low.output_tokens, high.output_tokens)} out"
+    )
+    fresh = _paid(found.dollars(low, cached=False), found.dollars(high, cached=False))
+    cached = _paid(found.dollars(low, cached=True), found.dollars(high, cached=True))
+    if found.most_dollars is None:
+        return [first, f"  its price is not known ({OWN_FACTS}=FILE.toml can say it)"]
+    kept = "" if cached == fresh else f" ({cached} with its provider's cache)"
+    most = f"at most {money(found.most_dollars)} whatever it replies"
+    return [first, f"  about {fresh}{kept}; {most}; {of_price(found.price)}"]
+
+
+def estimate_facts(found: Estimate) -> dict[str, object]:
+    """The same for machines."""
+
+    def one(usage: Usage) -> dict[str, object]:
+        return {
+            "calls": usage.calls,
+            "input_tokens": usage.input_tokens,
+            "output_tokens": usage.output_tokens,
+            "dollars": found.dollars(usage, cached=False),
+            "dollars_cached": found.dollars(usage, cached=True),
+        }
+
+    return {
+        "agent": found.agent,
+        "trials": found.trials,
+        "rests_on": found.rests_on,
+        "expected": one(found.expected),
+        "full": one(found.full),
+        "most": {
+            "calls": found.most.calls,
+            "input_tokens": found.most.input_tokens,
+            "output_tokens": found.most.output_tokens,
+            "dollars": found.most_dollars,
+        },
+        "repeated_prefix_share": round(found.repeated, 4),
+        "price": None if found.price is None else asdict(found.price),
+    }
+
+
+def print_estimates(study: Study, directory: Path, *, batch: bool, json: bool) -> None:
+    """Say what the trials that a study owes would cost, without touching its directory."""
+    done = {trial.key: trial for trial in load(directory)} if (directory / "trials.jsonl").is_file() else {}
+    found = estimates(study, done, read_calls(directory), batch=batch)
+    if json:
+        print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
+    elif not hosted(study):
+        print("Nothing: no agent of this study asks a provider.")
+    elif not found:
+        print("Nothing: no trial that asks a provider is owed.")
+    for line in (line for one in found if not json for line in estimate_lines(one)):
+        print(line)
+
+
+def spent_in_words(spent: Spending) -> str:
+    """What calls have cost, in a few words; empty where nobody was asked."""
+    if not (spent.usage.calls or spent.failed or spent.broken_off):
+        return ""
+    tokens = f"{about(spent.usage.input_tokens)} tokens in, {about(spent.usage.output_tokens)} out"
+    said = tokens if spent.dollars is None else f"{money(spent.dollars)} spent"
+    return said + "".join(_also(spent))
+
+
+def spent_facts(spent: Spending) -> dict[str, object]:
+    """The same for machines."""
+    usage = spent.usage
+    return {
+        "calls": usage.calls,
+        "failed_calls": spent.failed,
+        "broken_off_calls": spent.broken_off,
+        "uncounted_calls": spent.uncounted,
+        "unanswered_attempts": spent.unanswered,
+        "retries": spent.retries,
+        "input_tokens": usage.input_tokens,
+        "cached_tokens": usage.cached_tokens,
+        "output_tokens": usage.output_tokens,
+        "reasoning_tokens": usage.reasoning_tokens,
+        "cached_share": share(usage.cached_tokens, usage.input_tokens),
+        "repeated_prefix_share": share(spent.repeated_tokens, usage.input_tokens),
+        "dollars": spent.dollars,
+        "dollars_unknown": spent.dollars_unknown,
+        "claimed_calls": spent.claimed,
+        "claimed_dollars": spent.claimed_dollars,
+        "price_date": None if spent.price is None else spent.price.date,
+        "served": dict(spent.served),
+        "seconds_of_calls": round(spent.seconds, 1),
+    }
+
+
+def _also(spent: Spending) -> Iterator[str]:
+    for number, one, several in (
+        (spent.retries, "retry", "retries"),
+        (spent.failed, "call failed", "calls failed"),
+        (spent.broken_off, "call broken off", "calls broken off"),
+    ):
+        if number:
+            yield f", {number} {one if number == 1 else several}"

@@ -1,0 +1,71 @@
+"""``lockprobe import``: trials that were played elsewhere."""
+
+from __future__ import annotations
+
+import json as json_
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.export.read_dataset import is_dataset, source_of_dataset
+from lockprobe.people.import_diaries import Arriving
+from lockprobe.studies.merge import Source, gather, source_of_directory
+
+__all__ = ["take"]
+
+_SOURCES = "An Inspect log (.eval, .json), a directory of such logs, the directory of another study, or a dataset."
+
+
+def take(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study; made if need be.")],
+    sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
+    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+) -> None:
+    """Take in the trials of Inspect logs, other study directories and people's datasets that DIR does not have.
+
+    They have to be of the same study: every setting is the same but for the agents.
+    """
+    found = [source for path in sources for source in _sources(path, directory)]
+    diaries = Arriving(directory, {source.path: source.trials for source in found if source.path.is_dir()})
+    people: list[tuple[int, int]] = []
+    gathered = gather(
+        directory, found, beside=lambda trials: people.append((diaries.take(trials), diaries.lost(trials)))
+    )
+    ((came, lost),) = people
+    if json:
+        print(json_.dumps({**asdict(gathered), "participants": came, "places_lost": lost}))
+        return
+    kept = f" They go on from {gathered.replies} replies that were taken along." if gathered.replies else ""
+    otherwise = (
+        f" {gathered.different} of those that were there were played otherwise; {directory} keeps its own."
+        if gathered.different
+        else ""
+    )
+    agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
+    joined = f" {came} participants." if came else ""
+    places = f" {lost} boxes of people who take part here were played by those who came." if lost else ""
+    missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
+    said = (
+        f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
+        f"{otherwise}{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
+    )
+    print(printable(said))
+
+
+def _sources(path: Path, directory: Path) -> list[Source]:
+    if path.resolve() == directory.resolve():
+        raise BadValue("SOURCE", str(path), "another directory than DIR")
+    if not path.exists():
+        raise BadFile(path, "no such file or directory")
+    if (path / "study.json").is_file():
+        return [source_of_directory(path)]
+    if is_dataset(path):
+        return [source_of_dataset(path)]
+    from lockprobe.evals.read_log import log_files, read_log
+
+    if not (files := log_files(path)):
+        raise BadFile(path, "neither the directory of a study nor one of Inspect logs nor a dataset of people's trials")
+    return [read_log(file) for file in files]

@@ -1,0 +1,212 @@
+"""Trials out of Inspect logs: those that an eval of our tasks wrote, and those that were exported.
+
+A log is data from anyone: it is parsed with limits, every record is checked as a line of a journal is, and no code
+runs from it.
+"""
+
+from __future__ import annotations
+
+import json
+import lzma
+import struct
+import sys
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.evals.sample_pictures import pictures_of
+from lockprobe.evals.samples import OPTIONS, SETTINGS
+from lockprobe.evals.scoring import TRIAL
+from lockprobe.evals.solver import agent_spec
+from lockprobe.inputs import check_regular
+from lockprobe.record import Trial
+from lockprobe.spec import group_of
+from lockprobe.studies.merge import Source
+from lockprobe.studies.settings import study_from
+from lockprobe.studies.study import Study
+from lockprobe.trial_json import trial_from_json
+
+try:
+    from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
+
+    if sys.version_info >= (3, 14):  # by what logs are unpacked
+        from compression.zstd import ZstdError
+    else:
+        from zstandard import ZstdError
+except ImportError as error:
+    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+_DAMAGE = (
+    *(OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, EOFError),
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, ZstdError),
+)
+"""What libraries raise over a file that is damaged, unpacked or not."""
+
+__all__ = ["LARGEST", "LARGEST_MEMBER", "log_files", "read_log", "trials_in"]
+
+LARGEST = 4 * 2**30
+"""Bytes of a log, unpacked, above which it is not read."""
+
+LARGEST_MEMBER = 2**28
+"""The same of one sample."""
+
+_MOST_SAMPLES = 100_000
+"""Samples that a header may list, epochs counted: each is looked for."""
+
+
+def log_files(path: Path | str) -> list[Path]:
+    """The logs in a directory, also in those below it, in the order of their names; or the one log that a path is."""
+    path = Path(path)
+    return sorted(file for file in path.rglob("*.eval") if not file.name.startswith(".")) if path.is_dir() else [path]
+
+
+def trials_in(path: Path | str) -> list[Trial]:
+    """The finished trials of a log, or of all logs in a directory, each key once: the last one counts.
+
+    Raises:
+        BadFile: If a log cannot be read, holds no trials of ours, or a record that is damaged or impossible.
+    """
+    found: dict[str, Trial] = {}
+    for file in log_files(path):
+        found |= {trial.key: trial for trial in read_log(file).trials}
+    return list(found.values())
+
+
+def read_log(path: Path | str) -> Source:
+    """What a log holds. Its epochs are further repetitions of its study.
+
+    Raises:
+        BadFile: As :func:`trials_in`.
+    """
+    path = Path(path)
+    check_regular(path)
+    _check_size(path)
+    trials: dict[str, Trial] = {}
+    samples: dict[str, EvalSample] = {}
+    seconds: dict[str, float] = {}
+    pictures: dict[str, bytes] = {}
+    broken: list[EvalSample] = []
+    try:
+        _check_json(path)
+        header = read_eval_log(str(path), header_only=True)
+        _check_number(header)
+        for sample in _samples(path):
+            if (line := _line(sample)) is None:
+                broken.append(sample)
+                continue
+            trial = trial_from_json(line)
+            trials[trial.key] = trial
+            samples[trial.key] = _named(sample)
+            if sample.total_time is not None:
+                seconds[trial.key] = sample.total_time
+            if wanted := trial.picture_names - pictures.keys():
+                pictures |= {name: png for name, png in pictures_of(sample.messages, sample.store) if name in wanted}
+        _check_held(header, len(samples) + len(broken))
+    except BadValue as fault:
+        raise BadFile(path, str(fault)) from None
+    except _DAMAGE as fault:
+        said = fault.errors()[0]["msg"] if isinstance(fault, ValidationError) else str(fault)
+        raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
+    study = _study(header, trials.values(), path)
+    for key, sample in samples.items():
+        if key not in _keys(sample, group_of(trials[key].agent), study, header):
+            raise BadFile(path, f"its sample {sample.id}, epoch {sample.epoch}, holds the record of {key}")
+    return Source(
+        path=path,
+        study=study,
+        trials=tuple(trials.values()),
+        unfinished=frozenset(_keys(sample, study.agents[0], study, header)[0] for sample in broken),
+        seconds=seconds,
+        picture=pictures.get,
+    )
+
+
+def _check_size(path: Path) -> None:
+    """A log is a few megabytes; a small file that unpacks to very much is none."""
+    try:
+        size = path.stat().st_size
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as packed:
+                size = sum(member.file_size for member in packed.infolist())
+    except _DAMAGE as fault:
+        why = fault.strerror if isinstance(fault, OSError) and fault.strerror else str(fault)
+        raise BadFile(path, f"cannot be read ({why})") from None
+    if size > LARGEST:
+        raise BadFile(path, f"{size} bytes unpacked; at most {LARGEST} are read")
+
+
+def _check_json(path: Path) -> None:
+    """What is no JSON, or is nested without end, Inspect tries in ways that never end; the same with sizes that lie."""
+    if path.suffix == ".json":
+        json.loads(path.read_bytes())
+    elif zipfile.is_zipfile(path):
+        with zipfile.ZipFile(path) as packed:
+            for member in packed.infolist():
+                if member.file_size > LARGEST_MEMBER:
+                    raise BadValue(member.filename, member.file_size, f"at most {LARGEST_MEMBER} bytes unpacked")
+                if member.filename.endswith(".json"):
+                    json.loads(packed.read(member))
+
+
+def _check_number(header: EvalLog) -> None:
+    """Every sample that is listed is looked for, in every epoch."""
+    number = len(header.eval.dataset.sample_ids or ()) * (header.eval.config.epochs or 1)
+    if number > _MOST_SAMPLES:
+        raise BadValue("samples listed", number, f"at most {_MOST_SAMPLES}")
+
+
+def _check_held(header: EvalLog, held: int) -> None:
+    """A log of an eval that was broken off may have no sample yet; one that came to its end has."""
+    if not held and header.status == "success":
+        raise BadValue("samples", 0, f"the {len(header.eval.dataset.sample_ids or ())} that its header lists")
+
+
+def _named(sample: EvalSample) -> EvalSample:
+    """What says which trial it is, without all the rest."""
+    return sample.model_copy(update={"messages": [], "store": {}, "scores": None, "attachments": {}})
+
+
+def _samples(path: Path) -> Iterator[EvalSample]:
+    """One after another, without what is not looked at; a log whose eval was broken off has those that it wrote."""
+    return read_eval_log_samples(
+        str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
+    )
+
+
+def _line(sample: EvalSample) -> str | None:
+    """The record of a trial, out of whichever score has one; an eval may have scorers of others too."""
+    for score in (sample.scores or {}).values():
+        line = (score.metadata or {}).get(TRIAL)
+        if isinstance(line, str):
+            return line
+    return None
+
+
+def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
+    settings = (log.eval.metadata or {}).get(SETTINGS)
+    if not isinstance(settings, dict):
+        raise BadFile(path, "an Inspect log, but not of trials of Lockprobe")
+    if not settings.get("agents"):  # a task does not know its model
+        agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
+        settings = {**settings, "agents": agents or [_agent(log)]}
+    study = study_from(settings, path)
+    return replace(study, repetitions=study.repetitions * (log.eval.config.epochs or 1))
+
+
+def _agent(log: EvalLog) -> str:
+    given = {name: log.eval.task_args.get(name) for name in OPTIONS}
+    return agent_spec(log.eval.model, given, log.eval.model_generate_config)
+
+
+def _keys(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> tuple[str, str]:
+    """The trial that a sample was to be: as an eval names it, and as it is named beside other agents."""
+    place, repetition = str(sample.id), sample.metadata.get("repetition")
+    if isinstance(repetition, int) and sample.epoch > 1:
+        each = study.repetitions // (log.eval.config.epochs or 1)
+        place = place.replace(f"/rep={repetition}/", f"/rep={repetition + (sample.epoch - 1) * each}/")
+    return f"{study.name}/{agent}/{place}", f"{study.name}/{place}"

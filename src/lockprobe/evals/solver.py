@@ -1,0 +1,212 @@
+"""A trial inside an Inspect eval: the same closed loop as everywhere, and the model of the eval decides.
+
+What the model is sent is what :mod:`lockprobe.agents.llm.model` sends, and a trial has the same seeds, labels, flips
+and key as in ``lockprobe run``. The conversation is put into the sample's messages as it goes on, and the truth of
+every step into its transcript, which the model never sees. A fault of provider or plant is the sample's error, for
+Inspect to retry or to report; a reply that stays unusable is the model's own and ends the trial as ``error``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+
+from lockprobe.agents.llm.client import Answer, refuse_overflow, sent, usage_of
+from lockprobe.agents.llm.connect import WITH_BATCHES
+from lockprobe.agents.llm.model import decided, model_facts
+from lockprobe.agents.llm.model_facts import facts_of
+from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.prompt import Message
+from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault, without_keys
+from lockprobe.evals.conversation import told_last
+from lockprobe.evals.sample_pictures import beside
+from lockprobe.evals.scoring import TRIAL, marked, told_of
+from lockprobe.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.studies.play import play_timed
+from lockprobe.studies.settings import study_from
+from lockprobe.trial_json import trial_to_json
+
+try:
+    from inspect_ai.log import transcript
+    from inspect_ai.model import (
+        ChatMessage,
+        GenerateConfig,
+        Model,
+        ResponseSchema,
+        get_model,
+    )
+    from inspect_ai.model._generate_config import active_generate_config
+    from inspect_ai.solver import Generate, Solver, TaskState, solver
+    from inspect_ai.util import JSONSchema
+except ImportError as error:
+    raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["agent_spec", "play_trial"]
+
+_OURS = {"temperature": "temperature", "top_p": "top_p", "effort": "reasoning_effort", "max_tokens": "max_tokens"}
+"""Settings that Inspect has options for, with their names in its configuration."""
+
+_TRANSPORT = frozenset(
+    {"max_retries", "timeout", "attempt_timeout", "stream_idle_timeout", "max_connections", "adaptive_connections"}
+    | {"batch", "cache", "cache_prompt", "reasoning_summary", "response_schema", "modalities"}
+)
+"""What changes how a model is reached or what is kept of its answer, and not what it is asked."""
+
+_FAULTS: dict[str, type[TrialFault]] = {fault.boundary: fault for fault in (ModelFault, PlantFault, ChannelFault)}
+"""By boundary, as what the error of a sample is raised."""
+
+
+def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfig) -> str:
+    """The agent that a model is under the settings of an eval, as ``lockprobe run --agent`` would name it.
+
+    Args:
+        model: Its name, as Inspect AI has it.
+        settings: Options that only we have: name -> value; None for the default.
+        config: What was set for the eval, for example by ``--temperature``.
+
+    Raises:
+        BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
+    """
+    given = dict(settings) | {ours: getattr(config, theirs) for ours, theirs in _OURS.items()}
+    named = {
+        field.name: f"{value:g}" if isinstance(value, float) else str(value)
+        for field in fields(Settings)
+        if (value := given.get(field.name)) not in (None, field.default)
+    }
+    spec = f"{model}?{urlencode(named)}" if named else model
+    read_settings(spec)
+    return f"llm:{spec}"
+
+
+@solver
+def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) -> Solver:
+    """Plays the trial that a sample's metadata names.
+
+    Args:
+        settings: Of the study, as JSON holds them; the model of the eval is its only agent.
+        options: How the model is asked, as far as Inspect has no options for it.
+    """
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        model = get_model()
+        config = active_generate_config().merge(model.config)
+        spec = agent_spec(str(model), options or {}, config)
+        study = study_from({**settings, "agents": [spec]}, Path(str(state.sample_id)))
+        place = state.metadata
+        repetition = place["repetition"] + (state.epoch - 1) * study.repetitions
+        plan = study.plan(spec, study.condition_said(place["condition"]), repetition, place["trial"])
+        player = _ModelOfTheEval(model, spec.removeprefix("llm:"), config, state)
+        with TemporaryDirectory(prefix="lockprobe-") as pictures:
+            trial, _ = await play_timed(plan, player, player.note, Path(pictures))
+            _finish(state, trial, Path(pictures))
+        if trial.error is not None and trial.error.boundary != "reply":
+            raise player.broke or _FAULTS.get(trial.error.boundary, TrialFault)(trial.error.message)
+        state.store.set(TRIAL, trial_to_json(trial).decode())
+        state.completed = True
+        return state
+
+    return solve
+
+
+class _ModelOfTheEval:
+    """The model of an eval at one trial.
+
+    Args:
+        model: The model.
+        spec: Its name and how it is asked.
+        config: What was set for the eval.
+        state: Whose messages the conversation becomes.
+    """
+
+    def __init__(self, model: Model, spec: str, config: GenerateConfig, state: TaskState) -> None:
+        self.broke: BaseException | None = None
+        self._model, self._state = model, state
+        self._name, self._settings = read_settings(spec)
+        self._known = facts_of(self._name)
+        self._batch = bool(config.batch) and self._name.partition("/")[0] in WITH_BATCHES
+        self._others = {
+            name: value
+            for name, value in config.model_dump(mode="json", exclude_none=True).items()
+            if name not in _TRANSPORT and name not in _OURS.values()
+        }
+        self._made: dict[tuple[object, ...], ChatMessage] = {}
+        state.messages = []
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """What it is; what else was set for the eval stands under ``config``."""
+        others = {"config": json.dumps(self._others, sort_keys=True)} if self._others else {}
+        return model_facts(self._name, self._settings, batch=self._batch) | others
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Ask for the next joint; what Inspect raises is kept, so that its own limits and retries hold."""
+        step = len(situation.past) + 1
+
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+            try:
+                return await self._ask(step, turn, messages, schema)
+            finally:
+                self.broke = sys.exception()
+
+        return await decided(situation, self._settings, ask)
+
+    async def _ask(self, step: int, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+        asked = [self._message(i, message, step, turn) for i, message in enumerate(messages)]
+        self._state.messages.append(asked[-1])
+        began = time.perf_counter()
+        output = await self._model.generate(asked, config=self._config(schema))
+        refuse_overflow(output)
+        text = without_keys(output.completion)
+        reply = self._message(len(messages), Message(role="assistant", text=text or "(empty)"), step, turn)
+        reply.id = output.message.id
+        self._state.messages.append(output.message.model_copy(update={"metadata": dict(reply.metadata or {})}))
+        self._state.output = output
+        return Answer(
+            text=text,
+            stop=output.stop_reason,
+            served=without_keys(output.model),
+            usage=usage_of(output),
+            seconds=output.time or time.perf_counter() - began,
+        )
+
+    def _config(self, schema: dict[str, object]) -> GenerateConfig:
+        """What is sent beside the conversation, as a line of our own sends it."""
+        form = self._settings.form(self._known)
+        config = GenerateConfig().model_copy(update=self._settings.parameters(self._known))
+        if form != "none":
+            json_schema = JSONSchema.model_validate(schema)
+            config.response_schema = ResponseSchema(name="reply", json_schema=json_schema, strict=form == "strict")
+        return config
+
+    def _message(self, place: int, message: Message, step: int, turn: int) -> ChatMessage:
+        """The same message is the same object in every call; each has metadata of its own, or equal ones are merged."""
+        name = (place, message.role, message.text, tuple(picture.name for picture in message.pictures))
+        if name not in self._made:
+            made = sent(message, self._settings)
+            made.metadata = {"step": step} if turn == 1 else {"step": step, "turn": turn}
+            self._made[name] = made
+        return self._made[name]
+
+    def note(self, key: str, step: Step) -> None:
+        """Write the truth of a step beside what was decided, where the model does not see it."""
+        transcript().info(told_of(step), source="lockprobe")
+        self._state.messages[-1].metadata = marked(step)
+
+
+def _finish(state: TaskState, trial: Trial, directory: Path) -> None:
+    """Put into a sample what its model did not get to see: the last observation, and pictures kept for the record."""
+    if trial.error is None:
+        last = sent(told_last(trial, directory), Settings())
+        last.metadata = {"step": len(trial.steps) + 1}
+        state.messages.append(last)
+    for name, value in beside(trial, state.messages, directory).items():
+        state.store.set(name, value)

@@ -1,0 +1,146 @@
+"""Tables as files: CSV, JSON lines, Parquet, each with its data dictionary beside it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import IO, Literal
+
+from lockprobe.errors import Missing
+from lockprobe.export.data_dictionary import as_bits, column, dictionary
+from lockprobe.export.tidy import NO_TIMES, Cell, Times, tidy_columns, tidy_rows
+from lockprobe.export.trials import trial_columns, trial_rows
+from lockprobe.record import Trial
+from lockprobe.storage.atomic_file import atomic_file, atomic_files
+
+__all__ = [
+    "FileKind",
+    "Rows",
+    "TableName",
+    "rows_of",
+    "write_csv",
+    "write_jsonl",
+    "write_parquet",
+    "write_rows",
+    "write_table",
+]
+
+FileKind = Literal["csv", "jsonl", "parquet"]
+
+TableName = Literal["steps", "trials"]
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """A table whose rows come one after the other, once.
+
+    Attributes:
+        about: What a row is.
+        columns: Names of the columns, in order.
+        rows: Cells by column; an empty text where there is nothing.
+    """
+
+    about: str
+    columns: tuple[str, ...]
+    rows: Iterable[Mapping[str, Cell]]
+
+
+def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -> Rows:
+    """Trials as a table, a row a step or a row a trial.
+
+    Args:
+        name: Which.
+        trials: The trials.
+        times: The response times of people, for steps.
+    """
+    if name == "trials":
+        return Rows("One row a trial.", trial_columns(trials), trial_rows(trials))
+    return Rows("One row a step, truth beside told.", tidy_columns(trials, times), tidy_rows(trials, times))
+
+
+def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
+    """Write a table and, beside it, its data dictionary as ``NAME-metadata.json``: both whole, or neither.
+
+    Args:
+        table: The table.
+        path: Of its file.
+        kind: What the file is.
+
+    Returns:
+        Both files.
+
+    Raises:
+        Missing: If Parquet is asked for and pyarrow is not installed.
+        BadFile: If a file cannot be written, or is no regular file.
+    """
+    beside = path.with_name(f"{path.name}-metadata.json")
+    described = dictionary(path.name, table.columns, table.about)
+    with atomic_files(beside, path) as (beside_draft, draft):
+        beside_draft.write_text(json.dumps(described, indent=2, ensure_ascii=False) + "\n", "utf-8")
+        if kind == "parquet":
+            _write_parquet(table, draft)
+        else:
+            with draft.open("w", encoding="utf-8", newline="") as file:
+                write_rows(table, file, kind)
+    return [path, beside]
+
+
+def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
+    """Write a table as text. CSV has a header line, and configurations with ``b`` in front (``b0110``).
+
+    Args:
+        table: The table.
+        file: Open for text.
+        kind: One JSON object a line, or CSV.
+    """
+    if kind == "jsonl":
+        file.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in table.rows)
+        return
+    bits = [name for name in table.columns if column(name).kind == "bits"]
+    writer = csv.DictWriter(file, table.columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({**row, **{name: as_bits(str(row[name])) for name in bits}} for row in table.rows)
+
+
+def write_csv(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
+    """Tidy steps with a header line; ``state`` has ``b`` in front, so that no program reads it as a number."""
+    write_rows(rows_of("steps", list(trials), times), file, "csv")
+
+
+def write_jsonl(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
+    """Tidy steps, one JSON object a line."""
+    write_rows(rows_of("steps", list(trials), times), file, "jsonl")
+
+
+def write_parquet(trials: Iterable[Trial], path: Path, times: Times = NO_TIMES) -> None:
+    """Tidy steps as a Parquet file, every column with its type: ``state`` is text, what is counted is whole.
+
+    Raises:
+        Missing: If pyarrow is not installed.
+        BadFile: If the file cannot be written, or is no regular file.
+    """
+    table = rows_of("steps", list(trials), times)
+    with atomic_file(path) as draft:
+        _write_parquet(table, draft)
+
+
+def _write_parquet(table: Rows, draft: Path) -> None:
+    try:
+        arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
+    kinds = {"integer": arrow.int64(), "number": arrow.float64(), "text": arrow.string(), "bits": arrow.string()}
+    about = {name: column(name) for name in table.columns}
+    schema = arrow.schema(
+        [
+            arrow.field(name, kinds[one.kind], metadata={"description": one.meaning, "unit": one.unit})
+            for name, one in about.items()
+        ]
+    )
+    numbers = [name for name, one in about.items() if kinds[one.kind] != arrow.string()]
+    rows = [{**row, **{name: None for name in numbers if row[name] == ""}} for row in table.rows]
+    parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)

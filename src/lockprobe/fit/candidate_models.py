@@ -1,0 +1,223 @@
+"""The models that compete for an agent's choices.
+
+Some come in versions, for example one for each preset. The version that fits best stands for its model, and beside the
+result it is said from how many it was chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.agents.human_inspired import PRESETS, HumanInspired
+from lockprobe.agents.strategies import RoundRobin
+from lockprobe.errors import UnknownName
+from lockprobe.fit.choices import Choices, Heard, rule
+from lockprobe.fit.likelihood import Lapse, Model, Softmax
+
+__all__ = ["PULLS", "RIVALS", "Rival", "Versions", "chosen_rivals", "mapped"]
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Versions = Mapping[str, Model]
+
+PULLS = ("target", "closed", "failure", "recent", "stay", "position")
+"""The pulls of :class:`lockprobe.agents.cognitive.SoftmaxMemory`, beside which it has ``decay`` and ``reset``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rival:
+    """One competitor.
+
+    Attributes:
+        name: Its name.
+        says: What it claims of the agent, as the rest of a sentence that begins with "the agent".
+        versions: From the choices to its versions by name.
+        agent: The spec of the agent of a version, without fitted parameters; empty if there is no such agent.
+        heeds: Whether it heeds what was reported, not only what was attempted.
+    """
+
+    name: str
+    says: str
+    versions: Callable[[Choices, Sequence[Heard]], Versions]
+    agent: str = ""
+    heeds: bool = True
+
+
+def chosen_rivals(names: Iterable[str] | None = None) -> list[Rival]:
+    """Rivals by name, in their own order; all without names. ``random`` is always among them.
+
+    Raises:
+        UnknownName: If there is no such model; the message lists those that exist.
+    """
+    asked = set(RIVALS if names is None else names)
+    for name in sorted(asked - set(RIVALS)):
+        raise UnknownName("model", name, RIVALS)
+    return [rival for name, rival in RIVALS.items() if name in asked | {"random"}]
+
+
+def _softmax(name: str, *pulls: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
+    """The softmax over a fading memory with some of its pulls; the others are 0."""
+
+    def versions(choices: Choices, heard: Sequence[Heard]) -> Versions:
+        features = {
+            "target": choices.target,
+            "closed": choices.closed,
+            "failure": np.zeros_like(choices.place),
+            "recent": choices.last,
+            "stay": choices.stayed,
+            "position": -choices.place,
+        }
+        columns = [features[pull] * choices.present for pull in pulls]
+        model = Softmax(
+            names=pulls,
+            features=np.stack([np.zeros_like(choices.place), *columns], axis=2)[:, :, 1:].copy(),
+            chosen=choices.chosen,
+            present=choices.present,
+            traces=(choices.age, choices.moves) if "failure" in pulls else None,
+        )
+        return {name: model}
+
+    return versions
+
+
+def _favourites(which: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
+    """A pull of its own for every place in the listing, or for every label, against the first."""
+
+    def versions(choices: Choices, heard: Sequence[Heard]) -> Versions:
+        width = choices.present.shape[1]
+        if which == "label":
+            kinds, names = choices.label, choices.labels
+        else:
+            kinds = np.broadcast_to(np.arange(width), choices.label.shape)
+            names = tuple(str(place + 1) for place in range(width))
+        features = kinds[:, :, None] == np.arange(1, len(names))
+        return {
+            f"favourite-{which}s": Softmax(
+                names=tuple(f"{which} {name} beside {names[0]}" for name in names[1:]),
+                features=(features & choices.present[:, :, None]).astype(np.float64),
+                chosen=choices.chosen,
+                present=choices.present,
+            )
+        }
+
+    return versions
+
+
+def _follows(choices: Choices, follows: Array) -> Lapse:
+    return Lapse(follows=follows, chosen=choices.chosen, present=choices.present)
+
+
+def _round_robin(choices: Choices, heard: Sequence[Heard]) -> Versions:
+    return {"round-robin": _follows(choices, rule(RoundRobin(), heard))}
+
+
+def _human_inspired(choices: Choices, heard: Sequence[Heard]) -> Versions:
+    """Every preset; one that looks at the panel only where that is known."""
+    seen = all(one.view.places for one in heard)
+    agents = {
+        f"human-inspired:{name}": HumanInspired(**preset)  # type: ignore[arg-type] # a preset is what it takes
+        for name, preset in PRESETS.items()
+        if seen or "nearest" not in preset
+    }
+    return {name: _follows(choices, rule(agent, heard)) for name, agent in agents.items()}
+
+
+def _random_map(choices: Choices, heard: Sequence[Heard]) -> Versions:
+    """Every window and everything to avoid; without a window there is no last joint to avoid."""
+    kinds = [(w, avoid) for w, avoid in product(range(4), ("none", "last", "failed")) if w or avoid != "last"]
+    return {
+        f"random-map?window={window}&avoid={avoid}": _follows(choices, mapped(choices, window, avoid))
+        for window, avoid in kinds
+    }
+
+
+def mapped(choices: Choices, window: int, avoid: str) -> Array:
+    """What :class:`lockprobe.agents.cognitive.RandomMap` would choose, shape (choices, joints).
+
+    In a state met before in the trial it is what was done there first, in a new one any joint that is not avoided.
+    """
+    rows, places = np.arange(len(choices)), np.arange(choices.present.shape[1])
+    failed = choices.failed if avoid == "failed" else np.zeros_like(choices.failed)
+    state = np.column_stack([choices.trial, choices.reported, failed, *_attempts(choices, window)])
+    first, which = np.unique(state, axis=0, return_index=True, return_inverse=True)[1:]
+    before = first[which.reshape(-1)]
+    barred = choices.last if avoid == "last" else (failed[:, None] >> places) & 1 > 0
+    allowed = choices.present & ~barred
+    allowed = np.where(allowed.any(axis=1, keepdims=True), allowed, choices.present)
+    fresh: Array = allowed / allowed.sum(axis=1, keepdims=True)
+    return np.where((before < rows)[:, None], choices.chosen[before][:, None] == places, fresh)
+
+
+def _attempts(choices: Choices, window: int) -> list[Integers]:
+    """What was heard of the last attempts, the latest first; -1 before there were any."""
+    found = []
+    for back in range(window):
+        there = np.maximum(np.arange(len(choices)) - back, 0)
+        found.append(np.where(choices.trial[there] == choices.trial, choices.attempt[there], -1))
+    return found
+
+
+_SOFTMAX = "cognitive:softmax-memory"
+
+_RIVALS = (
+    Rival(name="random", says="takes any joint", versions=_softmax("random"), agent="random", heeds=False),
+    Rival(
+        name="favourite-places",
+        says="prefers some places in the listing",
+        versions=_favourites("place"),
+        heeds=False,
+    ),
+    Rival(name="favourite-labels", says="prefers some labels", versions=_favourites("label"), heeds=False),
+    Rival(name="round-robin", says="goes through the listing, but for lapses", versions=_round_robin, heeds=False),
+    Rival(
+        name="no-repeat",
+        says="avoids or repeats the joint attempted last, whether it moved or not",
+        versions=_softmax("no-repeat", "recent"),
+        agent=_SOFTMAX,
+        heeds=False,
+    ),
+    Rival(
+        name="win-stay-lose-shift",
+        says="avoids or repeats the joint attempted last, depending on whether it moved",
+        versions=_softmax("win-stay-lose-shift", "recent", "stay"),
+        agent=_SOFTMAX,
+    ),
+    Rival(
+        name="failure-memory",
+        says="avoids, or returns to, what failed, as far as it remembers",
+        versions=_softmax("failure-memory", "failure"),
+        agent=_SOFTMAX,
+    ),
+    Rival(
+        name="goal-and-failures",
+        says="weighs the target, what has not been opened, and what failed",
+        versions=_softmax("goal-and-failures", "target", "closed", "failure"),
+        agent=_SOFTMAX,
+    ),
+    Rival(
+        name="softmax-memory",
+        says="weighs the target, what has not been opened, what failed, what it did last, and the order of the listing",
+        versions=_softmax("softmax-memory", *PULLS),
+        agent=_SOFTMAX,
+    ),
+    Rival(
+        name="human-inspired",
+        says="leaves what failed until something has moved, but for lapses",
+        versions=_human_inspired,
+        agent="{version}",
+    ),
+    Rival(
+        name="random-map",
+        says="does in a situation what it did there first, whatever that was, but for lapses",
+        versions=_random_map,
+        agent="cognitive:{version}",
+    ),
+)
+
+RIVALS: Mapping[str, Rival] = {rival.name: rival for rival in _RIVALS}
+"""All rivals by name."""

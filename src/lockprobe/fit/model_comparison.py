@@ -1,0 +1,201 @@
+"""Models compete for the same choices, by a criterion that charges them for their parameters.
+
+Trials of equal repetition and trial share labels, flips and draws, and an agent may make the same choice in several of
+them. The likelihood counts it every time, and takes luck that repeats itself for evidence: by a plain BIC most agents
+that act at random in the paper's design are something else. Log-likelihoods and numbers of choices are therefore
+divided by how many choices say as much as one (quasi-likelihood: Lebreton et al. 1992; Burnham and Anderson 2002,
+Sec. 2.5), and a model on whose parameters the choices agree even more is charged for more parameters than it has
+(composite likelihood: Varin and Vidoni 2005; Gao and Song 2010).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.agents.policy import Told
+from lockprobe.fit.candidate_models import RIVALS, Rival
+from lockprobe.fit.choices import Choices, Heard, choices_of
+from lockprobe.fit.likelihood import Model
+from lockprobe.fit.optimise import Maximum, maximum, shared_luck
+from lockprobe.record import Trial
+
+__all__ = ["Competitor", "Contest", "Tell", "contest", "lead_by_reports"]
+
+Tell = Callable[[str], None]
+
+_GENERAL = "softmax-memory"
+"""The most general model, from which it is taken how far choices repeat each other."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Competitor:
+    """A rival with all its versions fitted.
+
+    Attributes:
+        rival: The rival.
+        versions: Its versions by name.
+        fitted: Their maxima.
+        effective: Choices, divided by how many of them say as much as one.
+        repeats: How many say as much as one.
+        charged: Parameters that it is charged for: those that it has, times by how much more choices repeat each other
+            in what they say of them than in general, if more.
+    """
+
+    rival: Rival
+    versions: Mapping[str, Model]
+    fitted: Mapping[str, Maximum]
+    effective: float
+    repeats: float
+    charged: float
+
+    @property
+    def version(self) -> str:
+        """The version that fits best."""
+        return max(self.fitted, key=lambda name: self.fitted[name].log_likelihood)
+
+    @property
+    def model(self) -> Model:
+        """That version."""
+        return self.versions[self.version]
+
+    @property
+    def best(self) -> Maximum:
+        """Its maximum."""
+        return self.fitted[self.version]
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion, with versions equally likely beforehand."""
+        return self._deviance + self.charged * math.log(self.effective) + 2 * math.log(len(self.versions))
+
+    @property
+    def aicc(self) -> float | None:
+        """Akaike's criterion for few choices; None with too few for it. Versions cost nothing in it."""
+        size, spare = self.charged, self.effective - self.charged - 1
+        return self._deviance + 2 * size + 2 * size * (size + 1) / spare if spare > 0 else None
+
+    @property
+    def _deviance(self) -> float:
+        return -2 * self.best.log_likelihood / self.repeats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contest:
+    """All competitors for the same choices.
+
+    Attributes:
+        competitors: In the order of the rivals.
+        repeats: How many choices say as much as one, >= 1.
+    """
+
+    competitors: tuple[Competitor, ...]
+    repeats: float
+
+    @property
+    def ranked(self) -> list[Competitor]:
+        """The best first, by BIC."""
+        return sorted(self.competitors, key=lambda one: one.bic)
+
+    @property
+    def best(self) -> Competitor:
+        """The winner by BIC."""
+        return self.ranked[0]
+
+
+def contest(
+    choices: Choices, heard: Sequence[Heard], rivals: Sequence[Rival], tell: Tell = lambda said: None
+) -> Contest:
+    """Fit rivals to choices.
+
+    Args:
+        choices: The choices.
+        heard: The same trials as heard.
+        rivals: Who competes.
+        tell: Called with the name of each before it is fitted.
+    """
+
+    def fitted(rival: Rival) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
+        tell(rival.name)
+        return _maxima(rival, choices, heard)
+
+    general = fitted(RIVALS[_GENERAL])
+    repeats = _repeats(*general, choices)
+    found = (
+        _competitor(rival, *(general if rival.name == _GENERAL else fitted(rival)), choices, repeats)
+        for rival in rivals
+    )
+    return Contest(competitors=tuple(found), repeats=repeats)
+
+
+def lead_by_reports(winner: Competitor, trials: Sequence[Trial], heard: Sequence[Heard]) -> float | None:
+    """How far a model is ahead, in BIC, of itself for an agent to which reports mean nothing.
+
+    That agent takes every attempt for a failure, whatever was reported, and no joint for moved: what it did it knows,
+    what came of it it does not. An agent that ignores reports may well look as if failures acted on it, because the
+    joints that it attempts are mostly those that fail; then it is predicted as well without the reports.
+
+    Args:
+        winner: The model, as fitted to what was reported.
+        trials: The trials.
+        heard: The same as heard.
+
+    Returns:
+        The lead, < 0 if reports only make it worse; None of a model that heeds none.
+    """
+    if not winner.rival.heeds:
+        return None
+    unheeded = [replace(one, told=tuple(map(_failed, one.told))) for one in heard]
+    choices = choices_of(trials, unheeded)
+    versions, maxima = _maxima(winner.rival, choices, unheeded)
+    size = _free(next(iter(versions.values())))
+    twin = _competitor(winner.rival, versions, maxima, choices, winner.repeats, size)
+    return twin.bic - winner.bic
+
+
+def _failed(told: Told) -> Told:
+    """The same attempt without regard to what was reported of it."""
+    return replace(told, moved=False, shifted=None if told.shifted is None else 0)
+
+
+def _maxima(
+    rival: Rival, choices: Choices, heard: Sequence[Heard]
+) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
+    """The versions of a rival, fitted."""
+    versions = rival.versions(choices, heard)
+    return versions, {name: maximum(model) for name, model in versions.items()}
+
+
+def _competitor(
+    rival: Rival,
+    versions: Mapping[str, Model],
+    fitted: Mapping[str, Maximum],
+    choices: Choices,
+    repeats: float,
+    size: int | None = None,
+) -> Competitor:
+    """With its price: ``size`` parameters, or all that it has."""
+    size = len(next(iter(fitted.values())).values) if size is None else size
+    return Competitor(
+        rival=rival,
+        versions=versions,
+        fitted=fitted,
+        effective=max(len(choices) / repeats, 1.0),
+        repeats=repeats,
+        charged=size * max(1.0, _repeats(versions, fitted, choices) / repeats),
+    )
+
+
+def _free(model: Model) -> int:
+    """How many of its parameters change any probability: ``reset`` does not where nothing was told to have moved."""
+    inside = np.array([0.5 if most == 1.0 else 1.0 for _, most in model.bounds.values()])
+    return int((np.abs(model.slope(inside).scores).max(axis=0, initial=0.0) > 1e-9).sum())
+
+
+def _repeats(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], choices: Choices) -> float:
+    """How many choices say as much as one of the version that fits best."""
+    name = max(fitted, key=lambda one: fitted[one].log_likelihood)
+    return shared_luck(versions[name], fitted[name].values, choices.cluster).overall

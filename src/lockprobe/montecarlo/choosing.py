@@ -1,0 +1,291 @@
+"""Trials on arrays, for compilation: the policies of :mod:`lockprobe.agents` once more, choice by choice the same.
+
+What costs a policy a number of its stream costs one here. All that is compiled together stands in this one file, since
+numba keeps what it has compiled until the file changes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.montecarlo.rules import Integers, Memory, Numbers, Rule, Scene
+
+__all__ = [
+    "HUMAN",
+    "MAP",
+    "NO_REPEAT",
+    "PARTS",
+    "RANDOM",
+    "ROUND_ROBIN",
+    "SOFTMAX",
+    "choose",
+    "forget",
+    "play_trials",
+    "remember",
+]
+
+RANDOM, NO_REPEAT, ROUND_ROBIN, HUMAN, SOFTMAX, MAP = range(6)
+STICKY, OUTCOME_ONLY = 1, 2
+FIRST, LATER = 0, 1
+BY_CONFIGURATION = 1
+SPARE_OPENED, SPARE_MOVED = 0, 1
+AVOID_LAST, AVOID_FAILED = 1, 2
+NOT_TOLD = -1
+
+
+def play_trials(
+    scene: Scene,
+    rule: Rule,
+    memory: Memory,
+    orders: Integers,
+    flips: Numbers,
+    draws: Numbers,
+    steps: NDArray[np.int32],
+    solved: NDArray[np.bool_],
+    actions: NDArray[np.int8],
+    moves: NDArray[np.bool_],
+    reports: NDArray[np.bool_],
+) -> None:
+    """Trials of one agent.
+
+    Args:
+        scene: The box and what is told of it.
+        rule: The agent.
+        memory: Room for its memory.
+        orders: The joints as they are listed in each trial, shape (trials, joints).
+        flips: Numbers of the outcome flip, shape (trials, budget); no columns where nothing is inverted.
+        draws: Numbers of the agent, shape (trials, as many as it may use).
+        steps: Written: steps made, shape (trials,).
+        solved: Written: whether the box was solved, shape (trials,).
+        actions: Written: joints attempted, shape (trials, budget); no columns where they are not wanted.
+        moves: Written: whether each moved, the same shape.
+        reports: Written: what was told of it, the same shape.
+    """
+    recorded, noisy = actions.shape[1] > 0, flips.shape[1] > 0
+    for trial in range(len(steps)):
+        forget(rule, memory)
+        configuration = shown = 0
+        steps[trial], solved[trial] = scene.budget, False
+        order, numbers = orders[trial], draws[trial]
+        for step in range(scene.budget):
+            joint = choose(scene, rule, memory, order, numbers)
+            moved = scene.movable[configuration] >> joint & 1
+            flipped = 1 if noisy and flips[trial, step] < scene.p else 0
+            configuration ^= moved << joint
+            last, others = shown, shown if scene.flip == STICKY else configuration
+            shown = others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
+            said = (shown ^ last) >> joint & 1 if scene.states_only else moved ^ flipped
+            if recorded:
+                actions[trial, step], moves[trial, step], reports[trial, step] = joint, moved, said
+            if moved and joint == scene.target:
+                steps[trial], solved[trial] = step + 1, True
+                break
+            told = NOT_TOLD if scene.flip == OUTCOME_ONLY else shown
+            remember(scene, rule, memory, joint, said, told)
+
+
+def forget(rule: Rule, memory: Memory) -> None:
+    """The memory before the first step."""
+    memory.steps = memory.used = memory.failed = memory.opened = memory.won = memory.recent = memory.met = 0
+    memory.moved = memory.last = -1
+    if rule.kind == SOFTMAX:
+        memory.traces[:] = 0
+    if rule.kind == HUMAN and rule.memory == BY_CONFIGURATION:
+        memory.seen[:] = 0
+
+
+def choose(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: Numbers) -> int:
+    """The next joint.
+
+    Args:
+        scene: The world.
+        rule: The agent.
+        memory: What it remembers.
+        order: The joints as they are listed to it.
+        numbers: Its stream.
+    """
+    everything = (1 << scene.joints) - 1
+    if rule.kind == ROUND_ROBIN:
+        return int(order[memory.steps % scene.joints])
+    if rule.kind == HUMAN:
+        return _human(scene, rule, memory, order, numbers)
+    if rule.kind == SOFTMAX:
+        _weigh(scene, rule, memory, order)
+        return _drawn(order, memory.chances, _next(memory, numbers))
+    if rule.kind == MAP:
+        _meant(scene, rule, memory, order)
+        return _drawn(order, memory.chances, _next(memory, numbers))
+    if rule.kind == NO_REPEAT and memory.last >= 0:
+        everything &= ~(1 << memory.last)
+    return _picked(order, everything, _next(memory, numbers))
+
+
+def remember(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int, shown: int) -> None:
+    """The memory after a report.
+
+    Args:
+        scene: The world.
+        rule: The agent.
+        memory: What it remembers.
+        joint: The joint attempted.
+        moved: Whether it moved, as told.
+        shown: The configuration as told; -1 where it is not.
+    """
+    memory.steps += 1
+    if rule.kind == MAP:
+        _note(memory, joint)
+        memory.recent = (memory.recent << 5 | 2 * joint + moved + 1) & ((1 << 5 * rule.window) - 1)
+        memory.opened = 0 if shown == NOT_TOLD else shown
+        memory.failed = memory.failed | 1 << joint if not moved and rule.avoid == AVOID_FAILED else 0
+        memory.last = joint
+        return
+    if rule.kind == SOFTMAX:
+        _fade(scene, rule, memory, joint, moved)
+    memory.seen[memory.opened] |= 1 << joint
+    memory.failed = 0 if moved else memory.failed | 1 << joint
+    memory.opened = memory.opened ^ moved << joint if shown == NOT_TOLD else shown
+    memory.last, memory.won = joint, moved
+    if moved:
+        memory.moved = joint
+
+
+def _next(memory: Memory, numbers: Numbers) -> float:
+    """The next number of the stream."""
+    used = memory.used
+    memory.used = used + 1
+    return float(numbers[used])
+
+
+def _picked(order: Integers, allowed: int, number: float) -> int:
+    """One of several equally likely joints, as :func:`lockprobe.agents.policy.pick` has it."""
+    count = 0
+    for joint in order:
+        count += allowed >> joint & 1
+    skipped = int(number * count)
+    for joint in order:
+        if allowed >> joint & 1:
+            if not skipped:
+                return int(joint)
+            skipped -= 1
+    return -1
+
+
+def _drawn(order: Integers, chances: Numbers, number: float) -> int:
+    """A joint by its chance, as :func:`lockprobe.agents.policy.draw` has it; chances in the order of the listing."""
+    total, last = 0.0, 0
+    for place in range(len(order)):
+        total += chances[place]
+        if number < total:
+            return int(order[place])
+        if chances[place] > 0:
+            last = place
+    return int(order[last])
+
+
+def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: Numbers) -> int:
+    """The human-inspired strategy."""
+    target = 1 << scene.target
+    everything = (1 << scene.joints) - 1
+    if rule.lapse > 0 and _next(memory, numbers) < rule.lapse:
+        return _picked(order, everything, _next(memory, numbers))
+    ruled_out = memory.failed if rule.memory == 0 else 0
+    if rule.memory == BY_CONFIGURATION:
+        ruled_out = memory.seen[memory.opened]
+    if rule.when == FIRST and not ruled_out & target:
+        return int(scene.target)
+    spared = memory.opened if rule.spare == SPARE_OPENED else 0
+    if rule.spare == SPARE_MOVED and memory.moved >= 0:
+        spared = 1 << memory.moved
+    untried = everything & ~ruled_out
+    fresh = untried & ~spared
+    if rule.when == LATER and untried & target:
+        fresh = fresh & ~target or target
+    if rule.nearest and memory.moved >= 0:
+        fresh = _nearest(scene, memory.moved, fresh)
+    return _picked(order, fresh or untried or everything, _next(memory, numbers))
+
+
+def _nearest(scene: Scene, moved: int, joints: int) -> int:
+    """Those of some joints that are nearest on the panel to the one that moved last."""
+    found, least = 0, math.inf
+    for joint in range(scene.joints):
+        if joints >> joint & 1:
+            if scene.far[moved, joint] < least:
+                found, least = 0, scene.far[moved, joint]
+            if scene.far[moved, joint] == least:
+                found |= 1 << joint
+    return found
+
+
+def _weigh(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
+    """The chances of the softmax."""
+    target, closed, failure, _, _, recent, stay, position = rule.pulls
+    greatest, total = -math.inf, 0.0
+    for place in range(scene.joints):
+        joint = order[place]
+        pull = -failure * memory.traces[joint] - position * place / max(scene.joints - 1, 1)
+        if joint == scene.target:
+            pull += target
+        if not memory.opened >> joint & 1:
+            pull += closed
+        if joint == memory.last:
+            pull += recent + stay * memory.won
+        memory.chances[place] = pull
+        greatest = max(greatest, pull)
+    for place in range(scene.joints):
+        memory.chances[place] = math.exp(memory.chances[place] - greatest)
+        total += memory.chances[place]
+    for place in range(scene.joints):
+        memory.chances[place] /= total
+
+
+def _fade(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> None:
+    """The failure traces of the softmax after a report."""
+    decay, reset = rule.pulls[3], rule.pulls[4]
+    kept = decay * (1 - reset) if moved else decay
+    for other in range(scene.joints):
+        memory.traces[other] *= kept
+    if not moved:
+        memory.traces[joint] = 1.0
+
+
+def _state(memory: Memory) -> int:
+    """What the random map sees, as one number."""
+    return int((memory.recent << 8 | memory.opened) << 8 | memory.failed)
+
+
+def _met(memory: Memory) -> int:
+    """Where what it sees stands among the states that the random map has met; -1 if it is new."""
+    state = _state(memory)
+    for met in range(memory.met):
+        if memory.states[met] == state:
+            return met
+    return -1
+
+
+def _note(memory: Memory, joint: int) -> None:
+    """What the random map did first in this state."""
+    if _met(memory) < 0:
+        met = memory.met
+        memory.states[met], memory.firsts[met] = _state(memory), joint
+        memory.met = met + 1
+
+
+def _meant(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
+    """The chances of the random map."""
+    met, barred, everything = _met(memory), memory.failed, (1 << scene.joints) - 1
+    if rule.avoid == AVOID_LAST and memory.last >= 0:
+        barred |= 1 << memory.last
+    meant, count = 1 << memory.firsts[met] if met >= 0 else everything & ~barred or everything, 0
+    for joint in order:
+        count += meant >> joint & 1
+    for place in range(scene.joints):
+        share = (1 - rule.lapse) * (meant >> order[place] & 1) / count
+        memory.chances[place] = rule.lapse / scene.joints + share
+
+
+PARTS = (choose, remember, forget, _next, _picked, _drawn, _human, _nearest, _weigh, _fade, _state, _met, _note, _meant)
+"""All that is compiled along with what calls it."""

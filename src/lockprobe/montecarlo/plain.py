@@ -1,0 +1,178 @@
+"""One trial of a policy, as short as it can be written: the reference that faster ways are held to.
+
+It is the loop of :mod:`lockprobe.trial` for a policy, a box and an outcome flip, without records: the memory is carried
+along, and configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
+from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.agents.ideal_observer import IdealObserver
+from lockprobe.agents.policy import Policy, Told, View
+from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
+from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import find_box
+
+__all__ = ["Played", "World", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
+
+LONGEST = 10_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class World:
+    """A box and what is told of it, in numbers.
+
+    Attributes:
+        name: Name of the box.
+        target: Place of the target in panel order.
+        movable: The joints that may move in each configuration, one bit each, shape (2 ** joints,).
+        places: Where each joint sits on the panel, shape (joints, 2).
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        budget: Steps.
+        states_only: Whether positions are told and no outcomes.
+    """
+
+    name: str
+    target: int
+    movable: tuple[int, ...]
+    places: tuple[tuple[float, float], ...]
+    p: float
+    flip: FlipKind
+    budget: int
+    states_only: bool = False
+
+    def view(self, order: tuple[int, ...]) -> View:
+        """What a policy knows if the joints, by place in panel order, are listed to it in this order."""
+        return View(
+            joints=len(order), target=order.index(self.target), places=tuple(self.places[joint] for joint in order)
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Played:
+    """One trial.
+
+    Attributes:
+        joints: The joints attempted, by place in panel order.
+        moved: Whether each moved.
+        told_moved: What was told of it.
+        solved: Whether the last was the target, and moved.
+    """
+
+    joints: list[int]
+    moved: list[bool]
+    told_moved: list[bool]
+    solved: bool
+
+
+def play_plainly(
+    policy: Policy[Any], world: World, order: tuple[int, ...], channel: np.random.Generator, agent: np.random.Generator
+) -> Played:
+    """Play one trial.
+
+    Args:
+        policy: Who decides.
+        world: The box and what is told of it.
+        order: The joints, by place in panel order, as they are listed to the agent.
+        channel: Stream of the outcome flip; one number a step.
+        agent: Stream of the agent.
+    """
+    view = world.view(order)
+    memory: Hashable = policy.begin(view)
+    configuration = shown = 0
+    joints: list[int] = []
+    moves: list[bool] = []
+    reports: list[bool] = []
+    for _ in range(world.budget):
+        place = policy.choose(view, memory, agent)
+        joint = order[place]
+        moved = bool(world.movable[configuration] >> joint & 1)
+        flipped = channel.random() < world.p
+        configuration ^= moved << joint
+        last, shown = shown, reported(world.flip, configuration, shown, joint, flipped=flipped)
+        said = bool((shown ^ last) >> joint & 1) if world.states_only else moved != flipped
+        joints.append(joint)
+        moves.append(moved)
+        reports.append(said)
+        if moved and joint == world.target:
+            return Played(joints=joints, moved=moves, told_moved=reports, solved=True)
+        shifted = None if world.flip == "outcome-only" else listed(shown, order)
+        told = Told(joint=place, moved=said, shifted=shifted, states_only=world.states_only)
+        memory = policy.remember(view, memory, told)
+    return Played(joints=joints, moved=moves, told_moved=reports, solved=False)
+
+
+def reported(flip: FlipKind, configuration: int, before: int, joint: int, *, flipped: bool) -> int:
+    """The configuration as reported; only ``sticky`` heeds what was reported ``before``.
+
+    It is what :class:`lockprobe.interventions.flip.OutcomeFlip` does to positions.
+    """
+    others = before if flip == "sticky" else configuration
+    return others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
+
+
+@lru_cache(maxsize=4096)
+def listed(configuration: int, order: tuple[int, ...]) -> int:
+    """A configuration with bit j for the joint that is listed as number j."""
+    return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))
+
+
+def world_of(
+    box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int, states_only: bool = False
+) -> World:
+    """A box, by name or itself, and what is told of it.
+
+    Raises:
+        UserMistake: If there is no such box, or a value is out of range.
+    """
+    lockbox = find_box(box)
+    OutcomeFlip(p=p, persistence=flip)
+    if not 1 <= max_steps <= LONGEST:
+        raise BadValue("max_steps", max_steps, f"a whole number from 1 to {LONGEST}")
+    joints = range(len(lockbox.joints))
+    movable = []
+    for shifted in range(1 << len(joints)):
+        configuration = tuple(position ^ bool(shifted >> j & 1) for j, position in enumerate(lockbox.initial))
+        movable.append(sum(lockbox.may_move(configuration, j) << j for j in joints))
+    return World(
+        name=lockbox.name,
+        target=lockbox.target_index,
+        movable=tuple(movable),
+        places=tuple(joint.place for joint in lockbox.joints),
+        p=p,
+        flip=flip,
+        budget=max_steps,
+        states_only=states_only,
+    )
+
+
+def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
+    """The policy that a spec names.
+
+    Raises:
+        UserMistake: If there is no such agent, or its memory is not one value.
+    """
+    found = resolve(agent).make() if isinstance(agent, str) else agent
+    if not isinstance(found, Policy):
+        raise BadValue("agent", agent, "one whose whole memory is one value: a strategy or a cognitive model")
+    return found
+
+
+def heeds_order(policy: Policy[Any]) -> bool:
+    """Whether the order of the listing may matter to a policy; to one that is not known here it may."""
+    if type(policy) is SoftmaxMemory:
+        return policy.position != 0
+    return type(policy) not in (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver)

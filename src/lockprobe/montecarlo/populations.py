@@ -1,0 +1,283 @@
+"""Populations: very many trials of one agent in one condition, without records.
+
+For mechanisms, whose curves need thousands of trials a point. What a population says of its trials is what
+:func:`lockprobe.run_trial` would have written down; with the extra ``fast`` it is compiled.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.agents.policy import Policy
+from lockprobe.analysis.loops import LoopMeasures, kernels, measure
+from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.montecarlo import rules
+from lockprobe.montecarlo.acting import tells_states_only
+from lockprobe.montecarlo.choosing import RANDOM, play_trials
+from lockprobe.montecarlo.compiled import (
+    compiled,
+    deepest,
+    fill,
+    jumps,
+    numbers_a_step,
+    pays,
+    play_blind,
+    rule_of,
+    scene_of,
+)
+from lockprobe.montecarlo.plain import World, heeds_order, play_plainly, policy_of, world_of
+from lockprobe.montecarlo.rules import Rule
+from lockprobe.montecarlo.streams import Counted, FromTree, Source
+
+__all__ = ["Population", "Streams", "population"]
+
+Streams = Literal["study", "fast"]
+"""``study``: trial i is trial i of a study with this seed. ``fast``: numbers by counting."""
+
+MOST_TRIALS = 100_000_000
+MOST_RECORDED = 1_000_000_000
+PIECE = 40_000
+"""Steps played in one call."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Population:
+    """What became of the trials of one agent in one condition. Every column has one row a trial.
+
+    Attributes:
+        agent: Agent spec, or the name of its class.
+        world: The box, what was told of it, and the budget.
+        solved: Whether the target moved, shape (trials,).
+        steps: Steps made, shape (trials,).
+        actions: Joints attempted, by place in panel order, -1 after the end, shape (trials, budget); None where
+            nothing was recorded.
+        moved: Whether each moved, the same shape; False after the end.
+        told_moved: What was told of it, the same.
+    """
+
+    agent: str
+    world: World
+    solved: NDArray[np.bool_]
+    steps: NDArray[np.int32]
+    actions: NDArray[np.int8] | None = None
+    moved: NDArray[np.bool_] | None = None
+    told_moved: NDArray[np.bool_] | None = None
+
+    def __len__(self) -> int:
+        return len(self.solved)
+
+    @property
+    def success(self) -> float:
+        """Share of trials that were solved."""
+        return float(self.solved.mean())
+
+    @property
+    def curve(self) -> NDArray[np.float64]:
+        """Share of trials solved by step 0, 1, ..., shape (budget + 1,)."""
+        ends = np.bincount(self.steps[self.solved], minlength=self.world.budget + 1)
+        return np.asarray(np.cumsum(ends) / len(self), np.float64)
+
+    def loops(self, *, overlap: bool = False, min_length: int = 3) -> LoopMeasures:
+        """What loops make of each trial; see :func:`lockprobe.analysis.loops.measure`.
+
+        Raises:
+            BadValue: If no actions were recorded.
+        """
+        if self.actions is None:
+            raise BadValue("record", False, "a population with its actions recorded")
+        kernels.compiled(kernels.free_measures, int(self.steps.sum()))  # trials of each length may be too few alone
+        columns: dict[str, NDArray[Any]] = {}
+        for steps in np.unique(self.steps)[::-1]:
+            rows = self.steps == steps
+            found = measure(self.actions[rows, :steps].astype(np.int64), overlap=overlap, min_length=min_length)
+            for name in LoopMeasures.__slots__:
+                values = getattr(found, name)
+                columns.setdefault(name, np.zeros(len(self), values.dtype))[rows] = values
+        return LoopMeasures(**columns)
+
+
+def population(
+    agent: str | Policy[Any] = "random",
+    box: str | Path | Lockbox = DEFAULT_BOX,
+    *,
+    p: float = 0.0,
+    flip: FlipKind = "transient",
+    modality: str | None = None,
+    trials: int = 5_000,
+    seed: int = 1,
+    repetition: int = 1,
+    max_steps: int = 20,
+    shuffle: bool = True,
+    streams: Streams = "study",
+    record: bool = False,
+    threads: int | None = None,
+) -> Population:
+    """Play many trials of one agent in one condition.
+
+    With ``streams="study"`` trial i is ``run_trial(..., trial=i)``, action by action and report by report (rows begin
+    at 0, trials at 1). With ``fast`` it is another, equally probable one, and the population may be very large. The
+    layout of the panel is fixed.
+
+    Args:
+        agent: Spec of an agent that is a policy, or a policy.
+        box: Name of a box, path of a TOML file, or a box.
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        modality: As of :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, which tells outcomes too.
+        trials: How many.
+        seed: Seed of the study.
+        repetition: Repetition of the study, from 1; for ``study``.
+        max_steps: Budget in steps.
+        shuffle: Whether the joints are listed in an order drawn for each trial.
+        streams: Where the random numbers come from.
+        record: Whether actions and outcomes are kept.
+        threads: How many work at once; as many as there are processors if not given. It changes no result.
+
+    Raises:
+        UserMistake: If a name does not exist, or a value is out of range.
+
+    >>> population("round-robin", trials=100).success
+    1.0
+    """
+    policy, states_only = policy_of(agent), tells_states_only(modality, flip)
+    world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
+    _check(trials, repetition, streams, threads, recorded=trials * max_steps if record else 0)
+    found = _room(trials, max_steps if record else 0)
+    luck = _Luck(seed=seed, repetition=repetition, shuffle=shuffle, streams=streams)
+    _play(policy, world, luck, threads or os.cpu_count() or 1, found)
+    return Population(
+        agent=agent if isinstance(agent, str) else type(policy).__name__,
+        world=world,
+        solved=found.solved,
+        steps=found.steps,
+        actions=found.actions if record else None,
+        moved=found.moved if record else None,
+        told_moved=found.told_moved if record else None,
+    )
+
+
+class _Found(NamedTuple):
+    steps: NDArray[np.int32]
+    solved: NDArray[np.bool_]
+    actions: NDArray[np.int8]
+    moved: NDArray[np.bool_]
+    told_moved: NDArray[np.bool_]
+
+
+def _check(trials: int, repetition: int, streams: str, threads: int | None, *, recorded: int) -> None:
+    if streams not in get_args(Streams):
+        raise BadValue("streams", streams, f"one of {', '.join(get_args(Streams))}")
+    if not 1 <= trials <= MOST_TRIALS:
+        raise BadValue("trials", trials, f"a whole number from 1 to {MOST_TRIALS}")
+    if repetition < 1:
+        raise BadValue("repetition", repetition, "a whole number from 1")
+    if threads is not None and threads < 1:
+        raise BadValue("threads", threads, "a whole number from 1")
+    if recorded > MOST_RECORDED:
+        raise BadValue("steps to record", recorded, f"at most {MOST_RECORDED}")
+
+
+def _room(trials: int, columns: int) -> _Found:
+    return _Found(
+        steps=np.zeros(trials, np.int32),
+        solved=np.zeros(trials, bool),
+        actions=np.full((trials, columns), -1, np.int8),
+        moved=np.zeros((trials, columns), bool),
+        told_moved=np.zeros((trials, columns), bool),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Luck:
+    """What the random numbers hang on."""
+
+    seed: int
+    repetition: int
+    shuffle: bool
+    streams: Streams
+
+    def source(self, policy: Policy[Any], world: World, rule: Rule | None, *, swift: bool) -> Source:
+        """Where they come from: as many as this policy may need."""
+        joints, flips = len(world.places), world.budget if world.p or not swift else 0
+        draws = 0 if rule is None else world.budget * numbers_a_step(rule)
+        if self.streams == "study":
+            return FromTree(self.seed, self.repetition, joints, shuffle=self.shuffle, flips=flips, draws=draws)
+        if rule is None:
+            raise BadValue("streams", self.streams, f"study, since {type(policy).__name__} is none that is compiled")
+        return Counted(
+            self.seed,
+            joints,
+            shuffle=self.shuffle and heeds_order(policy),
+            flips=flips,
+            draws=draws,
+            depth=deepest(joints) if rule.kind == RANDOM else 0,
+            fill=compiled(fill) if swift else None,
+        )
+
+
+def _play(policy: Policy[Any], world: World, luck: _Luck, threads: int, found: _Found) -> None:
+    """Plays the trials in the quickest way that there is."""
+    rule = rule_of(policy)
+    swift = rule is not None and pays(len(found.steps) * world.budget)
+    source = luck.source(policy, world, rule, swift=swift)
+    if rule is not None and swift:
+        _play_swiftly(world, rule, source, found, threads)
+    else:
+        _play_plainly(policy, world, source, found)
+
+
+def _play_plainly(policy: Policy[Any], world: World, source: Source, found: _Found) -> None:
+    """One trial after another."""
+    for trial in range(len(found.steps)):
+        played = play_plainly(policy, world, *source.luck(trial))
+        steps = len(played.joints)
+        found.steps[trial], found.solved[trial] = steps, played.solved
+        if found.actions.shape[1]:
+            found.actions[trial, :steps] = played.joints
+            found.moved[trial, :steps] = played.moved
+            found.told_moved[trial, :steps] = played.told_moved
+
+
+def _play_swiftly(world: World, rule: Rule, source: Source, found: _Found, threads: int) -> None:
+    """Many trials a call, and several calls at once where no stream has to be set up by Python."""
+    scene, trials = scene_of(world), max(1, PIECE // world.budget)
+    if isinstance(source, Counted) and rule.kind == RANDOM and not found.actions.shape[1]:
+        blind, depth, trials = compiled(play_blind), deepest(scene.joints), 32 * trials
+        jump = jumps(scene, depth)
+
+        def piece(first: int) -> None:
+            blind(source.key, first, world.budget, jump, depth, *_part(found, first, trials)[:2])
+    else:
+        play = compiled(play_trials)
+
+        def piece(first: int) -> None:
+            steps, solved, actions, moved, told_moved = _part(found, first, trials)
+            orders, flips, draws = source.block(first, len(steps))
+            play(
+                scene, rule, rules.record(rules.MEMORY), orders, flips, draws, steps, solved, actions, moved, told_moved
+            )
+
+    piece(0)  # compiles, once
+    others = range(trials, len(found.steps), trials)
+    if threads == 1 or isinstance(source, FromTree):
+        deque(map(piece, others), maxlen=0)
+    else:
+        with ThreadPoolExecutor(max_workers=threads) as pool:
+            deque(pool.map(piece, others), maxlen=0)
+
+
+def _part(found: _Found, first: int, trials: int) -> _Found:
+    """The rows of so many trials, from ``first`` on."""
+    rows = slice(first, first + trials)
+    return _Found(found.steps[rows], found.solved[rows], found.actions[rows], found.moved[rows], found.told_moved[rows])

@@ -1,0 +1,214 @@
+"""What a policy's trials come to, exactly: probabilities are carried along, nothing is drawn.
+
+A trial of a policy is a walk over (true configuration, reported configuration, memory). Where the memory takes few
+values, the probability of every such state is known after every step, and with it success, as if infinitely many
+trials had been played. What has too many states is sampled by :mod:`lockprobe.montecarlo.populations`.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_args
+
+from lockprobe.agents.policy import Policy, Told
+from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import FlipKind
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.montecarlo.acting import Acting, acting_of
+from lockprobe.montecarlo.plain import World, heeds_order, listed, policy_of, reported, world_of
+from lockprobe.protocols import Intervention
+
+__all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
+
+Listing = Literal["shuffled", "panel"]
+"""The order in which joints are listed to the agent: drawn anew for every trial, or along the panel."""
+
+MOST_STATES = 200_000
+"""So many take about twenty seconds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Propagation:
+    """What becomes of a trial, exactly.
+
+    Attributes:
+        solved: Probability that the box is solved by step 0, 1, ..., shape (budget + 1,).
+        apart: Probability that the reported configuration is not the true one after step 0, 1, ..., in trials that
+            go on, shape (budget + 1,); 0 where none does. None where positions are not told.
+        states: How many states were met, over all listings; anew where other things can happen at a step.
+    """
+
+    solved: tuple[float, ...]
+    apart: tuple[float, ...] | None
+    states: int
+
+    @property
+    def success(self) -> float:
+        """Probability that the box is solved within the budget."""
+        return self.solved[-1]
+
+    @property
+    def steps(self) -> float:
+        """Expected length of a trial; one that is not solved uses up its budget."""
+        return sum(1 - share for share in self.solved[:-1])
+
+    def by(self, share: float) -> int | None:
+        """The first step by which this share of trials is solved; None if the budget ends before."""
+        return next((step for step, solved in enumerate(self.solved) if solved > share - ROUNDING), None)
+
+
+ROUNDING = 1e-9
+"""Sums of so many products may be off by this much."""
+
+
+def propagate(
+    agent: str | Policy[Any] = "human-inspired",
+    box: str | Path | Lockbox = DEFAULT_BOX,
+    *,
+    p: float = 0.0,
+    flip: FlipKind = "transient",
+    condition: str | Sequence[Intervention] = "",
+    modality: str | None = None,
+    max_steps: int = 20,
+    listing: Listing = "shuffled",
+    most_states: int = MOST_STATES,
+) -> Propagation:
+    """The exact course of the trials of one agent on one box.
+
+    Args:
+        agent: Spec of an agent that is a policy, or a policy.
+        box: Name of a box, path of a TOML file, or a box.
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
+            and all that is only asked, which policies do not read.
+        modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
+            pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
+        max_steps: Budget in steps.
+        listing: With ``shuffled`` the mean over all orders of the listing, where the order matters.
+        most_states: How many states to follow at most.
+
+    Raises:
+        UserMistake: If a name does not exist, a value is out of range, something else acts, or there are more states.
+
+    >>> course = propagate("human-inspired")
+    >>> round(course.steps, 9), course.by(0.8), course.by(1)
+    (8.5, 9, 10)
+    """
+    acting = acting_of(condition, p, flip, modality)
+    flip = acting.flip.persistence
+    policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
+    if listing not in get_args(Listing):
+        raise BadValue("listing", listing, f"one of {', '.join(get_args(Listing))}")
+    panel = tuple(range(len(world.places)))
+    orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
+    solved, apart, states = [0.0] * (max_steps + 1), [0.0] * (max_steps + 1), 0
+    for order in orders:
+        walk = _Walk(policy, world, acting, order, most_states - states)
+        for step, (done, differs) in enumerate(walk.run()):
+            solved[step] += done / len(orders)
+            apart[step] += differs / len(orders)
+        states += len(walk.ways)
+    shares = tuple(part / (1 - done) if 1 - done > ROUNDING else 0.0 for part, done in zip(apart, solved, strict=True))
+    return Propagation(solved=tuple(solved), apart=None if flip == "outcome-only" else shares, states=states)
+
+
+class _State(NamedTuple):
+    """Configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
+
+    ``told`` is heeded by the next report where false positions persist; None where the last report told none.
+    ``compared`` is what the next report is compared with where states alone are told, else 0.
+    """
+
+    configuration: int
+    told: int | None
+    compared: int
+    memory: Hashable
+
+
+class _Way(NamedTuple):
+    """Where a state leads, None where the box is solved, how probably, and whether wrong positions are told then."""
+
+    goal: _State | None
+    chance: float
+    wrong: bool = False
+
+
+class _Walk:
+    """The states of one policy that is listed the joints in one order, and the chances between them."""
+
+    def __init__(
+        self, policy: Policy[Any], world: World, acting: Acting, order: tuple[int, ...], most_states: int
+    ) -> None:
+        self.ways: dict[tuple[Hashable, _State], list[_Way]] = {}
+        self._policy = policy
+        self._world = world
+        self._acting = acting
+        self._order = order
+        self._view = world.view(order)
+        self._most = most_states
+
+    def run(self) -> Iterator[tuple[float, float]]:
+        """After step 0, 1, ...: the share that is solved, and the share that goes on and is told wrong positions."""
+        solved, running = 0.0, {_State(0, 0, 0, self._policy.begin(self._view)): 1.0}
+        yield solved, 0.0
+        for step in range(1, self._world.budget + 1):
+            after: dict[_State, float] = defaultdict(float)
+            apart, phase = 0.0, self._acting.phase(step)
+            for state, mass in running.items():
+                for goal, chance, wrong in self._ways_from(state, step, phase):
+                    if goal is None:
+                        solved += mass * chance
+                    else:
+                        after[goal] += mass * chance
+                        apart += mass * chance * wrong
+            running = after
+            yield solved, apart
+
+    def _ways_from(self, state: _State, step: int, phase: Hashable) -> list[_Way]:
+        at = (phase, state)
+        if at not in self.ways:
+            if len(self.ways) >= self._most:
+                raise BadValue(
+                    f"states of {type(self._policy).__name__} on {self._world.name}",
+                    f"more than {self._most}",
+                    "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
+                )
+            self.ways[at] = list(self._leaving(state, step))
+        return self.ways[at]
+
+    def _leaving(self, state: _State, step: int) -> Iterator[_Way]:
+        world = self._world
+        chosen = self._policy.probabilities(self._view, state.memory)
+        for place, chance in enumerate(self._acting.attempted(chosen, step)):
+            if not chance:
+                continue
+            joint = self._order[place]
+            moved = bool(world.movable[state.configuration] >> joint & 1)
+            if moved and joint == world.target:
+                yield _Way(None, chance)
+                continue
+            configuration = state.configuration ^ moved << joint
+            for inverted, luck in self._acting.reports(step, moved=moved):
+                yield self._told(state, configuration, place, moved, inverted, chance * luck)
+
+    def _told(
+        self, state: _State, configuration: int, place: int, moved: bool, inverted: bool | None, chance: float
+    ) -> _Way:
+        """The way on with a report that is inverted or not; None where nothing is told."""
+        sticky, states_only = self._world.flip == "sticky", self._acting.states_only
+        if inverted is None:
+            return _Way(_State(configuration, None if sticky else 0, state.compared, state.memory), chance)
+        before = configuration if state.told is None else state.told
+        told = reported(self._world.flip, configuration, before, self._order[place], flipped=inverted)
+        shifted = None if self._world.flip == "outcome-only" else listed(told, self._order)
+        said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else moved != inverted
+        report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only)
+        memory = self._policy.remember(self._view, state.memory, report)
+        after = _State(configuration, told if sticky else 0, told if states_only else 0, memory)
+        return _Way(after, chance, told != configuration)

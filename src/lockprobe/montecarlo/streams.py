@@ -1,0 +1,191 @@
+"""Where the trials of a population get their random numbers from.
+
+Either from the tree of a study, so that trial 7 is trial 7 of that study, or by counting, which is far quicker. Either
+way a trial has the same luck whatever the flip probability is and whoever plays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.montecarlo.compiled import SPAN, below, joints_in, uniform
+from lockprobe.montecarlo.rules import Integers, Numbers
+from lockprobe.plan import drawn_orders
+from lockprobe.seeds import generator, trial_stream
+
+__all__ = ["Block", "Counted", "FromTree", "Luck", "Source"]
+
+OF_FLIPS = SPAN // 2
+OF_LISTING = SPAN - 8
+"""Where the numbers of the outcome flip and of the listing begin among those of a trial; the agent's come first."""
+
+
+class Luck(NamedTuple):
+    """The luck of one trial: the order of the listing, and the streams of the outcome flip and of the agent."""
+
+    order: tuple[int, ...]
+    channel: np.random.Generator
+    agent: np.random.Generator
+
+
+class Block(NamedTuple):
+    """The luck of some trials in numbers, one trial a row.
+
+    Attributes:
+        orders: The joints as they are listed, by place in panel order, shape (trials, joints).
+        flips: Numbers of the outcome flip, shape (trials, as many as were asked for).
+        draws: Numbers of the agent, shape (trials, as many as were asked for).
+    """
+
+    orders: Integers
+    flips: Numbers
+    draws: Numbers
+
+
+class Source(Protocol):
+    """Where luck comes from. Trials are counted from 0."""
+
+    def luck(self, trial: int) -> Luck:
+        """That of one trial."""
+        ...
+
+    def block(self, first: int, trials: int) -> Block:
+        """That of so many trials, from ``first`` on."""
+        ...
+
+
+class FromTree:
+    """The streams of a study's trials, as :class:`lockprobe.plan.Plan` has them.
+
+    Args:
+        seed: Seed of the study.
+        repetition: Repetition of the study, from 1.
+        joints: How many joints are listed.
+        shuffle: Whether they are listed in an order drawn for each trial.
+        flips: Numbers of the outcome flip in a block.
+        draws: Numbers of the agent in a block.
+    """
+
+    def __init__(self, seed: int, repetition: int, joints: int, *, shuffle: bool, flips: int, draws: int) -> None:
+        self._repetition = repetition
+        self._seed = seed
+        self._joints = joints
+        self._shuffle = shuffle
+        self._flips = flips
+        self._draws = draws
+
+    def luck(self, trial: int) -> Luck:
+        """That of one trial, in whole streams."""
+        return Luck(
+            order=self._order(trial), channel=self._stream(trial, "channel-0"), agent=self._stream(trial, "agent")
+        )
+
+    def block(self, first: int, trials: int) -> Block:
+        """The first numbers of many trials' streams."""
+        return Block(
+            orders=np.array([self._order(trial) for trial in range(first, first + trials)], np.int64),
+            flips=self._numbers(first, trials, "channel-0", self._flips),
+            draws=self._numbers(first, trials, "agent", self._draws),
+        )
+
+    def _numbers(self, first: int, trials: int, name: str, count: int) -> Numbers:
+        numbers = np.empty((trials, count))
+        for i in range(trials if count else 0):
+            numbers[i] = self._stream(first + i, name).random(count)
+        return numbers
+
+    def _stream(self, trial: int, name: str) -> np.random.Generator:
+        return trial_stream(self._seed, self._repetition, trial + 1, name)
+
+    def _order(self, trial: int) -> tuple[int, ...]:
+        if not self._shuffle:
+            return tuple(range(self._joints))
+        return drawn_orders(self._joints, self._stream(trial, "labels"))[1]
+
+
+class Counted:
+    """Numbers by counting: those of trial t are outputs ``t * SPAN``, ``t * SPAN`` + 1, ... of one SplitMix64.
+
+    No two trials share a number, and none depends on which thread played what before.
+
+    Args:
+        seed: Any integer.
+        joints: How many joints are listed.
+        shuffle: Whether they are listed in an order drawn for each trial.
+        flips: Numbers of the outcome flip for each trial.
+        draws: Numbers of the agent for each trial.
+        depth: If not 0, the agent chooses any joint at every step, so many steps by one number.
+        fill: :func:`lockprobe.montecarlo.compiled.fill`, compiled.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        joints: int,
+        *,
+        shuffle: bool,
+        flips: int,
+        draws: int,
+        depth: int = 0,
+        fill: Callable[[np.uint64, int, int, Numbers], None] | None = None,
+    ) -> None:
+        self.key: np.uint64 = generator(seed, "population").integers(2**64, dtype=np.uint64)
+        self._joints = joints
+        self._shuffle = shuffle
+        self._flips = flips
+        self._draws = draws
+        self._depth = depth
+        self._fill = fill
+
+    def luck(self, trial: int) -> Luck:
+        """That of one trial."""
+        block = self.block(trial, 1)
+        channel, agent = (cast("np.random.Generator", _Given(numbers[0])) for numbers in block[1:])
+        return Luck(order=tuple(map(int, block.orders[0])), channel=channel, agent=agent)
+
+    def block(self, first: int, trials: int) -> Block:
+        """That of so many trials, from ``first`` on."""
+        orders = np.tile(np.arange(self._joints), (trials, 1))
+        if self._shuffle:
+            orders = np.argsort(self._numbers(first, trials, OF_LISTING, self._joints), axis=1)
+        return Block(
+            orders=orders,
+            flips=self._numbers(first, trials, OF_FLIPS, self._flips),
+            draws=self._joints_drawn(first, trials) if self._depth else self._numbers(first, trials, 0, self._draws),
+        )
+
+    def _numbers(self, first: int, trials: int, offset: int, count: int) -> Numbers:
+        if self._fill is None:
+            numbers: Numbers = uniform(self.key, _places(first, trials, offset, count))
+            return numbers
+        numbers = np.empty((trials, count))
+        self._fill(self.key, first, offset, numbers)
+        return numbers
+
+    def _joints_drawn(self, first: int, trials: int) -> Numbers:
+        """Numbers that make an agent take the joints that ``play_blind`` takes."""
+        sequences = joints_in(self._joints, self._depth)
+        outputs = _places(first, trials, 0, -(-self._draws // self._depth))
+        taken = sequences[below(self.key, outputs, np.uint64(len(sequences)))]
+        numbers: Numbers = (taken.reshape(trials, -1)[:, : self._draws] + 0.5) / self._joints
+        return numbers
+
+
+def _places(first: int, trials: int, offset: int, count: int) -> NDArray[np.uint64]:
+    """Which outputs are numbers ``offset``, ``offset`` + 1, ... of some trials."""
+    starts = np.arange(first, first + trials, dtype=np.uint64)[:, None] * np.uint64(SPAN)
+    return np.asarray(starts + np.arange(offset, offset + count, dtype=np.uint64), np.uint64)
+
+
+class _Given:
+    """A stream of numbers given before."""
+
+    def __init__(self, numbers: Numbers) -> None:
+        self._numbers = iter(numbers.tolist())
+
+    def random(self) -> float:
+        return float(next(self._numbers))

@@ -1,0 +1,73 @@
+"""Which act of which participant stands behind each step of the record: the record has no clock, the diary has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from lockprobe.errors import BadFile
+from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Slot
+from lockprobe.people.diary_archive import Kept, kept_diaries
+from lockprobe.people.responses import Attempt
+from lockprobe.record import Trial
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.study import Study
+
+__all__ = ["acts_of_steps", "key_of", "times_of_steps"]
+
+
+def key_of(study: Study, kept: Kept, box: int | None) -> str:
+    """The key of the trial that somebody plays as their box number ``box``, from 1; empty for the practice box."""
+    if not box or box > len(kept.joined.slots):
+        return ""
+    slot: Slot = kept.joined.slots[box - 1]
+    return study.plan(kept.spec, study.condition(slot.p, slot.modality), slot.repetition, slot.trial).key
+
+
+def acts_of_steps(
+    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Kept], directory: Path
+) -> dict[tuple[str, int], Did]:
+    """The act behind each step of the trials that people played, by key of the trial and step from 1.
+
+    Args:
+        study: The study.
+        trials: Its trials by key.
+        diaries: What its participants did.
+        directory: Where it lies, for messages.
+
+    Raises:
+        BadFile: If a diary and a record say different things, or a diary is of another study.
+    """
+    found: dict[tuple[str, int], Did] = {}
+    for kept in diaries:
+        kept.check_slots(study, directory)
+        for box in range(1, len(kept.joined.slots) + 1):
+            trial = trials.get(key := key_of(study, kept, box))
+            if trial is None or trial.agent != kept.spec:
+                continue
+            acts = {act.step: act for act in kept.acts if act.box == box and isinstance(act.act, Attempt)}
+            for step in trial.steps:
+                act = acts.get(step.step)
+                said = step.decision
+                if act is None or not isinstance(act.act, Attempt):
+                    why = f"step {step.step} of {key} is not in it"
+                elif (act.act.joint, act.act.claimed) != (said.joint, said.claimed):
+                    why = f"step {step.step} of {key} is {act.act.joint} in it, and {said.joint} in trials.jsonl"
+                else:
+                    found[key, step.step] = act
+                    continue
+                raise BadFile(directory / PEOPLE_DIRECTORY / f"{kept.joined.identity}.jsonl", why)
+    return found
+
+
+def times_of_steps(directory: Path, trials: Iterable[Trial]) -> dict[tuple[str, int], float]:
+    """How long people took for each choice, ms, by key of the trial and step from 1; none where nobody takes part.
+
+    Raises:
+        BadFile: If a diary is damaged, or it and a record say different things.
+    """
+    if not (diaries := kept_diaries(directory)):
+        return {}
+    by_key = {trial.key: trial for trial in trials}
+    acts = acts_of_steps(read_study(directory), by_key, diaries, directory)
+    return {place: act.act.rt for place, act in acts.items() if isinstance(act.act, Attempt)}

@@ -1,0 +1,118 @@
+"""Scenes that are made of texts: what stands before, between and after the boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from lockprobe.people.diary import Joined
+from lockprobe.people.example import Shown
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.journey import Journey, Station
+from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, Page, TrialOver
+from lockprobe.people.texts import Longer, Words, example_on, filled
+from lockprobe.studies.study import Study
+
+__all__ = ["Texts"]
+
+Why = Literal["declined", "withdrawn", "full", "taken", "late"]
+
+
+class Texts:
+    """What is read, with the facts of the study filled in.
+
+    Args:
+        words: The texts.
+        study: The study.
+        experiment: How people take part.
+        examples: An example box in each modality, for the instructions.
+    """
+
+    def __init__(
+        self, words: Words, study: Study, experiment: Experiment, examples: Mapping[str, Shown] | None = None
+    ) -> None:
+        self._words = words
+        self._experiment = experiment
+        self._are_false = any(study.p)
+        self._asks = study.assessment
+        self._examples = examples or {}
+        self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
+
+    def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
+        """The first scene.
+
+        Args:
+            boxes: How many there would be.
+            ask_code: Whether the code with which one joins has to be asked for.
+        """
+        title, paragraphs = self._filled(self._words.consent, {"boxes": boxes})
+        return Consent(title=title, paragraphs=paragraphs, ask_code=ask_code)
+
+    def closed(self, why: Why) -> Closed:
+        """Nothing can be done. Who leaves early learns too that reports were false, where they were."""
+        text: Longer = getattr(self._words.closed, why)
+        then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
+        title, paragraphs = self._filled(text, {}, then)
+        url, code = self._back(why) if why in ("declined", "full") else ("", "")
+        return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+
+    def _back(self, end: str) -> tuple[str, str]:
+        """Where those go who come to an end, and what they enter there."""
+        return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
+
+    def at(self, journey: Journey) -> Page | TrialOver | Check | Ask | Debrief:
+        """The scene in which somebody stands, if it is no box."""
+        station, boxes = journey.station, len(journey.joined.slots)
+        if station.kind == "page":
+            number = int(station.item)
+            text = self._words.instructions[number - 1]
+            asked = text.if_asked if self._asks else ()
+            title, paragraphs = self._filled(text, {"boxes": boxes}, more=asked or ())
+            of, examples = len(self._words.instructions), self._shown(number, journey.joined)
+            return Page(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
+        if station.kind == "over":
+            return self._over(journey, station)
+        if station.kind == "check":
+            check = self._experiment.checks[int(station.item) - 1]
+            return Check(question=check.question, options=check.options)
+        if station.kind == "ask":
+            question = next(one for one in self._experiment.questions if one.name == station.item)
+            return Ask(**question.model_dump())
+        debrief = self._words.debrief
+        title, paragraphs = self._filled(debrief, {"boxes": boxes}, debrief.false_reports)
+        failed = journey.checks.count(False) >= self._experiment.failed_from and any(self._back("failed"))
+        url, code = self._back("failed" if failed else "completion")
+        return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+
+    def _shown(self, number: int, joined: Joined) -> tuple[Example, ...]:
+        """The examples on a page of the instructions, in the modalities that the participant will see."""
+        what = example_on(self._words, number)
+        theirs = {slot.modality for slot in joined.slots}
+        found = [shown for modality, shown in self._examples.items() if modality in theirs]
+        if what == "box":
+            return tuple(Example(panel=shown.before) for shown in found)
+        return tuple(Example(panel=shown.after, ask=self._asks) for shown in found) if what == "step" else ()
+
+    def _over(self, journey: Journey, station: Station) -> TrialOver:
+        """After a box; whether it was opened is said of the practice, else where the experimenter says so."""
+        number, of, over = station.box, len(journey.joined.slots), self._words.over
+        ending = journey.endings.get(number) if number else journey.practised
+        said = not number or self._experiment.feedback
+        solved = ending == "solved" if said and ending != "error" else None
+        facts = {"number": number, "of": of, "boxes": of}
+        title, paragraphs = self._filled(over if number else self._words.practice_over, facts)
+        if solved is not None:
+            paragraphs = (filled(over.solved if solved else over.unsolved, **self._facts, **facts), *paragraphs)
+        return TrialOver(practice=not number, number=number, of=of, solved=solved, title=title, paragraphs=paragraphs)
+
+    def _filled(
+        self,
+        text: Longer,
+        facts: Mapping[str, object],
+        of_false_reports: tuple[str, ...] = (),
+        more: tuple[str, ...] = (),
+    ) -> tuple[str, tuple[str, ...]]:
+        """A title and what stands under it, with what is said only where reports are false at times."""
+        known = {**self._facts, **facts}
+        paragraphs = (*text.paragraphs, *more, *(of_false_reports if self._are_false else ()))
+        return filled(text.title, **known), tuple(filled(part, **known) for part in paragraphs)

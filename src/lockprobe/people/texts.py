@@ -1,0 +1,221 @@
+"""What participants read: texts from a file that an experimenter edits. Another language is another file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.errors import BadFile, UnknownName
+from lockprobe.inputs import read_toml
+from lockprobe.people.file_errors import said_of, seen
+
+__all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "page_texts", "read_words", "words_file"]
+
+_TEXTS = Path(__file__).with_name("texts")
+
+LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
+"""Those that ship."""
+
+TEXTS = "texts.toml"
+"""Where beside the diaries the texts stand that were read."""
+
+Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(seen)]
+Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Longer(_Part):
+    """A title and what stands under it."""
+
+    title: Text
+    paragraphs: Paragraphs
+
+
+class _Instruction(Longer):
+    """A page of instructions.
+
+    Attributes:
+        if_asked: More of it, where it is asked after every step what the last action did.
+        example: What is shown of an example box: ``box`` before the first step, ``step`` after one, with what was told
+            and the question, or ``none``. Left out it is :func:`example_on` that says it.
+    """
+
+    if_asked: Paragraphs | None = None
+    example: Literal["box", "step", "none"] | None = None
+
+
+class _Consent(Longer):
+    agree: Text
+    decline: Text
+
+
+class _Over(Longer):
+    solved: Text
+    unsolved: Text
+
+
+class _Debrief(Longer):
+    false_reports: Paragraphs
+    completion: Text
+    code: Text
+
+
+class _Closed(_Part):
+    false_reports: Paragraphs
+    declined: Longer
+    withdrawn: Longer
+    full: Longer
+    taken: Longer
+    late: Longer
+
+
+class _OfThePage(_Part):
+    """Buttons and labels. Those that may be None came with later releases; see :func:`page_texts`."""
+
+    next: Text
+    begin: Text
+    send: Text
+    skip: Text
+    step: Text
+    box: Text
+    practice: Text
+    choose: Text
+    joint: Text
+    target: Text
+    slides: Text
+    turns: Text
+    position: Text
+    unknown_position: Text
+    first: Text
+    moved: Text
+    blocked: Text
+    positions: Text
+    none: Text
+    seen: Text
+    colours: Text
+    depth: Text
+    question: Text
+    said_moved: Text
+    said_blocked: Text
+    history: Text
+    waiting: Text
+    offline: Text
+    elsewhere: Text
+    here: Text
+    withdraw: Text
+    withdraw_sure: Text
+    withdraw_yes: Text
+    withdraw_no: Text
+    refused: Text
+    incomplete: Text
+    reload: Text
+    required: Text
+    code: Text | None = None
+    wrong_code: Text | None = None
+    attempted: Text | None = None
+    number: Text | None = None
+    integer: Text | None = None
+    closed_code: Text | None = None
+    closed_leave: Text | None = None
+    example: Text | None = None
+    example_step: Text | None = None
+    example_some: Text | None = None
+    example_panel: Text | None = None
+    example_text: Text | None = None
+    example_pictures: Text | None = None
+    example_depth: Text | None = None
+    example_positions: Text | None = None
+    example_listed: Text | None = None
+
+
+class Words(_Part):
+    """Everything that a participant reads.
+
+    Attributes:
+        language: BCP 47 tag, for screen readers.
+        direction: Which way it is read.
+        title: Of the page.
+        consent: The first scene.
+        instructions: Pages of instructions, in order.
+        practice_over: After the practice box.
+        over: After every other box.
+        debrief: The end.
+        closed: Where nothing can be done.
+        page: Buttons and labels of the page itself.
+    """
+
+    language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
+    direction: Literal["ltr", "rtl"] = "ltr"
+    title: Text
+    consent: _Consent
+    instructions: Annotated[tuple[_Instruction, ...], Field(max_length=20)] = ()
+    practice_over: Longer
+    over: _Over
+    debrief: _Debrief
+    closed: _Closed
+    page: _OfThePage
+
+
+def filled(text: str, **facts: object) -> str:
+    """A text with its ``{names}`` filled in; what is in braces and no fact stays as it is.
+
+    >>> filled("Step {step} of {budget} {x}", step=1, budget=20)
+    'Step 1 of 20 {x}'
+    """
+    return re.sub(r"\{(\w+)\}", lambda found: str(facts.get(found[1], found[0])), text)
+
+
+def example_on(words: Words, number: int) -> Literal["box", "step", "none"]:
+    """What is shown of an example box on a page of instructions, from 1.
+
+    Where the texts do not say it: the box on the first page and a step on the second, or a step on the only one.
+    """
+    pages = words.instructions
+    if (said := pages[number - 1].example) is not None:
+        return said
+    if number == 1 and len(pages) > 1:
+        return "box"
+    return "step" if number <= 2 else "none"
+
+
+def page_texts(words: Words) -> dict[str, str]:
+    """Buttons and labels, those that a file of before does not have in the shipped texts of its language or English."""
+    language = words.language.partition("-")[0].lower()
+    shipped = read_words(language if language in LANGUAGES else "en").page.model_dump()
+    return shipped | words.page.model_dump(exclude_none=True)
+
+
+def read_words(name: str) -> Words:
+    """The texts of a language that ships, or of a file.
+
+    Args:
+        name: ``en``, or the path of a TOML file.
+
+    Raises:
+        UnknownName: If there is no such language.
+        BadFile: If the file holds something else, or a text is missing; the message says which.
+    """
+    path = words_file(name)
+    try:
+        return Words.model_validate(read_toml(path))
+    except ValidationError as error:
+        raise BadFile(path, said_of(error, Words)) from None
+
+
+def words_file(name: str) -> Path:
+    """Where the texts of a language that ships lie, or those of a file, whether it is there or not.
+
+    Raises:
+        UnknownName: If there is no such language.
+    """
+    if name.endswith(".toml") or "/" in name:
+        return Path(name)
+    if name in LANGUAGES:
+        return _TEXTS / f"{name}.toml"
+    raise UnknownName("language", name, [*LANGUAGES, "FILE.toml"])

@@ -1,0 +1,118 @@
+"""A figure or a pattern of the paper beside one of this study, and the verdict on the claim as a whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from statistics import NormalDist
+from typing import Literal
+
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.inference.verdict import Question
+from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
+from lockprobe.analysis.speaking import test_said
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.report.format import minus
+from lockprobe.report.paper_reanalysis import share
+
+__all__ = [
+    "NOT_MEASURED",
+    "Found",
+    "Measure",
+    "Pattern",
+    "Verdict",
+    "apart",
+    "borne_out",
+    "error",
+    "in_points",
+    "pattern",
+    "same_share",
+    "same_step",
+    "tested",
+    "verdict_of",
+]
+
+Verdict = Literal["compatible", "not compatible", "borne out", "not decided", "not measured"]
+"""*Compatible*: the study cannot tell the paper's figure and its own apart, which may only mean few trials, and shows
+what else the claim says. *Borne out*: the same of a claim without a figure. *Not compatible*: a test of the study
+contradicts the claim, its figure or its pattern. *Not decided*: neither."""
+
+Pattern = Literal["shown", "opposite", "open"]
+"""What a valid test says of the pattern that a claim describes: it shows it, or the opposite, or neither."""
+
+Found = tuple[str, Verdict, str, float | None]
+"""What was measured, in words; the verdict; what it rests on; its p-value, where it has one."""
+
+Measure = Callable[[AgentSummary, list[ConditionSummary]], Found]
+"""What an agent says to a claim by its conditions with trials, ascending from p = 0."""
+
+NOT_MEASURED: Found = ("", "not measured", "", None)
+
+
+def verdict_of(p_value: float | None, also: Pattern = "shown") -> Verdict:
+    """On a claim of a figure and a pattern, from the test that may tell the two figures apart."""
+    if also == "opposite" or (p_value is not None and p_value < ALPHA):
+        return "not compatible"
+    return "compatible" if also == "shown" else "not decided"
+
+
+def borne_out(found: Pattern) -> Verdict:
+    """On a claim that is a pattern and no figure."""
+    verdicts: dict[Pattern, Verdict] = {"shown": "borne out", "opposite": "not compatible", "open": "not decided"}
+    return verdicts[found]
+
+
+def pattern(p_value: float | None, direction: float) -> Pattern:
+    """From a two-sided test, where a positive direction is that of the claim."""
+    if p_value is None or p_value >= ALPHA or not direction:
+        return "open"
+    return "shown" if direction > 0 else "opposite"
+
+
+def same_share(here: Proportion, paper: Proportion) -> Found:
+    """A share against one of the paper's."""
+    found = difference(paper, here)
+    p_value = found.p_value if found else None
+    return share(here), verdict_of(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
+
+
+def same_step(here: ConditionSummary, paper: int) -> Found:
+    """The step by which 80 % of the trials are solved against the paper's."""
+    curve = here.curve
+    reached, (early, late) = curve.steps_to(0.8), curve.steps_to_interval(0.8)
+    inside = (early or math.inf) <= paper <= (late or math.inf)
+    said = f"80 % by step {_step(reached)} [{_step(early)}, {_step(late)}]"
+    return said, "compatible" if inside else "not compatible", "95 % interval of the step, from the band", None
+
+
+def _step(step: int | None) -> str:
+    return "not reached" if step is None else str(step)
+
+
+def apart(here: float, paper: float, errors: Sequence[float]) -> float:
+    """Two-sided p-value of two independent estimates with these standard errors being of one truth."""
+    return 2 * NormalDist().cdf(-abs(here - paper) / math.hypot(*errors))
+
+
+def error(change: tuple[Proportion, Proportion]) -> float:
+    """Standard error of a difference of shares with two more trials of each kind (Agresti and Coull)."""
+    smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in change]
+    return math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
+
+
+def tested(question: Question, sign: int) -> Measure:
+    """The recommended test of a question; the claim expects an effect of this sign."""
+
+    def measure(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+        (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
+        if test.p_value is None or agent.blind:
+            return NOT_MEASURED
+        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({test.unit})")
+        return said, borne_out(pattern(test.p_value, sign * test.direction)), test_said(test.name), test.p_value
+
+    return measure
+
+
+def in_points(found: Difference) -> str:
+    """A difference of shares in percentage points, with its interval."""
+    return minus(f"{100 * found.value:+.0f} points [{100 * found.low:+.0f}, {100 * found.high:+.0f}]")

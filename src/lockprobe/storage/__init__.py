@@ -1,0 +1,1 @@
+"""Files on disk: atomic replacement, lines of JSON that survive a crash, checksums."""

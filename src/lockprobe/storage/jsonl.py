@@ -1,0 +1,242 @@
+"""Files of lines that are appended: a line that a crash tore is no line, and a change by anybody else ends the writing.
+
+What is written is handed to the system at once, line by line, so that a process that is killed loses nothing that it
+had written but its last line; when the machine itself goes down, as much is lost as whoever writes did not wait for the
+disk to have. Only where a person has records deleted is a file written anew (:mod:`lockprobe.studies.delete_records`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from lockprobe.errors import BadFile
+from lockprobe.inputs import check_regular, read_lines
+
+__all__ = ["LineFile", "State", "rescued_files", "state_of", "whole_lines"]
+
+_BLOCK = 1 << 16
+"""Bytes read at once on the way back to the end of the last whole line."""
+
+_TAIL = 64
+"""Bytes at the end of a file that are compared before a line is appended."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A file as its writer left it.
+
+    Attributes:
+        device: Number of the file system.
+        inode: Number of the file there.
+        size: Bytes.
+        tail: Its last bytes, at most 64.
+    """
+
+    device: int
+    inode: int
+    size: int
+    tail: bytes
+
+
+def whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
+    """Whole lines that are not blank, with their numbers, from 1."""
+    lines = enumerate(read_lines(path), 1)
+    yield from ((number, line) for number, line in lines if line.endswith(b"\n") and line.strip())
+
+
+def state_of(path: Path) -> State | None:
+    """A file as it is now; None where there is none."""
+    with suppress(OSError), path.open("rb", buffering=0) as file:
+        return _state(file.fileno())
+    return None
+
+
+class LineFile:
+    """A file to which this process alone appends lines. It looks before every line whether anybody else changed it.
+
+    The first change by anybody else ends the writing for good: what this process still has goes to a file beside it.
+
+    Args:
+        path: Where it lies; made if it is not there. Set it anew when the file is renamed.
+        left: How this process left it when it closed it; None takes it as it is.
+        rescue: Whether lines that cannot be appended are written to a file beside it.
+
+    Attributes:
+        path: Where it lies.
+        used: Whether a line was to be appended since it was opened.
+
+    Raises:
+        BadFile: If it cannot be opened.
+    """
+
+    def __init__(self, path: Path, *, left: State | None = None, rescue: bool = True) -> None:
+        self.path, self.used = path, False
+        check_regular(path)
+        try:
+            self._file: IO[bytes] = path.open("a+b", buffering=0)  # what did not reach the disk is not tried again
+        except OSError as error:
+            raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        self._left = left or _state(self.fileno())
+        self._rescue = _Rescue(self) if rescue else None
+
+    @property
+    def left(self) -> State:
+        """The file as this process left it."""
+        return self._left
+
+    def fileno(self) -> int:
+        """The number of the open file, for the system."""
+        return self._file.fileno()
+
+    def append(self, line: bytes, *, sync: bool = False) -> None:
+        """Write one line, whole or not at all.
+
+        Args:
+            line: The line without its end.
+            sync: Whether to wait until the disk itself has it.
+
+        Raises:
+            BadFile: If it cannot be written, as on a full disk, or if anybody else has changed the file.
+        """
+        self.used = True
+        if changed := self._changed():
+            raise BadFile(self.path, self._stopped(changed, line))
+        end, rest = self._left.size, line + b"\n"
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+            if sync:
+                os.fsync(self.fileno())
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self.fileno(), end)
+            raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
+        tail = (self._left.tail + line + b"\n")[-_TAIL:]
+        self._left = State(self._left.device, self._left.inode, end + len(line) + 1, tail)
+
+    def check(self) -> None:
+        """Refuse to go on where anybody else has changed the file.
+
+        Raises:
+            BadFile: If they have.
+        """
+        if changed := self._changed():
+            raise BadFile(self.path, self._stopped(changed))
+
+    def cut_torn_tail(self) -> None:
+        """Cut an unfinished last line off, so that the next line starts clean."""
+        whole = _end_of_whole_lines(self.fileno(), self._left.size)
+        if whole != self._left.size:
+            self._file.truncate(whole)
+            self._left = _state(self.fileno())
+
+    def sync(self) -> None:
+        """Wait until the disk itself has what was written.
+
+        Raises:
+            OSError: If it cannot.
+        """
+        os.fsync(self.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _changed(self) -> str:
+        """What anybody else did to the file, in one word; empty where nobody did anything."""
+        try:
+            there = self.path.stat()
+        except OSError:
+            return "deleted"
+        if _state(self.fileno()) != self._left:
+            return "changed"
+        return "" if (there.st_dev, there.st_ino) == (self._left.device, self._left.inode) else "replaced"
+
+    def _stopped(self, changed: str, line: bytes | None = None) -> str:
+        """Why nothing more is written, and where that is which could not be."""
+        if not self.path.parent.is_dir():
+            return "its directory was deleted or moved while it was being written, so this ends here"
+        said = f"{changed} by somebody else while it was being written (an editor, a cloud client?), so this ends here"
+        kept = self._rescue.keep(line, whole=changed != "changed") if self._rescue is not None else ""
+        return f"{said}{kept}"
+
+
+class _Rescue:
+    """The file beside a file of lines that takes what could not be appended; its name ends in ``.rescued``."""
+
+    def __init__(self, of: LineFile) -> None:
+        self._of = of
+        self._path: Path | None = None
+        self._kept: set[bytes] = set()
+
+    def keep(self, line: bytes | None, *, whole: bool) -> str:
+        """Write a line there, once.
+
+        Args:
+            line: The line; None where there is none.
+            whole: Whether to begin with all lines of the file, which has lost its name.
+
+        Returns:
+            What to do with it, as the end of a sentence.
+        """
+        if line is None and not whole:
+            return ""
+        try:
+            if self._path is None:
+                self._path = _free_name(self._of.path)
+                with self._path.open("xb") as file:
+                    for block in _blocks(self._of.fileno()) if whole else ():
+                        file.write(block)
+            if line is not None and line not in self._kept:
+                with self._path.open("ab") as file:
+                    file.write(line + b"\n")
+                self._kept.add(line)
+        except OSError as error:
+            return f"; {self._path} cannot be written either ({error.strerror})"
+        what = "all that was written" if whole else "what was still to be written"
+        how = "put it in its place, or append it to it" if whole else "append it"
+        return f"; {what} is in {self._path.name}: {how}, and start again"
+
+
+def rescued_files(path: Path) -> list[Path]:
+    """The files beside a file of lines that took what could not be appended to it."""
+    return sorted(path.parent.glob(f"{path.name}.rescued*"))
+
+
+def _state(handle: int) -> State:
+    """An open file as it is now."""
+    found = os.fstat(handle)
+    tail = os.pread(handle, _TAIL, max(0, found.st_size - _TAIL))
+    return State(found.st_dev, found.st_ino, found.st_size, tail)
+
+
+def _free_name(path: Path) -> Path:
+    number, name = 1, path.with_name(f"{path.name}.rescued")
+    while name.exists():
+        number += 1
+        name = path.with_name(f"{path.name}.rescued-{number}")
+    return name
+
+
+def _blocks(handle: int) -> Iterator[bytes]:
+    """All that stands in an open file, from its first byte to the end of its last whole line."""
+    begin, end = 0, _end_of_whole_lines(handle, os.fstat(handle).st_size)
+    while begin < end and (block := os.pread(handle, min(_BLOCK, end - begin), begin)):
+        yield block
+        begin += len(block)
+
+
+def _end_of_whole_lines(handle: int, size: int) -> int:
+    """Where the last whole line of an open file ends."""
+    whole = size
+    while whole:
+        begin = max(0, whole - _BLOCK)
+        if (last := os.pread(handle, whole - begin, begin).rfind(b"\n")) >= 0:
+            return begin + last + 1
+        whole = begin
+    return 0

@@ -1,0 +1,231 @@
+"""The calls of a study on disk: ``calls.jsonl``, one line a call, written the moment its reply comes.
+
+A reply that was paid for is never lost: a trial that was broken off, by a fault, a kill or the end of the money, goes
+on where it stood, because the calls that it made before are looked up instead of made again. What a study has cost is
+the sum of its calls, those of broken trials among them. So that a kill hides no cost, what is asked is written down
+before it is asked (``asked.jsonl``); the next run notes what never came back as broken off.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from lockprobe.call import BROKEN_OFF, Call, Usage
+from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.storage.checksum import with_checksum, without_checksum
+from lockprobe.storage.jsonl import LineFile, whole_lines
+from lockprobe.studies.spending import Budget
+
+__all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
+
+CALLS = "calls.jsonl"
+"""Where in the directory of a study its calls stand."""
+
+ASKED = "asked.jsonl"
+"""Where calls stand before they are made, each with what it can cost at most."""
+
+_adapter: TypeAdapter[Call] = TypeAdapter(Call)
+
+
+def read_calls(directory: Path | str) -> Iterator[Call]:
+    """The calls of a study, in the order in which they were made; none where no provider was asked.
+
+    Raises:
+        BadFile: If a line is damaged.
+    """
+    yield from _read(Path(directory) / CALLS)
+
+
+def unanswered(directory: Path | str) -> list[Call]:
+    """The calls that were asked and never written down: on their way now, or when their run was killed.
+
+    Raises:
+        BadFile: If a line is damaged.
+    """
+    asked: defaultdict[str, list[Call]] = defaultdict(list)
+    for call in _read(Path(directory) / ASKED):  # before the calls, so that one asked meanwhile is in neither
+        if call.unanswered and asked[call.key]:  # the same call, made again
+            asked[call.key].pop()
+        asked[call.key].append(call)
+    came = (call.key for call in read_calls(directory) if not call.owed_anew) if asked else ()
+    answered = Counter(came)
+    return [call for key, calls in asked.items() for call in calls[answered[key] :]]
+
+
+def _read(path: Path) -> Iterator[Call]:
+    if not path.is_file():
+        return
+    for number, line in whole_lines(path):
+        try:
+            yield _adapter.validate_json(without_checksum(line), strict=True, extra="forbid")
+        except ValidationError as error:
+            raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from error
+        except BadValue as error:
+            raise BadFile(path, f"line {number}: {error}") from error
+
+
+class Calls:
+    """The open book of calls of a study. Use :meth:`open`."""
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory
+        self._files: dict[str, LineFile] = {}
+        self._replied: dict[str, dict[tuple[int, int], Call]] = {}
+        self._on_their_way: dict[str, tuple[Call, float]] = {}
+        self._budget: Budget | None = None
+        self._claimed: Call | None = None
+        self._waiting: list[asyncio.Future[None]] = []
+        self._listeners: list[Callable[[Call], None]] = []
+        for call in read_calls(directory):
+            self._note(call)
+
+    def _note(self, call: Call) -> None:
+        if call.owed_anew:
+            self.forget(call.key)
+        elif call.reply is not None:
+            self._replied.setdefault(call.key, {})[call.step, call.turn] = call
+
+    @classmethod
+    @contextmanager
+    def open(cls, directory: Path) -> Iterator[Calls]:
+        """Open the book of a directory, which the caller has locked. The files are made with the first call.
+
+        Raises:
+            BadFile: If they cannot be read or written.
+        """
+        calls = cls(directory)
+        try:
+            for call in unanswered(directory):
+                calls.write(replace(call, error=BROKEN_OFF))
+            yield calls
+        finally:
+            for file in calls._files.values():
+                file.close()
+
+    def limit(self, budget: Budget) -> None:
+        """Make no call from now on that could pass this budget, of which earlier runs have spent their part."""
+        for call in read_calls(self._directory):
+            budget.settle(call)
+        self._budget = budget
+
+    def listen(self, listener: Callable[[Call], None]) -> None:
+        """Have every call passed on that is written from now on."""
+        self._listeners.append(listener)
+
+    def of(self, key: str) -> _Page:
+        """The calls of one trial."""
+        return _Page(self, key)
+
+    @property
+    def on_their_way(self) -> int:
+        """Calls that have not come back yet."""
+        return len(self._on_their_way)
+
+    @property
+    def longest_wait(self) -> float:
+        """Seconds that the oldest of them has been on its way; 0 where there is none."""
+        return time.monotonic() - min((began for _, began in self._on_their_way.values()), default=time.monotonic())
+
+    def recall(self, key: str, step: int, turn: int, request: str) -> Call | None:
+        """The call that was made in this place with this request and got a reply; None if there is none."""
+        call = self._replied.get(key, {}).get((step, turn))
+        return call if call is not None and call.request == request else None
+
+    async def reserve(self, call: Call) -> None:
+        """Put a call on disk before it is made, and before it is made again, with what an attempt can cost at most.
+
+        Where only calls on their way stand against it, their replies are waited for.
+
+        Raises:
+            Missing: If a provider has counted in this run what cannot be.
+            BudgetReached: If there is not so much money left.
+            BadFile: If it cannot be written.
+        """
+        if self._claimed is not None:
+            raise _incredible(self._claimed)
+        while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage(), call.unanswered):
+            room = asyncio.get_running_loop().create_future()
+            self._waiting.append(room)
+            await room
+        self._append(ASKED, call)
+        _, began = self._on_their_way.get(call.key, (call, time.monotonic()))
+        self._on_their_way[call.key] = call, began
+
+    def write(self, call: Call) -> None:
+        """Put a call on disk, with or without a reply. One whose cost nobody said keeps what it can have cost.
+
+        Raises:
+            BadFile: If it cannot be written.
+        """
+        asked, _ = self._on_their_way.pop(call.key, (call, 0.0))
+        if call.broken_off:
+            call = replace(call, unanswered=asked.unanswered)
+        if call.unpriced:
+            call = replace(call, most=asked.most)
+        self._append(CALLS, call)
+        self._note(call)
+        self._claimed = self._claimed or (call if call.claimed is not None else None)
+        if self._budget is not None:
+            self._budget.settle(call)
+        waiting, self._waiting = self._waiting, []
+        for room in waiting:
+            if not room.done():
+                room.set_result(None)
+        for listener in self._listeners:
+            listener(call)
+
+    def _append(self, name: str, call: Call) -> None:
+        if name not in self._files:
+            self._files[name] = LineFile(self._directory / name)
+            self._files[name].cut_torn_tail()
+        self._files[name].append(with_checksum(_adapter.dump_json(call, exclude_defaults=True)))
+
+    @property
+    def used(self) -> bool:
+        """Whether a call was to be written down since it was opened."""
+        return bool(self._files)
+
+    def sync(self) -> None:
+        """Wait until what was written is on the disk itself."""
+        for file in self._files.values():
+            file.sync()
+
+    def forget(self, key: str) -> None:
+        """Let go of the calls of a trial that is finished; they stay on disk."""
+        self._replied.pop(key, None)
+
+
+def _incredible(call: Call) -> Missing:
+    """That a provider has counted what cannot be."""
+    claimed = call.claimed or Usage()
+    return Missing(
+        f"{call.key}: its provider claims {claimed.input_tokens:,} tokens in and {claimed.output_tokens:,} out for a "
+        f"call of at most {call.usage.input_tokens:,} and {call.usage.output_tokens:,}",
+        "no more is asked; look at its count, then the same command goes on",
+    )
+
+
+class _Page:
+    """The calls of one trial."""
+
+    def __init__(self, calls: Calls, key: str) -> None:
+        self._calls, self._key = calls, key
+        self._next = Call(key=key, step=0, turn=0, request="", reply=None)
+
+    def recall(self, step: int, turn: int, request: str) -> Call | None:
+        self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
+        return self._calls.recall(self._key, step, turn, request)
+
+    async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
+        await self._calls.reserve(replace(self._next, most=worst, unanswered=unanswered))
+
+    def write(self, call: Call) -> None:
+        self._calls.write(call)

@@ -1,0 +1,294 @@
+"""Trials that were played elsewhere are taken into the directory of a study: those of logs, and of other directories.
+
+Only trials of the same study are taken: all settings are equal but for who plays. A trial that the directory has
+finished is left alone; one that it owes, or that broke there, is taken. Of a trial that is finished nowhere its calls
+are taken, so that it goes on from replies that were paid for.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from lockprobe.agents.participant import check_participant
+from lockprobe.call import Call
+from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.inputs import read_input
+from lockprobe.pictures.picture import Picture
+from lockprobe.record import Fact, Trial
+from lockprobe.spec import PEOPLE, group_of
+from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.directory import write_settings
+from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.picture_store import ALBUM, Album
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.study import Study
+
+__all__ = ["Gathered", "Source", "gather", "source_of_directory"]
+
+_PLANT_FACTS = ("engine", "renderer")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """Trials that were played elsewhere.
+
+    Attributes:
+        path: Where they were found, for messages.
+        study: The study that they are of.
+        trials: The trials.
+        unfinished: Keys of trials that were begun there and have no record.
+        seconds: How long each took, by key, as far as it is known.
+        calls: What was asked of a provider there.
+        picture: From a picture's name to its file; None where it is not there.
+    """
+
+    path: Path
+    study: Study
+    trials: tuple[Trial, ...]
+    unfinished: frozenset[str] = frozenset()
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    calls: tuple[Call, ...] = ()
+    picture: Callable[[str], bytes | None] = lambda name: None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gathered:
+    """What came of it.
+
+    Attributes:
+        taken: Trials that the directory did not have.
+        there: Trials that it had finished already.
+        different: Those of them that were played otherwise than here; the records here stay.
+        unfinished: Trials that were begun there and finished nowhere; they are owed.
+        replies: Replies taken that belong to such trials, which go on from them.
+        agents: Agents that were new to the study.
+        pictures_missing: Pictures that the trials taken name and that were not found.
+    """
+
+    taken: int
+    there: int
+    different: int
+    unfinished: int
+    replies: int
+    agents: tuple[str, ...]
+    pictures_missing: int
+
+
+def source_of_directory(directory: Path) -> Source:
+    """The trials in the directory of a study.
+
+    Raises:
+        BadFile: If it is none, or something in it is damaged.
+    """
+
+    def picture(name: str) -> bytes | None:
+        file = directory / ALBUM / name
+        return read_input(file) if file.is_file() else None
+
+    trials, calls = tuple(load(directory)), tuple(read_calls(directory))
+    return Source(
+        path=directory,
+        study=read_study(directory),
+        trials=trials,
+        unfinished=frozenset(call.key for call in calls) - {trial.key for trial in trials},
+        seconds={timing.key: timing.seconds for timing in read_timings(directory)},
+        calls=calls,
+        picture=picture,
+    )
+
+
+def gather(
+    directory: Path, sources: Sequence[Source], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
+) -> Gathered:
+    """Take into a directory the trials that it does not have. It is made if it does not exist.
+
+    Args:
+        directory: Of the study.
+        sources: Where trials are; the first sources go before later ones.
+        beside: What else is to be taken: called with the trials that the directory then has, while nobody else may
+            write there.
+
+    Raises:
+        BadValue: If there is no source.
+        BadFile: If trials are of another study, an agent is not the same under the same name, or there is no study
+            and nothing to make it of.
+        DirectoryBusy: If another process is writing there.
+    """
+    if not sources:
+        raise BadValue("sources", 0, "at least one")
+    known = read_study(directory) if (directory / "study.json").exists() else None
+    finished = [_finished(source) for source in sources]
+    first = known or replace(sources[0].study, agents=_agents(finished) or sources[0].study.agents)
+    joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))))
+    for source in finished:
+        _refuse_another_study(source, joined, directory)
+    if known is None and not any(source.trials or source.calls for source in finished):
+        raise BadFile(sources[0].path, f"no trial in it is finished, so {directory} is not made")
+    if known is None:
+        _refuse_another_agent(directory, (), finished)
+    with Journal.open(directory, first) as journal:
+        _refuse_another_agent(directory, journal.trials.values(), finished)
+        if joined.agents != first.agents:
+            write_settings(directory, joined)
+        book = _Book(journal)
+        counts = [_take(source, journal, book) for source in finished]
+        replies = sum(book.take_begun(source) for source in finished)
+        unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
+        beside(journal.trials)
+    taken, there, different, missing = (sum(column) for column in zip(*counts, strict=True))
+    return Gathered(
+        taken=taken,
+        there=there,
+        different=different,
+        unfinished=unfinished,
+        replies=replies,
+        agents=joined.agents if known is None else joined.agents[len(first.agents) :],
+        pictures_missing=missing,
+    )
+
+
+def _finished(source: Source) -> Source:
+    """The same with its finished trials only; the others are unfinished, and their calls are those of its study."""
+    trials = tuple(trial for trial in source.trials if not trial.owed_again)
+    unfinished = source.unfinished | {trial.key for trial in source.trials if trial.owed_again}
+    known = {trial.key for trial in trials} | {key for keys in _begun(source, unfinished).values() for key in keys}
+    calls = tuple(call for call in source.calls if call.key in known)
+    unfinished -= {call.key for call in source.calls} - known
+    return replace(source, trials=trials, unfinished=unfinished, calls=calls)
+
+
+def _begun(source: Source, unfinished: frozenset[str]) -> dict[str, set[str]]:
+    """By agent of its study, the trials that are not finished and for which something was asked."""
+    asked = {call.key for call in source.calls} & unfinished
+    if not asked:
+        return {}
+    return {agent: asked & {plan.key for plan in source.study.plans(agent)} for agent in source.study.agents}
+
+
+def _agents(sources: Iterable[Source]) -> tuple[str, ...]:
+    """Who played or was asked, each once, in the order of its study."""
+    found: list[str] = []
+    for source in sources:
+        playing = {group_of(trial.agent) for trial in source.trials}
+        playing |= {agent for agent, keys in _begun(source, source.unfinished).items() if keys}
+        found += [agent for agent in source.study.agents if agent in playing]
+    return tuple(dict.fromkeys(found))
+
+
+def _refuse_another_study(source: Source, joined: Study, directory: Path) -> None:
+    theirs, ours = ({**study.settings(), "agents": []} for study in (source.study, joined))
+    for name in sorted({*theirs, *ours}):
+        if theirs.get(name) != ours.get(name):
+            there, here = _short(theirs.get(name)), _short(ours.get(name))
+            raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
+    for trial in source.trials:
+        try:
+            if group_of(trial.agent) == PEOPLE:
+                check_participant(trial.agent)
+            asked = joined.asks_for(trial)
+        except UserMistake as mistake:
+            raise BadFile(source.path, f"{trial.key}: {mistake}") from None
+        if not asked:
+            raise BadFile(source.path, f"{trial.key} is no trial of its own study")
+
+
+def _short(value: object) -> str:
+    if isinstance(value, dict):
+        value = value.get("name", value)
+    return json.dumps(value)[:60]
+
+
+class _Same:
+    """Refuses two models, prompts, runtimes or renderers under one name, as a run does that is resumed.
+
+    What people played on may differ from person to person, and from trial to trial.
+    """
+
+    def __init__(self, directory: Path, trials: Iterable[Trial]) -> None:
+        self._directory = directory
+        self._known: dict[tuple[str, str], Fact] = {}
+        for trial in trials:
+            self._known |= self._facts(trial)
+
+    def _facts(self, trial: Trial) -> dict[tuple[str, str], Fact]:
+        said = {} if group_of(trial.agent) == PEOPLE else trial.facts
+        facts = {(trial.agent, name): value for name, value in said.items()}
+        return facts | {("the plant", name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
+
+    def check(self, source: Source) -> None:
+        for trial in source.trials:
+            for (what, name), value in self._facts(trial).items():
+                here = self._known.setdefault((what, name), value)
+                if here is not None and value is not None and here != value:
+                    why = f"{what} is not the same there ({name} is {value!r}, {here!r} in {self._directory})"
+                    raise BadFile(source.path, f"0 trials taken: {why}; import it into another directory")
+
+
+def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[Source]) -> None:
+    same = _Same(directory, trials)
+    for source in sources:
+        same.check(source)
+
+
+class _Book:
+    """Takes calls, each once, however often an import is broken off and repeated."""
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._there: defaultdict[str, Counter[Call]] = defaultdict(Counter)
+        for call in read_calls(journal.directory):
+            self._there[call.key][call] += 1
+
+    def take(self, calls: Sequence[Call]) -> list[Call]:
+        """Write down those calls of one trial that are not there, and return them."""
+        found, left = [], self._there[calls[0].key].copy() if calls else Counter[Call]()
+        for call in calls:
+            if left[call]:
+                left[call] -= 1
+                continue
+            self._journal.calls.write(call)
+            self._there[call.key][call] += 1
+            found.append(call)
+        return found
+
+    def take_begun(self, source: Source) -> int:
+        """Replies taken of trials that are not finished; one that was begun otherwise here goes on as it began."""
+        replies = 0
+        for key, calls in _by_key(source.calls).items():
+            if key in source.unfinished and self._journal.owes(key) and self._there[key] <= Counter(calls):
+                replies += sum(call.reply is not None for call in self.take(calls))
+        return replies
+
+
+def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
+    found: defaultdict[str, list[Call]] = defaultdict(list)
+    for call in calls:
+        found[call.key].append(call)
+    return found
+
+
+def _take(source: Source, journal: Journal, book: _Book) -> tuple[int, int, int, int]:
+    """Trials taken, trials there, those of them that differ, and pictures missing.
+
+    A trial's calls are on disk before it counts as finished.
+    """
+    album, missing = Album(journal.directory / ALBUM), 0
+    owed = [trial for trial in source.trials if journal.owes(trial.key)]
+    kept = [trial for trial in source.trials if not journal.owes(trial.key)]
+    different = sum(journal.trials.get(trial.key) != trial for trial in kept)
+    calls = _by_key(source.calls)
+    for trial in owed:
+        book.take(calls.get(trial.key, ()))
+        for name in sorted(trial.picture_names):
+            png = source.picture(name)
+            picture = None if png is None else Picture(kind="rgb", png=png)
+            if picture is None or picture.name != name:
+                missing += 1
+            else:
+                album.keep(picture)
+        journal.append(trial, Timing(key=trial.key, seconds=source.seconds.get(trial.key, 0.0), steps=len(trial.steps)))
+    return len(owed), len(kept), different, missing

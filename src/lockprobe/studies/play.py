@@ -1,0 +1,101 @@
+"""Sets one trial up, plays it and reads the clock. The same for every runner, process and agent."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.protocols import Agent, Calling, Plant
+from lockprobe.record import Fact, Snapshot, Step, Trial
+from lockprobe.studies.call_log import Calls
+from lockprobe.studies.journal import Timing
+from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.picture_store import Album
+from lockprobe.trial import Place, here, play
+
+__all__ = ["own_thread", "play_timed"]
+
+_T = TypeVar("_T")
+
+
+@contextmanager
+def own_thread() -> Iterator[Place]:
+    """One thread for all plants of a run, so that calls to a provider go on while one is simulated.
+
+    What is of OpenGL belongs to the thread that made it: all work on all plants is done there, piece by piece.
+    """
+    with ThreadPoolExecutor(max_workers=1, thread_name_prefix="plants") as thread:
+
+        async def there(work: Callable[[], _T], /) -> _T:
+            return await asyncio.get_running_loop().run_in_executor(thread, work)
+
+        yield there
+
+
+class _Fresh:
+    """The plant of a plan, built when it is first looked at: what breaks in building it breaks that trial."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._plant: Plant | None = None
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return {} if self._plant is None else self._plant.facts
+
+    def observe(self) -> Snapshot:
+        plan = self._plan
+        self._plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
+        return self._plant.observe()
+
+    def attempt(self, joint: int) -> Snapshot:
+        assert self._plant is not None
+        return self._plant.attempt(joint)
+
+    def close(self) -> None:
+        if self._plant is not None:
+            self._plant.close()
+
+
+async def play_timed(
+    plan: Plan,
+    agent: Agent,
+    on_step: Callable[[str, Step], None],
+    pictures: Path | None = None,
+    calls: Calls | None = None,
+    place: Place = here,
+) -> tuple[Trial, Timing]:
+    """Play one plan and read the clock.
+
+    Args:
+        plan: What is to be played.
+        agent: Who decides.
+        on_step: Called with the plan's key and every step.
+        pictures: Directory in which the pictures that the record names are kept; without it they are lost.
+        calls: Where the agent's calls are written down, if it makes some.
+        place: Where its plant does its work.
+    """
+    began = time.perf_counter()
+    if calls is not None and isinstance(agent, Calling):
+        agent = agent.with_calls(plan.key, calls.of(plan.key))
+    plant = _Fresh(plan)
+    try:
+        trial = await play(
+            plan,
+            plant=plant,
+            interventions=interventions_for(plan.condition),
+            agent=agent,
+            on_step=lambda step: on_step(plan.key, step),
+            keep=None if pictures is None else Album(pictures).keep,
+            place=place,
+        )
+    finally:
+        await place(plant.close)  # after all that it still does there, if the run is being ended
+    return trial, Timing(key=trial.key, seconds=time.perf_counter() - began, steps=len(trial.steps))

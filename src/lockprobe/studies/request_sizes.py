@@ -1,0 +1,280 @@
+"""How large the requests of a trial are, step by step, before it is played: from a made-up trial of as many steps."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise, takewhile
+from math import ceil
+
+import numpy as np
+
+from lockprobe.agents.llm.model_facts import ModelFacts
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.token_bounds import at_most, tokens
+from lockprobe.agents.prompt import Message, conversation, reply_schema
+from lockprobe.call import Usage
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.pictures.picture import Picture, PictureKind
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.protocols import Channel, Intervention, Memory
+from lockprobe.protocols import Prompt as Asking
+from lockprobe.record import Briefing, Decision, Moment, Percept, Situation, Task, Turn
+from lockprobe.studies.modality import interventions_for
+from lockprobe.trial import streams_of
+
+__all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "Prompt", "Request", "made_up", "made_up_course", "reply"]
+
+SMALLEST_CACHED = 1024
+"""Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
+
+HYPOTHESIS = "The target seems to be locked by the joint beside it, which has to be moved first."
+"""As long as what models write there."""
+
+_LONGEST_HYPOTHESIS = 4000
+"""Characters; a longer one is malformed."""
+
+_MARKS = 4
+"""Tokens around a message."""
+
+_PICTURE = 1000
+"""Tokens of a picture where nothing is known of the model."""
+
+_COUNTED = 200
+"""Steps up to which each request is looked at for what it can cost at most. With more of them, and where pictures
+leave the conversation, each counts as the last, which is the largest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Tokens of one request: all, those that a provider can have kept, and those that it then keeps for the next."""
+
+    input: float
+    cached: float
+    stored: float
+
+
+class Prompt:
+    """How large the requests of a trial are, step by step.
+
+    Args:
+        plan: The trial.
+        settings: How the model is asked.
+        facts: What is known of it.
+
+    Attributes:
+        output: Tokens of a reply of the form that is asked for.
+    """
+
+    def __init__(self, plan: Plan, settings: Settings, facts: ModelFacts) -> None:
+        self._plan, self._settings, self._facts = plan, settings, facts
+        self._images = settings.images
+        course = made_up_course(plan)
+        talks = [conversation(situation) for situation in (course if _forgets(course) else course[-1:])]
+        self._per_step = len(talks[0][0].pictures) * (facts.picture_tokens or _PICTURE) * _tiles(plan) / 4
+        form = 0.0 if settings.form(facts) == "none" else tokens(json.dumps(reply_schema(course[-1])))
+        self._observed = [len(situation.past) + 1 for situation in course]
+        self._shared: list[float] = []
+        if _forgets(course):
+            self._text = [form + sum(map(_size, talk)) for talk in talks]
+            self._shared = [form + self._start(*both) for both in pairwise(talks)]
+        else:
+            self._text = [form + total for total in accumulate(map(_size, talks[0]))][::2]
+        self.output = tokens(_reply_in(course[-1], HYPOTHESIS))
+
+    def _start(self, one: Sequence[Message], other: Sequence[Message]) -> float:
+        """Tokens at the start of a request that another one began with."""
+        alike = sum(1 for _ in takewhile(lambda both: both[0] == both[1], zip(one, other, strict=False)))
+        pictured = sum(bool(message.pictures) for message in other[:alike])
+        ends = (talk[alike].text if alike < len(talk) else "" for talk in (one, other))
+        begun = "".join(first for first, _ in takewhile(lambda both: both[0] == both[1], zip(*ends, strict=False)))
+        return sum(map(_size, other[:alike])) + pictured * self._per_step + tokens(begun)
+
+    def _size(self, step: int) -> float:
+        observed = self._observed[step - 1]
+        shown = min(observed, self._images) if self._images else observed
+        return self._text[step - 1] + shown * self._per_step
+
+    def repeated(self, step: int, longer: float = 1.0) -> float:
+        """Tokens at the start of the request of a step that the one before began with.
+
+        Args:
+            step: From 1.
+            longer: Factor by which a provider counts more tokens than is guessed here.
+        """
+        if step == 1:
+            return 0.0
+        if self._shared:
+            return longer * self._shared[step - 2]
+        if self._per_step and self._images and step > self._images:  # there an observation has lost its pictures
+            return longer * self._text[step - self._images - 1]
+        return longer * self._size(step - 1)
+
+    def request(self, step: int, longer: float = 1.0) -> Request:
+        """The request of a step; arguments as of :meth:`repeated`."""
+        size, repeated = longer * self._size(step), self.repeated(step, longer)
+        cached = repeated if repeated >= SMALLEST_CACHED else 0.0
+        return Request(input=size, cached=cached, stored=size - cached if size >= SMALLEST_CACHED else 0.0)
+
+    def first(self) -> Usage:
+        """What the first call of a trial can take, whatever is replied."""
+        return at_most(conversation(made_up_course(replace(self._plan, budget=1))[0]), self._settings, self._facts)
+
+    def most(self, first: int, trials: int) -> Usage:
+        """What so many trials can take from a step on, whatever is replied, remembered, and said beside reports.
+
+        Args:
+            first: The step, from 1.
+            trials: How many.
+        """
+        longest = conversation(_longest(self._plan), images=self._images)
+        steps = range(first, self._plan.budget + 1)
+        if len(steps) <= _COUNTED and not self._images:
+            one = sum((at_most(longest[: 2 * step - 1], self._settings, self._facts) for step in steps), Usage())
+        else:
+            one, trials = at_most(longest, self._settings, self._facts), trials * len(steps)
+        return Usage(
+            calls=one.calls * trials, input_tokens=one.input_tokens * trials, output_tokens=one.output_tokens * trials
+        )
+
+
+def _tiles(plan: Plan) -> int:
+    """Squares of 512 pixels that cover a picture; what is known of models is of four, and larger ones are scaled."""
+    size = resolve_plant(plan.plant).settings
+    return 4 if size is None else min(4, ceil(size.width / 512) * ceil(size.height / 512))
+
+
+def _head(plan: Plan) -> bytes:
+    """The start of the file of a picture of a plant, where its size stands."""
+    size = resolve_plant(plan.plant).settings
+    sides = (1, 1) if size is None else (size.width, size.height)
+    return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + b"".join(side.to_bytes(4, "big") for side in sides)
+
+
+_SAID: Mapping[str, object] = {"last_action": "did not move", "confidence": 90, "report_false": False, "joint": "A"}
+"""What a made-up reply says to what it is asked, but for its hypothesis."""
+
+
+def reply(hypothesis: str, asked: Iterable[str] = ("last_action", "hypothesis", "joint")) -> str:
+    """A reply as models give it.
+
+    Args:
+        hypothesis: What it says about the box.
+        asked: The keys of what it is asked, in order.
+    """
+    return json.dumps({key: hypothesis if key == "hypothesis" else _SAID[key] for key in asked})
+
+
+def _reply_in(situation: Situation, hypothesis: str) -> str:
+    """A reply of the form that is asked for."""
+    form = reply_schema(situation)["properties"]
+    assert isinstance(form, dict)
+    return reply(hypothesis, form)
+
+
+def made_up(plan: Plan, said: str) -> Situation:
+    """The last step of a made-up trial in which joints are attempted in turn, and every other moves.
+
+    Args:
+        plan: The trial.
+        said: The agent's reply in every step.
+    """
+    return made_up_course(plan, said)[-1]
+
+
+def made_up_course(plan: Plan, said: str = "") -> list[Situation]:
+    """Every step of a made-up trial in which joints are attempted in turn, and every other moves.
+
+    What acts in the condition acts on it, on what is told, asked and remembered.
+
+    Args:
+        plan: The trial.
+        said: The agent's reply in every step; where it is empty, one of the form that is asked for.
+    """
+    interventions = interventions_for(plan.condition)
+    return _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
+
+
+Acting = Sequence[tuple[Intervention, np.random.Generator]]
+"""Interventions, each with its random stream."""
+
+
+def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
+    task = Names(plan).task(plan)
+    moments: tuple[Moment, ...] = ()
+    turns: tuple[Turn, ...] = ()
+    course = []
+    for step in range(plan.budget):
+        moments = (*moments, _moment(plan, task, step, acting, moments))
+        past, briefing = turns, Briefing()
+        for one, rng in acting:
+            if isinstance(one, Memory):
+                past = one.recall(past, task, rng)
+            elif isinstance(one, Asking):
+                briefing = one.brief(briefing, moments, task, rng)
+        situation = Situation(task=task, past=past, percept=moments[-1].told, briefing=briefing)
+        course.append(situation)
+        decision = Decision(
+            joint=task.joints[(step + 1) % len(task.joints)], replies=(said or _reply_in(situation, HYPOTHESIS),)
+        )
+        turns = (*past, Turn(percept=situation.percept, decision=decision, remark=briefing.remark))
+    return course
+
+
+def _longest(plan: Plan) -> Situation:
+    """The last step of a made-up trial in which as much is said as can be.
+
+    What may be said beside a report is said beside every one, all reports are given, and nothing is forgotten.
+    """
+    said = reply("x" * _LONGEST_HYPOTHESIS)
+    interventions = [
+        replace(one, p=1.0) if getattr(one, "dose", "") == "p" else one  # type: ignore[type-var]
+        for one in interventions_for(plan.condition)
+        if isinstance(one, Asking) or getattr(one, "shows", False) or getattr(one, "after_words", False)
+    ]
+    course = _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
+    last = course[-1]
+    remark = max((situation.briefing.remark for situation in course), key=len)
+    past = tuple(replace(turn, remark=remark if i else turn.remark) for i, turn in enumerate(last.past))
+    return replace(last, past=past, briefing=replace(last.briefing, remark=remark))
+
+
+def _forgets(course: Sequence[Situation]) -> bool:
+    """Whether requests of later steps lack something of earlier ones."""
+    return any(len(situation.past) < step for step, situation in enumerate(course))
+
+
+def _size(message: Message) -> float:
+    return tokens(message.text) + _MARKS
+
+
+def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Moment, ...]) -> Moment:
+    """What was, and what is told of it."""
+    joint = task.joints[step % len(task.joints)] if step else None
+    was = Percept(
+        joint=joint,
+        outcome="moved" if step % 2 else "blocked" if step else None,
+        positions=tuple((place + step) % 2 == 0 for place in range(len(task.joints))),
+    )
+    percept, facts = was, None
+    for one, rng in acting:
+        if not isinstance(one, Channel):
+            continue
+        if getattr(one, "shows", False):
+            facts = percept
+        percept = (
+            _pictured(plan, one, percept) if isinstance(one, CameraChannel) else one.perceive(percept, past, task, rng)
+        )
+    return Moment(was=was, told=percept, chosen=joint, attempted=joint, facts=facts)
+
+
+def _pictured(plan: Plan, camera: CameraChannel, percept: Percept) -> Percept:
+    """A percept as pictures of which nothing but the size is there; none where no positions are told."""
+    if percept.positions is None:
+        return replace(percept, outcome=None, text="")
+    kinds: tuple[PictureKind, ...] = ("rgb",) if camera.depth == "none" else ("rgb", "depth")
+    text = f"You attempted {percept.joint}. The picture shows the box now."
+    pictures = tuple(Picture(kind=kind, png=_head(plan)) for kind in kinds)
+    return Percept(joint=percept.joint, text=text, pictures=pictures)

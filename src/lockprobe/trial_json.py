@@ -1,0 +1,138 @@
+"""A trial as one line of JSON and back. What is read is checked: an impossible record is refused, not analysed.
+
+A line of a journal ends with two fields more: ``identity``, of which study it is, and ``crc``, its checksum
+(:mod:`lockprobe.storage.checksum`). Older lines have neither.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from pydantic import TypeAdapter, ValidationError
+
+from lockprobe.errors import BadValue
+from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
+from lockprobe.record import SCHEMA_VERSION, Step, Trial
+from lockprobe.storage.checksum import has_checksum, with_checksum, without_checksum
+
+__all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
+
+_adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
+
+_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
+
+LONGEST = 10_000
+"""Steps that a trial may have."""
+
+
+def trial_to_json(trial: Trial) -> bytes:
+    """One line of JSON without a newline; fields at their defaults are left out, the schema version never is."""
+    line = _adapter.dump_json(trial, exclude_defaults=True)
+    return line[:-1] + b',"schema":%d}' % trial.schema if b'"schema":' not in line else line
+
+
+def trial_to_line(trial: Trial, identity: str) -> bytes:
+    """One line of a journal without a newline.
+
+    Args:
+        trial: The trial.
+        identity: Of its study, :attr:`lockprobe.studies.study.Study.record_identity`.
+    """
+    return with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % identity.encode())
+
+
+def trial_from_line(line: bytes) -> tuple[Trial, str]:
+    """The trial on one line of a journal, and of which study it is; that is empty where the line is an older one.
+
+    Raises:
+        BadValue: As :func:`trial_from_json`, and if the checksum is not that of the line.
+    """
+    said = without_checksum(line)
+    named = _IDENTITY.search(said) if has_checksum(line) else None
+    return (_trial(said), "") if named is None else (_trial(said[: named.start()] + b"}"), named[1].decode())
+
+
+def trial_from_json(line: bytes | str) -> Trial:
+    """The trial on one line, of a journal or as :func:`trial_to_json` makes it.
+
+    Raises:
+        BadValue: If the line is no trial, of a schema version that this release does not know, or impossible.
+    """
+    return trial_from_line(line.encode() if isinstance(line, str) else line)[0]
+
+
+def _trial(line: bytes) -> Trial:
+    try:
+        trial = _adapter.validate_json(line, strict=True, extra="forbid")
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
+    if not 1 <= trial.schema <= SCHEMA_VERSION:
+        raise BadValue("trial record, schema version", trial.schema, f"1 to {SCHEMA_VERSION}")
+    _check(trial)
+    return trial
+
+
+def _check(trial: Trial) -> None:
+    """Refuses what cannot have happened."""
+    if trial.p is None and not trial.condition:
+        raise BadValue("trial record, p", trial.p, "a number from 0 to 1, or the name of another condition")
+    if trial.p is not None and not 0 <= trial.p <= 1:  # a number that is none fails too
+        raise BadValue("trial record, p", trial.p, "a number from 0 to 1")
+    if trial.target not in trial.joints:
+        raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
+    if not (len(trial.joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
+        raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
+    if not len(trial.steps) <= trial.budget <= LONGEST:
+        raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
+    if trial.placed is not None:
+        raise BadValue("trial record", "placed", "no place on an axis: that is an analysis's")
+    if trial.replays < 0:
+        raise BadValue("trial record, replays", trial.replays, "0 or more")
+    _check_pictures("trial record", trial.opening_pictures)
+    for number, step in enumerate(trial.steps, 1):
+        _check_step(trial, step, number)
+        _check_pictures(f"trial record, step {number}", step.pictures)
+    _check_ending(trial)
+
+
+def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:
+    """Names are made of hashes, so that no record points outside its directory."""
+    for kind, name in pictures.items():
+        if not PICTURE_NAME.fullmatch(name):
+            raise BadValue(f"{where}, {kind} picture", name, "twenty hexadecimal digits and .png")
+
+
+def _check_ending(trial: Trial) -> None:
+    """The trial ends when the target moves or the steps run out, and by an error only if there is one."""
+    reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
+    if (trial.error is None) == (trial.ending == "error"):
+        raise BadValue("trial record, error", trial.error, f"one exactly if the ending is error; it is {trial.ending}")
+    if reached != ([len(trial.steps)] if trial.solved else []):
+        expected = "a last step that moved the target" if trial.solved else "no step that moved the target"
+        raise BadValue("trial record, ending", trial.ending, f"solved, or {expected}" if reached else expected)
+    if trial.ending == "budget" and len(trial.steps) != trial.budget:
+        raise BadValue("trial record, steps", len(trial.steps), f"{trial.budget}, since the steps ran out")
+
+
+def _check_step(trial: Trial, step: Step, number: int) -> None:
+    """Refuses a step that does not fit its place, the joints, or its decision the labels."""
+    where, joints, decision = f"trial record, step {number}", len(trial.joints), step.decision
+    if step.step != number:
+        raise BadValue(f"{where}, number", step.step, str(number))
+    if step.joint not in trial.joints:
+        raise BadValue(f"{where}, joint", step.joint, f"one of {', '.join(trial.joints)}")
+    if decision.joint not in trial.labels:
+        raise BadValue(f"{where}, decision", decision.joint, f"one of {', '.join(trial.labels)}")
+    for name, bits in (("state", step.state), ("told state", step.told_state)):
+        if bits is not None and not (len(bits) == joints and set(bits) <= {"0", "1"}):
+            raise BadValue(f"{where}, {name}", bits, f"{joints} positions, each 0 or 1")
+    chances = decision.probabilities
+    if chances is not None and not (len(chances) == joints and all(0 <= chance <= 1 for chance in chances)):
+        raise BadValue(f"{where}, probabilities", chances, f"{joints} numbers from 0 to 1")
+    if decision.claim_probability is not None and not 0 <= decision.claim_probability <= 1:
+        raise BadValue(f"{where}, claim probability", decision.claim_probability, "a number from 0 to 1")
+    if decision.confidence is not None and not 0 <= decision.confidence <= 100:
+        raise BadValue(f"{where}, confidence", decision.confidence, "a whole number from 0 to 100")

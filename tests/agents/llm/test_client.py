@@ -1,0 +1,448 @@
+"""The line to a provider: who is asked, how often, how many at once, and what is kept of it."""
+
+import asyncio
+import contextlib
+import gc
+import gzip
+import json
+import os
+import socket
+import threading
+import warnings
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+from provider_server import Manner, completion, failure, here
+
+from lockprobe.agents.access import Access
+from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.prompt import Message
+from lockprobe.errors import ModelFault
+
+lines = pytest.importorskip("lockprobe.agents.llm.client")
+MODEL = "openai-api/fake/model"
+SCHEMA = {"type": "object", "properties": {"joint": {"type": "string"}}, "required": ["joint"]}
+
+
+@pytest.fixture(autouse=True)
+def own_environment(monkeypatch):
+    for name in os.environ:
+        if name.endswith(("_API_KEY", "_BASE_URL")):
+            monkeypatch.delenv(name)
+    for provider in ("FAKE", "OPENAI"):
+        monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
+
+
+def reached(monkeypatch, url):
+    for provider in ("FAKE", "OPENAI"):
+        monkeypatch.setenv(f"{provider}_BASE_URL", url)
+
+
+def asked(name=MODEL, times=1, **access):
+    """Answers to so many conversations, asked for side by side."""
+
+    async def all_of_them():
+        line = lines.Line(name, Settings(), Access(**({"pause": 0.01} | access)))
+
+        async def one(number):
+            async with line.slots:
+                return await line.ask([Message(role="user", text=f"joints: A, B; trial {number}")], SCHEMA)
+
+        try:
+            return await asyncio.gather(*map(one, range(times)), return_exceptions=True)
+        finally:
+            await line.aclose()
+
+    answers = asyncio.run(all_of_them())
+    for answer in answers:
+        if isinstance(answer, BaseException) and not isinstance(answer, ModelFault):
+            raise answer
+    return answers if times > 1 else answers[0]
+
+
+def reply(request):
+    return completion("a reply")
+
+
+@pytest.mark.parametrize("model", [MODEL, "openai/gpt-4o"])
+def test_an_answer_says_who_gave_it_and_what_it_cost(monkeypatch, model):
+    with here(reply) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(model)
+    assert (answer.text, answer.stop, answer.served, answer.retries) == ("a reply", "stop", "fake", 0)
+    assert (answer.usage.calls, answer.usage.input_tokens, answer.usage.output_tokens) == (1, 11, 5)
+    assert answer.seconds > 0
+
+
+@pytest.mark.parametrize("model", [MODEL, "openai/gpt-4o"])
+@pytest.mark.parametrize("fault", ["429 with Retry-After", "429", "500", "dropped", "dropped midway", "truncated",
+                                   "malformed", "a string"])  # fmt: skip
+def test_every_failure_that_passes_is_asked_again_and_counted_and_nobody_else_asks_again(monkeypatch, model, fault):
+    class Once(Manner):
+        def fault(self, conversation, time):
+            return fault if time <= 2 else ""
+
+    with here(reply, Once()) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(model)
+        assert not isinstance(answer, ModelFault), answer
+        assert (answer.text, answer.retries) == ("a reply", 2)
+        assert server.arrived.total() == 3
+        server.arrived.clear()
+        assert isinstance(asked(model, retries=1), ModelFault)
+        assert server.arrived.total() == 2
+
+
+def test_a_request_that_hangs_is_made_again(monkeypatch):
+    class Once(Manner):
+        def fault(self, conversation, time):
+            return "stalled" if time == 1 else ""
+
+    with here(reply, Once()) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(timeout=0.3)
+        assert (answer.text, answer.retries) == ("a reply", 1)
+        assert answer.seconds >= 0.3
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+def test_a_server_that_is_down_is_reported_in_one_line(monkeypatch, host):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    reached(monkeypatch, f"http://{host}:{port}/v1")
+    fault = asked(retries=1)
+    assert str(fault).startswith("no connection to the provider: ")
+    assert str(fault).endswith(" (tried 2 times)")
+    assert "refused" in str(fault) or "Connect call failed" in str(fault)
+
+
+def test_a_refusal_is_said_in_the_providers_words_without_the_request(monkeypatch):
+    with here(lambda request: failure(400, "no such\n setting")) as server:
+        reached(monkeypatch, server.url)
+        fault = asked()
+        assert server.arrived.total() == 1
+    assert str(fault) == "the provider answered 400: no such setting"
+
+
+def test_a_body_without_a_reply_is_no_reply(monkeypatch):
+    with here(lambda request: (200, {"object": "chat.completion"})) as server:
+        reached(monkeypatch, server.url)
+        fault = asked(retries=1)
+        assert server.arrived.total() == 2
+    assert str(fault).startswith("a reply that cannot be read")
+
+
+def test_no_more_requests_are_on_their_way_than_there_are_connections(monkeypatch):
+    with here(reply, Manner(median=0.02)) as server:
+        reached(monkeypatch, server.url)
+        answers = asked(times=12, connections=3)
+    assert [answer.text for answer in answers] == ["a reply"] * 12
+    assert server.peak == 3
+
+
+def test_nothing_of_a_call_stays_in_memory_for_a_log(monkeypatch):
+    from inspect_ai.log import transcript
+
+    before = len(transcript().events)
+    with here(reply) as server:
+        reached(monkeypatch, server.url)
+        asked(times=3)
+    assert len(transcript().events) == before
+
+
+def fault_of(monkeypatch, content, status=200, **access):
+    """What is said of a provider that always answers so, and how often it was asked."""
+    with here(lambda request: (status, content)) as server:
+        reached(monkeypatch, server.url)
+        fault = asked(**({"retries": 1} | access))
+        assert isinstance(fault, ModelFault), fault
+        return fault, server.arrived.total()
+
+
+OVERFLOW = "This model's maximum context length is 10 tokens. However, your messages resulted in 20 tokens."
+
+
+def test_a_conversation_that_is_too_long_is_a_fault_and_no_reply(monkeypatch):
+    said = {"error": {"message": OVERFLOW, "type": "invalid_request_error", "code": "context_length_exceeded"}}
+    fault, times = fault_of(monkeypatch, said, 400)
+    assert str(fault) == f"the conversation is longer than the model can read: {OVERFLOW}"
+    assert (times, fault.retries, fault.unanswered, fault.usage) == (1, 0, 0, {})
+
+
+def test_a_reply_that_ends_where_the_context_does_is_none_either_and_what_it_cost_is_kept():
+    from inspect_ai.model import ModelOutput, ModelUsage
+
+    output = ModelOutput.from_content("m", "half a rep", stop_reason="model_length")
+    output.usage = ModelUsage(input_tokens=90, output_tokens=10, total_tokens=100)
+    with pytest.raises(ModelFault, match="^the conversation is longer than the model can read$") as fault:
+        lines.refuse_overflow(output)
+    assert (fault.value.usage["input_tokens"], fault.value.usage["output_tokens"]) == (90, 10)
+    for stop in ("stop", "max_tokens", "content_filter"):
+        lines.refuse_overflow(ModelOutput.from_content("m", "a reply", stop_reason=stop))
+
+
+@pytest.mark.parametrize(
+    ("content", "said", "times"),
+    [
+        ({"error": {"message": "no credit left", "code": 402}}, "the provider answered 402: no credit left", 1),
+        ({"error": {"message": "busy", "code": "503"}, "choices": None}, "the provider answered 503: busy", 2),
+        ({"error": "still loading"}, "the provider answered with an error: still loading", 2),
+        ({"error": {"message": "odd", "code": "model_gone"}}, "the provider answered with an error: odd", 2),
+        ({"object": "error", "message": "boom", "code": 500}, "the provider answered 500: boom", 2),
+        ({"detail": "not for you"}, "the provider answered with an error: not for you", 2),
+    ],
+)
+def test_an_error_that_comes_as_a_success_is_said_in_the_providers_words(monkeypatch, content, said, times):
+    fault, asked_for = fault_of(monkeypatch, content)
+    assert str(fault) == said + (" (tried 2 times)" if times == 2 else "")
+    assert asked_for == times
+    assert fault.unanswered == 0
+
+
+def test_a_reply_with_an_error_beside_it_is_a_reply(monkeypatch):
+    with here(lambda request: (200, completion("a reply")[1] | {"error": {"message": "odd"}})) as server:
+        reached(monkeypatch, server.url)
+        assert asked().text == "a reply"
+
+
+def test_nothing_of_an_odd_body_is_printed(monkeypatch, capfd):
+    odd = completion("a reply")[1] | {"usage": {"prompt_tokens": "private", "completion_tokens": 1, "total_tokens": 1}}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with here(lambda request: (200, odd)) as server:
+            reached(monkeypatch, server.url)
+            answer = asked(retries=1)
+    assert answer.text == "a reply"  # its count is none
+    assert [str(warning.message) for warning in caught if "private" in str(warning.message)] == []
+    assert "private" not in "".join(capfd.readouterr())
+
+
+def test_attempts_that_may_have_been_charged_are_counted(monkeypatch):
+    class Twice(Manner):
+        def fault(self, conversation, time):
+            return {1: "truncated", 2: "500", 3: "stalled", 4: "dropped"}.get(time, "")
+
+    with here(reply, Twice()) as server:
+        reached(monkeypatch, server.url)
+        answer = asked(timeout=0.3)
+    assert (answer.text, answer.retries, answer.unanswered) == ("a reply", 4, 3)
+
+
+class Batches:
+    """Just enough of OpenAI's files and batches: a batch is done the third time that somebody looks."""
+
+    def __init__(self):
+        self.files, self.looks, self.sizes = {}, {}, []
+
+    def __call__(self, method, path, body):
+        if (method, path) == ("POST", "/v1/files"):
+            name = f"file-{len(self.files)}"
+            lines_of = [line.strip() for line in body.split(b"\n") if line.startswith(b'{"custom_id"')]
+            self.files[name] = [json.loads(line) for line in lines_of]
+            self.sizes.append(len(lines_of))
+            made = {"id": name, "object": "file", "bytes": 1, "created_at": 1, "filename": "x", "purpose": "batch"}
+            return made | {"status": "processed"}
+        if (method, path) == ("POST", "/v1/batches"):
+            return self.batch(json.loads(body)["input_file_id"])
+        if path.startswith("/v1/batches/"):
+            return self.batch(path.removeprefix("/v1/batches/batch-"))
+        asked = self.files[path.split("/")[3].removeprefix("done-")]
+        done = (
+            {"custom_id": one["custom_id"], "response": {"status_code": 200, "body": self.reply(one)}} for one in asked
+        )
+        return "\n".join(json.dumps(one | {"error": None}) for one in done).encode()
+
+    def reply(self, one):
+        return completion(f"a reply to {one['body']['messages'][0]['content']}")[1]
+
+    def batch(self, file):
+        self.looks[file] = self.looks.get(file, 0) + 1
+        done = self.looks[file] >= 3
+        return {
+            "id": f"batch-{file}", "object": "batch", "endpoint": "/v1/chat/completions", "input_file_id": file,
+            "completion_window": "24h", "created_at": 1, "status": "completed" if done else "in_progress",
+            "output_file_id": f"done-{file}" if done else None,
+            "request_counts": {"total": 1, "completed": 1, "failed": 0},
+        }  # fmt: skip
+
+
+@contextlib.contextmanager
+def serving(answer):
+    """A server that answers any request by a function of method, path and body: status and content."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def log_message(self, *args):
+            pass
+
+        def answer(self):
+            status, made = answer(self.command, self.path, self.rfile.read(int(self.headers.get("content-length", 0))))
+            content = made if isinstance(made, bytes) else json.dumps(made).encode()
+            self.send_response(status)
+            self.send_header("content-type", "application/json")
+            self.send_header("content-length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def do_GET(self):
+            self.answer()
+
+        def do_POST(self):
+            self.answer()
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/v1"
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+        gc.collect()  # so that what Inspect AI leaves open is complained of here
+
+
+LEFT_OPEN = "ignore::pytest.PytestUnraisableExceptionWarning"
+
+
+@pytest.mark.filterwarnings(LEFT_OPEN)
+def test_a_batch_carries_the_requests_of_many_trials_and_every_one_gets_its_own_reply(monkeypatch, capfd):
+    batches = Batches()
+    with serving(lambda *request: (200, batches(*request))) as url:
+        reached(monkeypatch, url)
+        answers = asked("openai/gpt-4o", times=7, batch=True, tick=0.03, connections=2, timeout=0.01)
+    assert [answer.text for answer in answers] == [f"a reply to joints: A, B; trial {n}" for n in range(7)]
+    assert sum(batches.sizes) == 7
+    assert max(batches.sizes) > 2  # connections bound no batch
+    assert capfd.readouterr().out == ""
+
+
+@pytest.mark.filterwarnings(LEFT_OPEN)
+def test_a_batch_that_cannot_be_sent_breaks_its_requests_and_those_after_it_go_their_way(monkeypatch, caplog):
+    batches, refused = Batches(), []
+
+    def answer(method, path, body):
+        if not refused:
+            refused.append(path)
+            return 401, {"error": {"message": "not yet"}}
+        return 200, batches(method, path, body)
+
+    async def one_after_the_other():
+        line = lines.Line("openai/gpt-4o", Settings(), Access(batch=True, tick=0.03, retries=0))
+        try:
+            with pytest.raises(ModelFault, match="^the provider answered 401: not yet$"):
+                await line.ask([Message(role="user", text="first")], SCHEMA)
+            return await line.ask([Message(role="user", text="second")], SCHEMA)
+        finally:
+            await line.aclose()
+
+    with serving(answer) as url:
+        reached(monkeypatch, url)
+        assert asyncio.run(one_after_the_other()).text == "a reply to second"
+        gc.collect()
+    assert not [record for record in caplog.records if record.name == "asyncio"]
+
+
+class Raw(BaseHTTPRequestHandler):
+    """Answers every request as its class says, and counts."""
+
+    asked = 0
+
+    def do_POST(self):
+        type(self).asked += 1
+        self.rfile.read(int(self.headers["content-length"]))
+        self.respond()
+
+    def do_GET(self):
+        self.do_POST()
+
+    def log_message(self, *_):
+        pass
+
+
+@contextlib.contextmanager
+def raw(respond):
+    handler = type("Answering", (Raw,), {"respond": respond})
+    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/v1", handler
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+@pytest.mark.parametrize("status", [301, 302, 307, 308])
+def test_a_redirect_to_another_origin_is_refused_and_nothing_is_sent_there(monkeypatch, status):
+    with here(lambda request: completion("said"), keep=True) as elsewhere:
+
+        def respond(handler):
+            handler.send_response(status)
+            handler.send_header("location", f"{elsewhere.url}/chat/completions")
+            handler.send_header("content-length", "0")
+            handler.end_headers()
+
+        with raw(respond) as (url, handler):
+            reached(monkeypatch, url)
+            with pytest.raises(ModelFault) as fault:
+                raise asked(retries=3)
+    there = elsewhere.url.removesuffix("/v1")
+    expected = f"a redirect from {url.removesuffix('/v1')} to {there}, where the conversation was not to go"
+    assert str(fault.value) == f"the provider answered with {expected}"
+    assert (elsewhere.requests, handler.asked, fault.value.unanswered) == ([], 1, 0)
+
+
+def test_a_redirect_at_the_same_origin_is_followed(monkeypatch):
+    def respond(handler):
+        if handler.path == "/v1/chat/completions":
+            handler.send_response(307)
+            handler.send_header("location", "/v2/chat/completions")
+            body = b""
+        else:
+            handler.send_response(200)
+            handler.send_header("content-type", "application/json")
+            body = json.dumps(completion("said")[1]).encode()
+        handler.send_header("content-length", str(len(body)))
+        handler.end_headers()
+        handler.wfile.write(body)
+
+    with raw(respond) as (url, _):
+        reached(monkeypatch, url)
+        assert asked().text == "said"
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_an_answer_without_end_is_refused(monkeypatch, packed):
+    monkeypatch.setattr("lockprobe.agents.llm.answer_limits.LARGEST_ANSWER", 100_000)
+    body = b" " * 200_000
+    content = gzip.compress(body) if packed else body
+
+    def respond(handler):
+        handler.send_response(200)
+        handler.send_header("content-type", "application/json")
+        if packed:
+            handler.send_header("content-encoding", "gzip")
+        handler.send_header("content-length", str(len(content)))
+        handler.end_headers()
+        with contextlib.suppress(ConnectionError):
+            handler.wfile.write(content)
+
+    with raw(respond) as (url, handler):
+        reached(monkeypatch, url)
+        with pytest.raises(ModelFault, match="answered with an answer of more than 100000 bytes$") as fault:
+            raise asked(retries=3)
+    assert (handler.asked, fault.value.unanswered) == (1, 1)
+
+
+def test_an_answer_packed_as_nobody_asked_is_refused(monkeypatch):
+    def respond(handler):
+        handler.send_response(200)
+        handler.send_header("content-encoding", "br")
+        handler.send_header("content-length", "1")
+        handler.end_headers()
+        handler.wfile.write(b"x")
+
+    with raw(respond) as (url, _):
+        reached(monkeypatch, url)
+        assert "an answer packed by br, which was not asked for" in str(asked(retries=0))

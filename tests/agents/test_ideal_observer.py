@@ -1,0 +1,155 @@
+"""The ideal observer: exact figures, equal choices among equals, what it says, and what it refuses."""
+
+import asyncio
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from lockprobe import run_trial
+from lockprobe.agents.ideal_observer import IdealObserver
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.families import box
+from lockprobe.montecarlo.propagation import propagate
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
+
+NAIVE = IdealObserver(noise="naive")
+
+
+def decide(agent, situation, seed=1):
+    return asyncio.run(agent.decide(situation, np.random.default_rng(seed)))
+
+
+def start(target="B", joints=("C", "B", "A", "D")):
+    return Situation(
+        task=Task(joints=joints, target=target, budget=20), past=(), percept=Percept(positions=(False,) * len(joints))
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "steps", "by_80", "last"),
+    [
+        ({"prior": "chains", "noise": "naive"}, 5.5, 6, 7),
+        ({"prior": "single-parent", "noise": "naive"}, 8.5, 9, 10),
+        ({"prior": "single-parent", "noise": "naive", "plan": "information"}, 95 / 12, 8, 10),
+        ({}, 25 / 3, 9, 10),
+    ],
+)
+def test_steps_to_solve_the_papers_chain_when_told_the_truth(options, steps, by_80, last):
+    course = propagate(IdealObserver.from_options(options), listing="panel")
+    assert course.steps == pytest.approx(steps)
+    assert (course.by(0.8), course.by(1)) == (by_80, last)
+
+
+@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("p", [0.1, 0.5, 1.0])
+def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip, p):
+    course = propagate(IdealObserver(), p=p, flip=flip, listing="panel")
+    assert course.by(1) <= 16
+    assert course.steps < 9.7
+
+
+@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+def test_false_reports_hurt_one_who_believes_them(flip):
+    found = [propagate(NAIVE, p=p, flip=flip, listing="panel") for p in (0, 0.2, 0.4, 0.6)]
+    steps = [course.steps for course in found]
+    assert steps == sorted(steps)
+    if flip != "transient":
+        assert [round(course.success, 2) for course in found] == {
+            "sticky": [1.0, 0.72, 0.5, 0.33], "outcome-only": [1.0, 0.71, 0.49, 0.33],
+        }[flip]  # fmt: skip
+
+
+def test_an_order_of_the_listing_changes_nothing_but_names():
+    for labels in (("C", "B", "A", "D"), ("B", "A", "C", "D")):
+        found = decide(NAIVE, start(joints=labels)).probabilities
+        assert found == tuple(float(label == "B") for label in labels)
+
+
+def test_played_trials_follow_the_exact_course():
+    trials = [run_trial(agent=IdealObserver(prior="chains", noise="naive"), trial=i, seed=3) for i in range(1, 301)]
+    steps = Counter(len(trial.steps) for trial in trials)
+    assert all(trial.solved for trial in trials)
+    for length, share in {4: 1 / 6, 5: 1 / 3, 6: 1 / 3, 7: 1 / 6}.items():
+        assert abs(steps[length] / 300 - share) < 4 * (share * (1 - share) / 300) ** 0.5
+
+
+def test_choices_are_even_among_the_best_and_drawn_from_their_probabilities():
+    agent = IdealObserver(prior="chains", noise="naive")
+    drawn = Counter()
+    for seed in range(300):
+        decision = decide(agent, start(), seed)
+        assert decision.probabilities == pytest.approx((1 / 3, 0, 1 / 3, 1 / 3))
+        drawn[decision.joint] += 1
+    assert all(abs(drawn[label] / 300 - 1 / 3) < 4 * (2 / 9 / 300) ** 0.5 for label in "CAD")
+
+
+def test_one_number_is_drawn_per_decision():
+    rng, fresh = np.random.default_rng(1), np.random.default_rng(1)
+    asyncio.run(NAIVE.decide(start(), rng))
+    fresh.random()
+    assert rng.random() == fresh.random()
+
+
+def told(*attempts, joints=("C", "B", "A", "D")):
+    """A situation after attempts: label, moved as told, positions as told."""
+    first = start(joints=joints)
+    past, percept = [], first.percept
+    for label, moved, positions in attempts:
+        past.append(Turn(percept=percept, decision=Decision(joint=label)))
+        percept = Percept(
+            joint=label, outcome="moved" if moved else "blocked", positions=tuple(bit == "1" for bit in positions)
+        )
+    return Situation(task=first.task, past=tuple(past), percept=percept)
+
+
+def test_it_says_what_it_thinks_its_action_did():
+    """It knows better where the box says otherwise: a target that moved would have ended the trial."""
+    said = told(("B", True, "0100"))
+    assert decide(IdealObserver(), said).claimed == "blocked"
+    assert decide(IdealObserver(), start()).claimed is None
+    assert decide(NAIVE, told(("C", True, "1000"))).claimed == "moved"
+    assert decide(NAIVE, told(("C", False, "0000"))).claimed == "blocked"
+
+
+def test_a_report_believed_always_false_is_turned_round():
+    assert decide(IdealObserver(noise="1"), told(("C", False, "0000"))).claimed == "moved"
+    even = decide(IdealObserver(noise="0.5", prior="chains"), told(("C", True, "1000"))).claimed
+    assert even == "blocked"  # one chain of three frees this joint, and the report says nothing
+
+
+def test_it_keeps_nothing_between_calls():
+    agent, first, second = IdealObserver(), told(("C", True, "1000")), told(("A", False, "0000"), ("D", True, "0001"))
+    alone = [decide(IdealObserver(), situation) for situation in (first, second)]
+    for _ in range(2):
+        assert [decide(agent, situation) for situation in (first, second)] == alone
+
+
+def test_what_it_is_stands_in_the_record():
+    trial = run_trial(agent="ideal-observer?prior=chains&plan=information", seed=1)
+    assert trial.facts == {"prior": "chains", "noise": "aware", "plan": "information", "persistence": "unknown"}
+    assert trial.steps[0].decision.probabilities is not None
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "said"),
+    [
+        ({"prior": "chain"}, UnknownName, "no prior is called 'chain' .did you mean 'chains'"),
+        ({"priors": "chains"}, UnknownName, "no option of ideal-observer is called 'priors'"),
+        ({"noise": "2"}, BadValue, "noise: got '2'"),
+        ({"plan": "best"}, BadValue, "plan: got 'best', expected one of steps, information"),
+        ({"persistence": "outcome-only"}, BadValue, "persistence: got 'outcome-only'"),
+    ],
+)
+def test_options_that_do_not_exist_are_refused(options, kind, said):
+    with pytest.raises(kind, match=said):
+        IdealObserver.from_options(options)
+
+
+def test_a_box_too_large_for_its_plan_is_refused_at_the_first_step():
+    with pytest.raises(BadValue, match="720 interlocks of prior chains over 7 joints.*plan=information"):
+        run_trial(agent=IdealObserver(prior="chains", noise="naive"), box="chain-7")
+    with pytest.raises(BadValue, match="prior single-parent over 6 joints: got '46656 interlocks'"):
+        run_trial(agent=IdealObserver(), box="chain-6")
+    assert run_trial(agent=IdealObserver(prior="chains", noise="naive", plan="information"), box="chain-7").solved
+    assert run_trial(agent=IdealObserver(prior="chains"), box=box("chain-6")).solved

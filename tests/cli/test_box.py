@@ -1,0 +1,162 @@
+"""``lockprobe box``, as typed."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from lockprobe import load
+from lockprobe.cli.box import app
+from lockprobe.cli.run import run
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.lockbox.boxfile import read_box
+from lockprobe.lockbox.families import box, named_boxes
+from lockprobe.lockbox.solve import optimal_plans, optimum
+
+
+def ask(*words):
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def objects(done):
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_the_list_has_every_named_box_in_columns():
+    lines = ask("list").stdout.splitlines()
+    assert [line.split()[0] for line in lines[1:-1]] == list(named_boxes())
+    assert lines[0].split() == ["name", "joints", "optimum", "undone", "random", "no-repeat"]
+    ends = [lines[0].index(word) + len(word) for word in ("joints", "optimum", "undone", "random", "no-repeat")]
+    for line in lines[1:-1]:
+        assert all(line[end - 1] != " " and line[end : end + 1] in ("", " ") for end in ends)
+    assert "random-N-SEED" in lines[-1]
+    assert "TOML" in lines[-1]
+    assert next(line for line in lines if "(default)" in line).startswith("chain-4 ")
+
+
+def test_the_list_as_json():
+    found = objects(ask("list", "--json"))
+    assert [facts["name"] for facts in found] == list(named_boxes())
+    chain = next(facts for facts in found if facts["name"] == "chain-4")
+    assert chain["random_success"] == pytest.approx(0.392655, abs=1e-6)
+
+
+def test_facts_as_json():
+    facts = json.loads(ask("show", "reset", "--json").stdout)
+    assert {"joints", "interlock", "initial", "target", "optimum", "random_success"} <= set(facts)
+    assert (facts["optimum"], facts["optimal_plans"], facts["undone"], facts["depth"]) == (5, 2, 1, 4)
+    assert facts["random_no_repeat_success"] == pytest.approx(0.479486, abs=1e-6)
+    assert facts["initial"] == "0000"
+    assert facts["cycle_success"] == pytest.approx(2 / 3)
+    assert (facts["dead_ends"], facts["reachable"], facts["distractors"]) == (0, 8, [])
+
+
+def test_a_box_in_words():
+    said = ask("show", "reset").stdout
+    for part in ("reset: 4 joints, target revolute-left, optimum 5 steps, 2 optimal plans", "[#-]", "and revolute-right closed",
+                 "random 0.2305, random without repeats 0.4795", "moves to undo: 1"):  # fmt: skip
+        assert part in said
+
+
+def test_terminals_that_know_only_ascii_are_spared_the_rest():
+    done = subprocess.run(
+        [sys.executable, "-m", "lockprobe", "box", "show", "random-8-3"],
+        capture_output=True, env=os.environ | {"PYTHONIOENCODING": "ascii"}, check=True,
+    )  # fmt: skip
+    assert b"?" not in done.stdout
+    assert b"+----" in done.stdout
+
+
+def test_plans():
+    said = ask("solve", "converge").stdout.splitlines()
+    assert said[0] == "converge: optimum 4 steps, 2 optimal plans"
+    assert {tuple(line.strip().split(", ")) for line in said[1:]} == set(optimal_plans(box("converge")).listed)
+    found = json.loads(ask("solve", "converge", "--json").stdout)
+    assert (found["name"], found["optimum"], found["optimal_plans"], len(found["plans"])) == ("converge", 4, 2, 2)
+    assert ask("solve", "common-cause-4", "--limit", 1).stdout.splitlines()[-1] == "  and 2 more (--limit)"
+    assert ask("solve").stdout.splitlines()[1] == "  revolute-right, slider-2, slider-1, revolute-left"
+
+
+@pytest.mark.parametrize(("ending", "start"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
+def test_a_picture(tmp_path, ending, start):
+    path = tmp_path / f"box.{ending}"
+    assert ask("show", "fork", "--out", path).stdout == f"{path}\n"
+    assert path.read_bytes().startswith(start)
+
+
+def test_generated_files_are_boxes(tmp_path):
+    said = ask("generate", "--joints", 5, "--layout", "zigzag", "--deal", "--count", 3, "--out", tmp_path)
+    files = sorted(tmp_path.iterdir())
+    assert len(files) == 3
+    assert len(said.stdout.splitlines()) == 3
+    for file in files:
+        found = read_box(file)
+        assert f"{file}  optimum {optimum(found)}, random" in said.stdout
+        assert json.loads(ask("show", file, "--json").stdout)["name"] == found.name == file.stem
+    again = ask("generate", "--joints", 5, "--layout", "zigzag", "--deal", "--count", 3, "--out", tmp_path)
+    assert again.stdout == said.stdout
+
+
+def test_a_file_of_another_box_is_left_alone(tmp_path):
+    ask("generate", "--out", tmp_path, "--seed", 2)
+    (file,) = tmp_path.iterdir()
+    file.write_text("mine", "utf-8")
+    with pytest.raises(BadFile, match="already holds something else: give another --out"):
+        ask("generate", "--out", tmp_path, "--seed", 2)
+    assert file.read_text("utf-8") == "mine"
+
+
+def test_what_was_refused_is_told():
+    words = ("generate", "--family", "chain", "--joints", 5, "--initial", "random", "--count", 4)
+    done = ask(*words)
+    assert len(done.stdout.splitlines()) == 4
+    refused = [line for line in objects(ask(*words, "--json")) if "refused" in line]
+    made = [line for line in objects(ask(*words, "--json")) if "refused" not in line]
+    assert done.stderr == f"refused: {len(refused)} too short\n"
+    assert [line["name"] for line in made] == [line.split()[0] for line in done.stdout.splitlines()]
+    assert sorted(line["seed"] for line in made + refused) == list(range(1, len(made) + len(refused) + 1))
+    assert {line["reason"] for line in refused} == {"too short: solved in 1 of at least 2 steps"}
+
+
+def test_what_cannot_be_had_is_refused_after_many_tries():
+    with pytest.raises(BadValue, match="count: got 1, expected at most 0: of 100 seeds all others were refused"):
+        ask("generate", "--family", "fork", "--shortest", 9)
+
+
+@pytest.mark.parametrize(
+    ("words", "mistake", "message"),
+    [
+        (["show", "chan-4"], UnknownName, "no box is called 'chan-4' .did you mean 'chain-4'"),
+        (["show", "random-9-1"], BadValue, "expected 2 to 8 joints"),
+        (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
+        (["show", "--out", "x.pdf"], BadValue, "a file that ends in .svg, .png or .xml"),
+        (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
+        (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
+        (["generate", "--negative", "2"], BadValue, "negative: got 2.0"),
+        (["solve", "nothing"], UnknownName, "no box is called 'nothing'"),
+    ],
+)
+def test_mistakes(words, mistake, message):
+    with pytest.raises(mistake, match=message):
+        ask(*words)
+
+
+def test_a_generated_box_is_played_on_shuffled_panels(tmp_path, monkeypatch):
+    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
+    ask("generate", "--joints", 4, "--out", tmp_path)
+    (file,) = tmp_path.iterdir()
+    run_app = typer.Typer()
+    run_app.command()(run)
+    words = ["flips", "--agent", "random", "--p", "0", "--trials", "4", "--repetitions", "1", "--box", str(file)]
+    done = CliRunner().invoke(run_app, [*words, "--layout", "shuffled", "--out", str(tmp_path / "study"), "--json"])
+    assert done.exit_code == 0, done.output
+    trials = load(tmp_path / "study")
+    assert {trial.box for trial in trials} == {file.stem}
+    assert len({trial.joints for trial in trials}) > 1

@@ -1,0 +1,62 @@
+"""Money and tokens in words."""
+
+import pytest
+
+from lockprobe.call import Usage
+from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
+from lockprobe.studies.estimate import estimates
+from lockprobe.studies.spending import Spending
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
+
+
+@pytest.mark.parametrize(
+    ("dollars", "said"),
+    [
+        (0, "$0.00"),
+        (0.1, "$0.10"),
+        (1234.5, "$1,234.50"),
+        (0.0144, "$0.014"),
+        (0.000077, "$0.000077"),
+        (0.099, "$0.099"),
+        (0.02, "$0.02"),
+        (0.002, "$0.002"),
+        (0.0996, "$0.10"),
+    ],
+)
+def test_money_is_read_to_the_cent_or_to_two_digits(dollars, said):
+    assert money(dollars) == said
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [(0, "0"), (7, "7"), (17.4, "17"), (950, "950"), (811, "810"), (1234, "1,200"), (58_400, "58,000"), (994_000, "990,000"),
+     (999_600, "1 million"), (1_234_567, "1.23 million"), (123_456_789, "123 million")],
+)  # fmt: skip
+def test_tokens_are_read_to_two_or_three_digits(number, said):
+    assert about(number) == said
+
+
+def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
+    found = estimates(study(StudyOptions(agent=["llm:openai/gpt-4o"], full=True)), {})[0]
+    first, second = estimate_lines(found)
+    assert first.startswith("llm:openai/gpt-4o: about 3,600 to 4,200 calls, ")
+    assert f"({found.repeated:.0%} of them sent before)" in first
+    fresh, cached = (money(found.dollars(found.full, cached=hits)) for hits in (False, True))
+    assert f" to {fresh} (" in second
+    assert f" to {cached} with its provider's cache); at most {money(found.most_dollars)} whatever" in second
+    assert second.endswith(f"; prices of {found.price.date}")
+
+
+def test_an_estimate_without_a_price_says_how_to_give_one():
+    found = estimates(study(StudyOptions(agent=["llm:openai-api/some/model"], trials=1)), {})[0]
+    assert estimate_lines(found)[1] == "  its price is not known (LOCKPROBE_MODEL_FACTS=FILE.toml can say it)"
+
+
+def test_what_was_spent_is_money_where_it_is_known_and_tokens_elsewhere():
+    usage = Usage(calls=2, input_tokens=1500, output_tokens=80)
+    assert spent_in_words(Spending()) == ""
+    assert spent_in_words(Spending(usage=usage, dollars=0.25)) == "$0.25 spent"
+    assert spent_in_words(Spending(usage=usage)) == "1,500 tokens in, 80 out"
+    told = spent_in_words(Spending(usage=usage, dollars=0.0, retries=1, failed=2, broken_off=1))
+    assert told == "$0.00 spent, 1 retry, 2 calls failed, 1 call broken off"

@@ -1,0 +1,203 @@
+"""The exact course under a condition is the sum over every choice and all luck of the interventions themselves."""
+
+import itertools
+
+import pytest
+from scipy.stats import binomtest
+
+from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
+from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.errors import BadValue
+from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.drop import Drop
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.force import Force
+from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.words import TextChannel
+from lockprobe.lockbox.families import box
+from lockprobe.montecarlo import propagate
+from lockprobe.protocols import Channel
+from lockprobe.record import Decision, Moment, Percept, Situation, Task, Turn
+from lockprobe.studies.single import run_trial
+
+
+class Loaded:
+    """A stream that gives these numbers, one or several at a time."""
+
+    def __init__(self, *numbers):
+        self.numbers = numbers
+
+    def random(self, size=None):
+        return self.numbers[0] if size is None else self.numbers
+
+
+def luck_of(one, joints):
+    """Every way in which an intervention's draws of one step can turn out that makes a difference, and its chance."""
+    if isinstance(one, OutcomeFlip | Drop):
+        return [(Loaded(0.0), one.p), (Loaded(1 - 2**-53), 1 - one.p)]
+    if isinstance(one, Tremble):
+        slips = [(Loaded(0.0, (k + 0.5) / (joints - 1)), one.p / (joints - 1)) for k in range(joints - 1)]
+        return [*slips, (Loaded(1 - 2**-53, 0.5), 1 - one.p)]
+    if isinstance(one, Force):
+        return [(Loaded((k + 0.5) / joints), 1 / joints) for k in range(joints)]
+    raise AssertionError(one)
+
+
+def acted(ones, value, change, joints):
+    """What becomes of a value, as each of the interventions changes it, and how probably."""
+    for luck in itertools.product(*(luck_of(one, joints) for one in ones)):
+        after, chance = value, 1.0
+        for one, (stream, share) in zip(ones, luck, strict=True):
+            after, chance = change(one, after, stream), chance * share
+        if chance:
+            yield after, chance
+
+
+def branches(policy, puzzle, ones, tell, left, situation, past, configuration):
+    """Every way on: its probability, the step that solves the box (None: none), whether wrong positions were told."""
+    if not left:
+        yield 1.0, None, ()
+        return
+    task, joints = situation.task, len(situation.task.joints)
+    hands, channels = ([one for one in ones if isinstance(one, Channel) == told] for told in (False, True))
+    view, memory = policy.recall(situation)
+    for place, chosen in enumerate(policy.probabilities(view, memory)):
+        if not chosen:
+            continue
+        label = task.joints[place]
+        for attempted, slipped in acted(hands, label, lambda h, j, s: h.act(j, past, task, s), joints):
+            after, moved = puzzle.attempt(configuration, int(attempted))
+            if moved and int(attempted) == puzzle.target_index:
+                yield chosen * slipped, len(past), ()
+                continue
+            truth = Percept(
+                joint=attempted,
+                outcome="moved" if moved else "blocked",
+                positions=tuple(after[int(label)] for label in task.joints),
+            )
+            for told, luck in acted(channels, truth, lambda c, t, s: c.perceive(t, past, task, s), joints):
+                turn = Turn(percept=situation.percept, decision=Decision(joint=label))
+                read = TextChannel(tell=tell).perceive(told, past, task, Loaded(0.0))
+                onward = Situation(task=task, past=(*situation.past, turn), percept=read)
+                moments = (*past, Moment(was=truth, told=told, chosen=label, attempted=attempted))
+                wrong = told.positions not in (None, truth.positions)
+                for share, end, later in branches(policy, puzzle, ones, tell, left - 1, onward, moments, after):
+                    yield chosen * slipped * luck * share, end, (wrong, *later)
+
+
+def by_brute_force(policy, puzzle, spec, tell, budget):
+    task = Task(
+        joints=tuple(str(j) for j in range(len(puzzle.joints))),
+        target=str(puzzle.target_index),
+        budget=budget,
+        places=tuple(joint.place for joint in puzzle.joints),
+    )
+    opening = Percept(positions=puzzle.initial)
+    solved, apart = [0.0] * (budget + 1), [0.0] * (budget + 1)
+    start, past = Situation(task=task, past=(), percept=opening), (Moment(was=opening, told=opening),)
+    ones = interventions_of(spec)
+    for share, end, wrong in branches(policy, puzzle, ones, tell, budget, start, past, puzzle.initial):
+        for step in range(end or budget + 1, budget + 1):
+            solved[step] += share
+        for step, differs in enumerate(wrong, 1):
+            apart[step] += share * differs
+    return solved, [part / max(1 - done, 1e-300) for part, done in zip(apart, solved, strict=True)]
+
+
+POLICIES = [
+    HumanInspired(lapse=0.1),
+    SoftmaxMemory(target=0.4, closed=0.8, failure=2, decay=0.7, reset=0.4, recent=-0.6, stay=0.9, position=0.5),
+    RandomMap(window=1, avoid="last", lapse=0.2),
+]
+CONDITIONS = [
+    "tremble?p=0.3",
+    "drop?p=0.4",
+    "flip?p=0.3&only=moved",
+    "flip?p=0.3&only=blocked&persistence=sticky",
+    "flip?p=0.3&from=2&until=3",
+    "flip?p=0.3&at=1;3&persistence=sticky",
+    "force?at=2",
+    "drop?p=0.2 + drop?p=0.3",
+    "flip?p=0.3&persistence=sticky + drop?p=0.4",
+    "drop?p=0.4 + flip?p=0.3&persistence=sticky",
+    "tremble?p=0.2 + force?at=3 + flip?p=0.4&from=2",
+]
+
+
+@pytest.mark.parametrize("tell", ["both", "state"])
+@pytest.mark.parametrize("spec", CONDITIONS)
+@pytest.mark.parametrize("policy", POLICIES, ids=lambda policy: type(policy).__name__)
+def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec, tell):
+    solved, apart = by_brute_force(policy, box("chain-2"), spec, tell, 4)
+    modality = f"symbolic?tell={tell}"
+    course = propagate(policy, "chain-2", condition=spec, modality=modality, max_steps=4, listing="panel")
+    assert course.solved == pytest.approx(solved, abs=1e-12)
+    assert course.apart == pytest.approx(apart, abs=1e-12)
+
+
+@pytest.mark.parametrize("agent", ["human-inspired?", "human-inspired:proximity?", "cognitive:random-map?avoid=last&"])
+def test_tremble_equals_a_lapse_of_the_hand(agent):
+    """A lapse takes any of four joints, a slip any of the three others: a slip of 0.3 is a lapse of 0.4."""
+    slips, lapses = (
+        propagate(f"{agent}lapse={lapse}", condition=spec, max_steps=7)
+        for lapse, spec in ((0, "tremble?p=0.3"), (0.4, ""))
+    )
+    assert slips.solved == pytest.approx(lapses.solved, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "spec", ["tremble?p=0.2 + drop?p=0.3", "flip?p=0.5&only=blocked&from=3", "flip?p=0.6&at=2;4;6 + force?at=5"]
+)
+@pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state"])
+def test_trials_of_the_loop_come_to_the_same(spec, modality):
+    agent, asked = "human-inspired?lapse=0.1", {"condition": spec, "modality": modality, "max_steps": 12}
+    trials = [run_trial(agent=agent, **asked, trial=trial) for trial in range(1, 151)]
+    exact = propagate(agent, **asked)
+    for step in (8, 12):
+        found = sum(trial.solved and len(trial.steps) <= step for trial in trials)
+        assert 0.05 < exact.solved[step] < 0.95
+        assert binomtest(found, 150, exact.solved[step]).pvalue > 0.001
+
+
+def test_a_flip_in_a_condition_is_the_flip_of_p():
+    assert propagate(condition="flip?p=0.3&persistence=sticky") == propagate(p=0.3, flip="sticky")
+
+
+@pytest.mark.parametrize("agent", ["human-inspired", "cognitive:insistent", "ideal-observer?noise=naive"])
+def test_told_the_truth_states_say_as_much_as_outcomes(agent):
+    assert propagate(agent, modality="symbolic?tell=state").solved == propagate(agent).solved
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"modality": "rgb"}, "modality: got 'rgb'"),
+        ({"modality": "symbolic?tell=outcome"}, "modality: got 'symbolic.tell=outcome'"),
+        ({"modality": "symbolic?tell=state", "flip": "outcome-only"}, "flip: got 'outcome-only'"),
+    ],
+)
+def test_what_shows_no_states_or_outcomes_in_words_is_refused(given, named):
+    with pytest.raises(BadValue, match=named):
+        propagate(p=0.1, **given)
+
+
+def test_what_is_only_said_changes_nothing():
+    assert propagate(condition="warn + reword?p=1 + nudge + distract?p=1 + hypothesis?ask=off") == propagate()
+
+
+@pytest.mark.parametrize(
+    ("spec", "named"),
+    [("delay?lag=1", "delay"), ("history?last=3", "history?last=3"), ("flip?p=0.2&while=looping", "flip?p=0.2&while"),
+     ("burst?p=0.2", "burst"), ("yoked?p=0.2", "yoked"), ("forget?p=0.1", "forget")],
+)  # fmt: skip
+def test_what_has_to_be_sampled_is_refused_in_one_line(spec, named):
+    with pytest.raises(BadValue) as refused:
+        propagate(condition=spec)
+    assert str(refused.value).startswith(f"condition: got '{named}")
+    assert "sample others" in str(refused.value)
+
+
+def test_reports_are_flipped_once():
+    for given in ({"condition": "flip?p=0.2", "p": 0.1}, {"condition": "flip?p=0.2 + flip?p=0.1"}):
+        with pytest.raises(BadValue, match="one flip at most, and none beside p"):
+            propagate(**given)

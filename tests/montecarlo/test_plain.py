@@ -1,0 +1,71 @@
+"""The plain loop is the closed loop of a trial, without its records."""
+
+import pytest
+from diary import Diary, as_recorded
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe import run_trial
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.lockbox.families import box
+from lockprobe.montecarlo.plain import heeds_order, play_plainly, policy_of, world_of
+from lockprobe.montecarlo.streams import FromTree
+
+KINDS = ("transient", "sticky", "outcome-only")
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    name=st.sampled_from(["chain-2", "chain-4", "reset", "random-5-17", "chain-8"]),
+    flip=st.sampled_from(KINDS),
+    p=st.sampled_from([0.0, 0.3, 1.0]),
+    seed=st.integers(0, 9),
+    trial=st.integers(1, 5),
+    shuffle=st.booleans(),
+    max_steps=st.integers(1, 25),
+    states_only=st.booleans(),
+)
+def test_a_trial_played_plainly_is_the_trial_on_record(name, flip, p, seed, trial, shuffle, max_steps, states_only):
+    states_only &= flip != "outcome-only"
+    world = world_of(name, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
+    tree = FromTree(seed, 2, len(box(name).joints), shuffle=shuffle, flips=0, draws=0)
+    played = play_plainly(Diary(), world, *tree.luck(trial - 1))
+    recorded = run_trial(
+        agent=Diary(),
+        box=name,
+        p=p,
+        flip=flip,
+        seed=seed,
+        repetition=2,
+        trial=trial,
+        shuffle=shuffle,
+        max_steps=max_steps,
+        modality="symbolic?tell=state" if states_only else "symbolic",
+    )
+    assert (played.joints, played.moved, played.told_moved, played.solved) == as_recorded(recorded)
+
+
+def test_a_world_is_its_box():
+    puzzle = box("reset")
+    world = world_of(puzzle, p=0.2, flip="sticky", max_steps=7)
+    assert (world.name, world.target, world.budget) == ("reset", puzzle.target_index, 7)
+    for shifted, movable in enumerate(world.movable):
+        configuration = tuple(start ^ bool(shifted >> j & 1) for j, start in enumerate(puzzle.initial))
+        assert [bool(movable >> j & 1) for j in range(4)] == [puzzle.may_move(configuration, j) for j in range(4)]
+
+
+def test_only_what_looks_at_places_in_the_listing_heeds_its_order():
+    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map")
+    assert not any(heeds_order(policy_of(agent)) for agent in (*heedless, "cognitive:softmax-memory?closed=1"))
+    assert all(map(heeds_order, (policy_of("round-robin"), policy_of("cognitive:softmax-memory?position=1"), Diary())))
+
+
+def test_mistakes_are_one_line():
+    with pytest.raises(UnknownName, match=r"^no agent is called 'rundom'"):
+        policy_of("rundom")
+    with pytest.raises(UnknownName, match=r"^no box is called 'chain-9'"):
+        world_of("chain-9", p=0, flip="sticky", max_steps=20)
+    with pytest.raises(BadValue, match=r"^max_steps: got 20000, expected a whole number from 1 to 10000$"):
+        world_of("chain-4", p=0, flip="sticky", max_steps=20_000)
+    with pytest.raises(BadValue, match=r"^flip: got 'often'"):
+        world_of("chain-4", p=0, flip="often", max_steps=20)

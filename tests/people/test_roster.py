@@ -1,0 +1,260 @@
+"""Places are as many as there are; who was away too long makes room; nobody takes part twice."""
+
+import asyncio
+from collections import Counter
+
+import pytest
+from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part, to_first
+
+from lockprobe.people.diary import Joined, Released
+from lockprobe.people.journey import Journey
+from lockprobe.people.responses import Agree
+from lockprobe.people.roster import Register
+from lockprobe.people.scenes import Box
+from lockprobe.studies.journal import load
+
+HOURS = 3600.0
+
+
+def at_first_step(shown):
+    """Where somebody stops."""
+    return isinstance(shown.scene, Box) and shown.scene.step == 2
+
+
+def slots_given(directory):
+    lines = [line for path in sorted((directory / "people").glob("*.jsonl")) for line in diary_of(directory, path.stem)]
+    return [slot for line in lines if isinstance(line, Joined) for slot in line.slots]
+
+
+def test_as_many_take_part_as_there_are_trials_for_and_each_is_played_once(tmp_path):
+    study = people_study()
+    last = take_part(tmp_path, study, short(), people=7)
+    assert sorted(shown.scene.kind for shown in last) == ["closed"] * 3 + ["debrief"] * 4
+    assert {shown.scene.why for shown in last if shown.scene.kind == "closed"} == {"full"}
+    trials = load(tmp_path)
+    assert len(trials) == len({trial.key for trial in trials}) == study.size == len(slots_given(tmp_path))
+
+
+def test_no_more_take_part_than_the_experimenter_wants(tmp_path):
+    last = take_part(tmp_path, people_study(), short(participants=2), people=3)
+    assert sorted(shown.scene.kind for shown in last) == ["closed", "debrief", "debrief"]
+    (shown,) = take_part(tmp_path, people_study(), short(participants=2))
+    assert (shown.scene.why, shown.identity) == ("full", None)
+    (shown,) = take_part(tmp_path, people_study(), short(participants=3))
+    assert shown.scene.kind == "debrief"
+
+
+def test_what_is_left_is_given_even_if_it_is_less(tmp_path):
+    study = people_study(trials=3)
+    take_part(tmp_path, study, short(trials_each=2), people=2)
+    (shown,) = take_part(tmp_path, study, short(trials_each=2), platform={"PROLIFIC_PID": "ann"})
+    assert len(diary_of(tmp_path, shown.identity)[0].slots) == 2
+    assert len(load(tmp_path)) == study.size
+
+
+def test_nobody_takes_part_twice_under_one_name_of_the_platform(tmp_path):
+    names = {"PROLIFIC_PID": "ann", "STUDY_ID": "s"}
+    first, second = take_part(tmp_path, people_study(), short(), people=2, platform=names)
+    kinds = {first.scene.kind: first, second.scene.kind: second}
+    assert kinds["closed"].scene.why == "taken"
+    (again,) = take_part(tmp_path, people_study(), short(), platform=names)
+    assert again.scene.why == "taken"
+    (other,) = take_part(tmp_path, people_study(), short(), platform={"PROLIFIC_PID": "bob", "STUDY_ID": "s"})
+    assert other.scene.kind == "debrief"
+
+
+def test_without_names_of_a_platform_everybody_is_somebody_new(tmp_path):
+    last = take_part(tmp_path, people_study(), short(recruitment=[]), people=2, platform={"PROLIFIC_PID": "ann"})
+    assert [shown.scene.kind for shown in last] == ["debrief"] * 2
+    assert diary_of(tmp_path, last[0].identity)[0].platform == {}
+
+
+@pytest.mark.parametrize(("away", "kind"), [(23.0, "closed"), (25.0, "debrief")])
+def test_who_was_away_too_long_makes_room_for_others(tmp_path, away, kind):
+    clock, study = Clock(), people_study(p=(0.0,), trials=1)
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+    clock.now += away * HOURS
+    (comes,) = take_part(tmp_path, study, short(), clock=clock)
+    assert comes.scene.kind == kind
+    lines = diary_of(tmp_path, left.identity)
+    assert isinstance(lines[-1], Released) == (kind == "debrief")
+
+
+def test_nobody_is_sent_away_as_long_as_there_is_room(tmp_path):
+    clock, study = Clock(), people_study(trials=3)
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+    clock.now += 1000 * HOURS
+    take_part(tmp_path, study, short(), clock=clock)
+    assert not isinstance(diary_of(tmp_path, left.identity)[-1], Released)
+
+
+def test_who_comes_back_in_time_goes_on_and_who_comes_too_late_does_not(tmp_path):
+    clock, study = Clock(), people_study()
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+
+    async def comes_back():
+        async with opened(tmp_path, study, short(), clock=clock) as reception:
+            clock.now += 20 * HOURS
+            first = await reception.enter(left.token, {})
+            assert (first.scene, first.turn) == (left.scene, left.turn)
+            player = Player(tmp_path, study, "round-robin")
+            on = await go_on(reception, player, first, lambda shown: shown.scene.kind == "over")
+            clock.now += 25 * HOURS
+            late = await reception.act(on.token, on.lease, on.turn, await player.act(on), {})
+            again = await reception.enter(left.token, {})
+            return late, again, reception.progress()
+
+    late, again, progress = asyncio.run(comes_back())
+    assert late.scene.why == again.scene.why == "late"
+    assert late.may_withdraw
+    assert (progress.late, [one.free for one in progress.conditions]) == (1, [3, 4])
+    assert len(load(tmp_path)) == 1  # what was finished stays
+
+
+def test_who_has_played_all_boxes_is_never_too_late(tmp_path):
+    clock, study = Clock(), people_study()
+    asking = short(questions=[{"name": "how", "question": "How?"}])
+    (left,) = take_part(tmp_path, study, asking, until=lambda shown: shown.scene.kind == "ask", clock=clock)
+    clock.now += 1000 * HOURS
+
+    async def comes_back():
+        async with opened(tmp_path, study, asking, clock=clock) as reception:
+            return await reception.enter(left.token, {})
+
+    assert asyncio.run(comes_back()).scene.kind == "ask"
+
+
+def test_what_somebody_left_is_played_by_others_and_no_luck_is_met_twice(tmp_path):
+    clock, study = Clock(), people_study(p=(0.0, 0.2, 0.4), trials=4)
+    take_part(tmp_path, study, short(), people=2, until=at_first_step, clock=clock)
+    clock.now += 48 * HOURS
+    take_part(tmp_path, study, short(), people=6, clock=clock)
+    trials = load(tmp_path)
+    assert len({trial.key for trial in trials}) == len(trials) == study.size
+    by_agent = {trial.agent for trial in trials}
+    for agent in by_agent:
+        lucks = [(trial.repetition, trial.trial) for trial in trials if trial.agent == agent]
+        assert len(set(lucks)) == len(lucks)
+
+
+def test_many_at_once_share_out_what_is_left_without_a_trial_twice(tmp_path):
+    study = people_study(trials=5)
+
+    async def rush():
+        async with opened(tmp_path, study, short()) as reception:
+            everybody = [await reception.enter(None, {}) for _ in range(12)]
+            return await asyncio.gather(
+                *(reception.act(one.token, one.lease, 1, Agree(agreed=True), {}) for one in everybody)
+            )
+
+    kinds = [shown.scene.kind for shown in asyncio.run(rush())]
+    assert kinds.count("closed") == 7
+    assert len(set(slots_given(tmp_path))) == len(slots_given(tmp_path)) == 10
+
+
+def test_nobody_is_sent_away_for_somebody_who_cannot_join(tmp_path):
+    clock, study, name = Clock(), people_study(trials=2), {"PROLIFIC_PID": "ann"}
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+    take_part(tmp_path, study, short(), clock=clock, platform=name)
+    clock.now += 48 * HOURS
+
+    async def again():
+        async with opened(tmp_path, study, short(), clock=clock) as reception:
+            shown = await reception.enter(None, name)
+            return await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), name)
+
+    assert asyncio.run(again()).scene.why == "taken"
+    assert not isinstance(diary_of(tmp_path, left.identity)[-1], Released)
+
+
+def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypatch):
+    clock, study, slow, begun = Clock(), people_study(trials=2), [], asyncio.Event()
+    first, second = take_part(tmp_path, study, short(), people=2, until=at_first_step, clock=clock)
+    clock.now += 48 * HOURS
+
+    async def takes_its_time(seat):
+        slow.append(seat.journey.identity)
+        begun.set()
+        await asyncio.sleep(0.05)
+
+    async def rush():
+        async with opened(tmp_path, study, short(), clock=clock) as reception:
+            new = [await reception.enter(None, {}) for _ in range(2)]
+            joins = [reception.act(one.token, one.lease, 1, Agree(agreed=True), {}) for one in new]
+            monkeypatch.setattr("lockprobe.people.session.Seat.let_go", takes_its_time)
+            joining = asyncio.gather(*joins)
+            await begun.wait()
+            (other,) = {first.identity, second.identity} - set(slow)
+            await reception.withdraw_participant(other)
+            shown = await joining
+            monkeypatch.undo()
+            return other, shown
+
+    other, shown = asyncio.run(rush())
+    assert [one.scene.kind for one in shown] == ["page", "page"]
+    assert not (tmp_path / "people" / f"{other}.jsonl").exists()
+    take_part(tmp_path, study, short(), clock=clock)
+
+
+def test_where_plants_have_cameras_only_so_many_trials_are_held(tmp_path, monkeypatch):
+    monkeypatch.setattr("lockprobe.people.roster._MOST_WITH_CAMERA", 2)
+    study = people_study(p=(0.0,), plant="fast-twin", modalities=("rgb",), max_steps=2)
+
+    async def four():
+        async with opened(tmp_path, study, short()) as reception:
+            people = []
+            for _ in range(4):
+                people.append(await to_first(Box, reception, await reception.enter(None, {})))
+                assert sum(seat.holds for seat in reception._register) <= 2
+            held = [seat.journey.identity for seat in reception._register if seat.holds]
+            assert held == [shown.identity for shown in people[2:]]  # those who did something last
+            for shown in people:
+                again = await reception.enter(shown.token, {})
+                assert again.scene == shown.scene
+
+    asyncio.run(four())
+
+
+def test_as_long_as_anything_is_left_somebody_can_join(tmp_path):
+    study = people_study(trials=1)
+    for kind in ("debrief", "debrief", "closed"):
+        (shown,) = take_part(tmp_path, study, short(trials_each=1))
+        assert shown.scene.kind == kind
+
+
+def test_orders_stay_balanced_when_everybody_leaves_after_a_box(tmp_path):
+    clock, study = Clock(), people_study(p=(0.0, 0.2, 0.4, 0.5), trials=8, max_steps=2)
+    for _ in range(8):  # each is sent away for the next
+        take_part(tmp_path, study, short(participants=1), until=lambda one: one.scene.kind == "over", clock=clock)
+        clock.now += 48 * HOURS
+    joined = [diary_of(tmp_path, path.stem)[0] for path in (tmp_path / "people").glob("*.jsonl")]
+    assert Counter(one.slots[0].p for one in joined) == dict.fromkeys(study.p, 2)
+    assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
+    assert set(Counter(tuple(slot.p for slot in one.slots) for one in joined).values()) == {2}
+
+
+def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeypatch):
+    looked = []
+    kept = Journey.slots_kept.fget
+    monkeypatch.setattr(Journey, "slots_kept", property(lambda self: looked.append(self.identity) or kept(self)))
+    monkeypatch.setattr(Register, "__iter__", lambda self: looked.append("all") or iter(tuple(self._seats.values())))
+
+    async def come():
+        async with opened(tmp_path, people_study(trials=40), short()) as reception:
+            looked.clear()
+            for number in range(20):
+                shown = await reception.enter(None, {"PROLIFIC_PID": f"p{number}"})
+                shown = await reception.act(
+                    shown.token, shown.lease, 1, Agree(agreed=True), {"PROLIFIC_PID": f"p{number}"}
+                )
+                assert shown.identity
+            once = list(looked)
+            await reception.withdraw_participant(shown.identity)
+            after = reception._register.assigned()
+            reception._register._given = None
+            assert reception._register.assigned() == after
+            return once
+
+    once = asyncio.run(come())
+    assert set(once) == {"all"}
+    assert len(once) <= 2  # when the first one comes, and once in a while

@@ -1,0 +1,255 @@
+"""What one participant does is on disk before more is shown, or it has not been done."""
+
+import asyncio
+import json
+
+import pytest
+from builders import with_right_checksums
+from pydantic import ValidationError
+from seated import (
+    Clock,
+    Player,
+    as_played,
+    diary_of,
+    go_on,
+    opened,
+    people_study,
+    refused,
+    short,
+    sitting,
+    take_part,
+    to_first,
+    without_page,
+)
+from seen import PhotographedPlant
+
+from lockprobe.errors import BadFile
+from lockprobe.people.diary import Did
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.responses import Answer, Attempt, Next
+from lockprobe.people.scenes import Ask, Box, Check, Debrief
+from lockprobe.plants import catalogue
+from lockprobe.studies.journal import Timing, left_out, load
+
+STUDY = people_study(max_steps=5)
+ASKING = {
+    "checks": [{"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
+    "questions": [
+        {"name": "how", "question": "How?"},
+        {"name": "age", "question": "Age?", "options": ["young", "old"], "required": True},
+        {"name": "why", "question": "Why?", "required": True},
+    ],
+}
+
+
+def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path):
+    text = "<script>alert('1')</script>\n{budget} ../../x \x00 é 鍵"
+
+    async def answers(reception, shown):
+        shown = await to_first(Check, reception, shown)
+        for wrong in (Answer(answer="green", rt=1.0), Answer(answer="", rt=1.0), Next()):
+            assert await refused(reception, shown, wrong) == "impossible"
+        shown = await reception.act(shown.token, shown.lease, shown.turn, Answer(answer="red", rt=1.0), {})
+        shown = await to_first(Ask, reception, shown)
+        assert shown.scene.longest == 2000
+        Answer(answer="a" * 2000, rt=1.0)
+        with pytest.raises(ValidationError):
+            Answer(answer="a" * 2001, rt=1.0)
+        for answer in (text, "old", "because"):
+            shown = await reception.act(shown.token, shown.lease, shown.turn, Answer(answer=answer, rt=7.25), {})
+            assert (
+                shown.scene.kind != "ask" or await refused(reception, shown, Answer(answer=" ", rt=1.0)) == "impossible"
+            )
+        assert await refused(reception, shown, Next()) == "impossible"
+        return shown
+
+    shown = sitting(tmp_path, STUDY, answers, experiment=short(**ASKING))
+    assert shown.scene.kind == "debrief"
+    lines = [line for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did)]
+    assert [(line.item, line.act.answer) for line in lines if line.scene == "ask"] == [
+        ("how", text), ("age", "old"), ("why", "because"),
+    ]  # fmt: skip
+    assert [(line.item, line.right) for line in lines if line.scene == "check"] == [("1", False)]
+    assert "<script>" not in (tmp_path / "trials.jsonl").read_text()
+
+
+def test_a_question_that_is_not_required_can_be_passed_over(tmp_path):
+    async def passes(reception, shown):
+        shown = await to_first(Ask, reception, shown)
+        return await reception.act(shown.token, shown.lease, shown.turn, Answer(answer="", rt=1.0), {})
+
+    assert sitting(tmp_path, STUDY, passes, experiment=short(**ASKING)).scene.name == "age"
+
+
+def test_what_the_last_action_did_is_said_where_it_is_asked_and_only_there(tmp_path):
+    async def first_steps(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        label = shown.scene.panel.joints[0].label
+        claimed = Attempt(joint=label, claimed="moved", rt=1.0, claimed_rt=1.0)
+        assert await refused(reception, shown, claimed) == "impossible"
+        assert await refused(reception, shown, Attempt(joint=label, rt=1.0, claimed_rt=1.0)) == "impossible"
+        shown = await reception.act(shown.token, shown.lease, shown.turn, Attempt(joint=label, rt=1.0), {})
+        assert shown.scene.ask
+        assert await refused(reception, shown, Attempt(joint=label, rt=1.0)) == "impossible"
+        return await reception.act(shown.token, shown.lease, shown.turn, claimed, {})
+
+    assert sitting(tmp_path, STUDY, first_steps).scene.step == 3
+
+
+def test_a_step_is_on_disk_when_it_is_shown_with_its_times_and_what_was_told(tmp_path):
+    async def one_step(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1234.5)
+        shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+        line = json.loads((tmp_path / "people" / f"{shown.identity}.jsonl").read_text().splitlines()[-1])
+        assert line["act"] == act.model_dump()
+        assert (line["box"], line["step"], line["turn"], line["told"]) == (1, 1, shown.turn - 1, shown.scene.panel.told)
+        assert line["ended"] is None
+
+    sitting(tmp_path, STUDY, one_step)
+
+
+def test_what_could_not_be_written_has_not_been_done(tmp_path, monkeypatch):
+    async def full_disk(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        path = tmp_path / "people" / f"{shown.identity}.jsonl"
+        before, act = path.read_bytes(), Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
+        with monkeypatch.context() as patched:
+            patched.setattr("os.fsync", _full)
+            with pytest.raises(BadFile, match="No space"):
+                await reception.act(shown.token, shown.lease, shown.turn, act, {})
+        assert path.read_bytes() == before
+        assert (await reception.enter(shown.token, {})).scene == shown.scene
+        again = await reception.enter(shown.token, {})
+        return await reception.act(again.token, again.lease, again.turn, act, {})
+
+    assert sitting(tmp_path, STUDY, full_disk).scene.step == 2
+
+
+def _full(handle):
+    raise OSError(28, "No space left on device")
+
+
+def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, monkeypatch):
+    def fails(journal, trial, timing):
+        raise BadFile(tmp_path, "cannot be written")
+
+    async def full_disk(reception, shown):
+        player = Player(tmp_path, STUDY, "round-robin")
+        with monkeypatch.context() as patched:
+            patched.setattr("lockprobe.studies.journal.Journal.append", fails)
+            with pytest.raises(BadFile):
+                await go_on(reception, player, shown)
+        assert load(tmp_path) == []
+        shown = await reception.enter(shown.token, {})
+        assert shown.scene.kind == "over"
+        assert len(load(tmp_path)) == 1
+        await go_on(reception, player, shown)
+
+    sitting(tmp_path, STUDY, full_disk)
+    assert len(load(tmp_path)) == (tmp_path / "trials.jsonl").read_text().count("\n") == 2
+
+
+def test_what_would_be_another_history_is_not_shown(tmp_path):
+    async def first(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
+        return await reception.act(shown.token, shown.lease, shown.turn, act, {})
+
+    shown = sitting(tmp_path, STUDY, first)
+    path = tmp_path / "people" / f"{shown.identity}.jsonl"
+    told = diary_of(tmp_path, shown.identity)[-1].told
+    path.write_text(path.read_text().replace(told, told.replace("At 1", "At 0")))
+    with_right_checksums(path)
+
+    async def later():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            await reception.enter(shown.token, {})
+
+    with pytest.raises(BadFile, match="as it was shown before"):
+        asyncio.run(later())
+
+
+def test_a_trial_that_waits_for_nobody_is_let_go_of_and_goes_on(tmp_path, monkeypatch):
+    closed = []
+
+    class Plant(PhotographedPlant):
+        def close(self):
+            closed.append(self)
+
+    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
+    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+    clock = Clock()
+
+    async def waits(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        closed.clear()  # of the example for the instructions
+        clock.now += 300
+        await reception.enter(None, {})
+        assert closed == []
+        clock.now += 400
+        await reception.enter(None, {})
+        assert len(closed) == 1
+        act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
+        return await reception.act(shown.token, shown.lease, shown.turn, act, {})
+
+    assert sitting(tmp_path, STUDY, waits, clock=clock).scene.step == 2
+    assert len(closed) == 2
+
+
+def test_the_practice_is_no_trial(tmp_path):
+    async def practises(reception, shown):
+        return await to_first(Box, reception, shown)
+
+    shown = sitting(tmp_path, STUDY, practises, experiment=Experiment())
+    assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 3)
+
+    async def done(reception, shown):
+        player = Player(tmp_path / "b", STUDY, "round-robin")
+        return await go_on(reception, player, shown, lambda one: one.scene.kind == "over")
+
+    shown = sitting(tmp_path / "b", STUDY, done, experiment=Experiment())
+    assert shown.scene.practice
+    assert (tmp_path / "b" / "trials.jsonl").read_bytes() == b""
+
+
+def test_an_act_that_is_broken_off_has_been_done_or_not(tmp_path):
+    async def broken_off(reception, shown):
+        player, done = Player(tmp_path, STUDY, "round-robin"), set()
+        for moments in range(40):
+            if shown.scene.kind == "debrief":
+                break
+            act = await player.act(shown)
+            task = asyncio.create_task(reception.act(shown.token, shown.lease, shown.turn, act, {}))
+            for _ in range(moments % 7):
+                await asyncio.sleep(0)
+            done.add(not task.cancel())
+            await asyncio.gather(task, return_exceptions=True)
+            turn, back = shown.turn, await reception.enter(shown.token, {})
+            assert back.turn in (turn, turn + 1)
+            shown = await reception.act(back.token, back.lease, turn, act, {})  # the page sends it again
+            assert shown.turn == turn + 1
+        assert done == {True, False}
+
+    sitting(tmp_path, STUDY, broken_off)
+    trials = load(tmp_path)
+    assert [len(trial.steps) for trial in trials if trial.ending == "budget"]
+    for trial in trials:
+        assert as_played(trial, claims=False) == as_played(without_page(STUDY, trial, "round-robin"), claims=False)
+
+
+def test_what_is_finished_on_record_is_never_written_over(tmp_path, monkeypatch):
+    take_part(tmp_path / "there", STUDY, short())
+    comes = load(tmp_path / "there")[0]
+    monkeypatch.setattr("lockprobe.people.session.Seat._is_played", lambda seat: False)
+
+    async def plays(reception, shown):
+        shown = await to_first(Box, reception, shown)
+        reception._table.journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
+        return await to_first(Debrief, reception, shown)
+
+    shown = sitting(tmp_path / "here", STUDY, plays)
+    slots = diary_of(tmp_path / "here", shown.identity)[0].slots
+    assert (comes.p, comes.repetition, comes.trial) == (slots[0].p, slots[0].repetition, slots[0].trial)
+    assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent, f"participant:{shown.identity}"]
+    assert left_out(tmp_path / "here").repeated == 0

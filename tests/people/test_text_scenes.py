@@ -1,0 +1,143 @@
+"""What is read is filled in, and says what the experimenter wants said and no more."""
+
+import asyncio
+
+import pytest
+from seated import WORDS, people_study
+
+from lockprobe.people.diary import Did, Joined, Slot
+from lockprobe.people.example import examples_of
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.journey import Journey
+from lockprobe.people.responses import Attempt, Next
+from lockprobe.people.text_scenes import Texts
+
+SLOTS = tuple(Slot(p=0.0, modality="symbolic", repetition=1, trial=n) for n in (1, 2))
+JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
+QUESTIONS = {
+    "checks": [{"after": 2, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
+    "questions": [{"name": "how", "question": "<b>How?</b>", "required": True}],
+    "completion_url": "https://example.org/x",
+    "completion_code": "C1",
+}
+
+
+def at(ended, box, *more, **settings):
+    """The scene after a box that ended so."""
+    experiment = Experiment(**{"practice": "chain-3", **settings})
+    step = Did(at=11.0, turn=2, scene="box", act=Attempt(joint="A", rt=1.0), box=box, step=1, told="", ended=ended)
+    return Texts(WORDS, people_study(), experiment).at(Journey.of([JOINED, step, *more], experiment, WORDS))
+
+
+def done(scene, number, **more):
+    return Did(at=12.0, turn=number, scene=scene, act=Next(), **more)
+
+
+def test_facts_are_filled_in():
+    texts = Texts(WORDS, people_study(), Experiment())
+    consent = texts.consent(6)
+    assert "6" in " ".join(consent.paragraphs)
+    page = texts.at(Journey.of([JOINED, done("page", 2, item="1")], Experiment(), WORDS))
+    assert (page.number, page.of, page.title) == (2, 2, WORDS.instructions[1].title)
+    assert "12" in " ".join(page.paragraphs)
+    assert not [text for scene in (consent, page) for text in scene.paragraphs if "{" in text]
+    words = WORDS.model_copy(update={"debrief": WORDS.debrief.model_copy(update={"title": "{boxes} {joints} {other}"})})
+    way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
+    end = Texts(words, people_study(), Experiment()).at(Journey.of([JOINED, *way], Experiment(), words))
+    assert end.title == "2 4 {other}"
+
+
+@pytest.mark.parametrize(("ended", "solved"), [("solved", True), ("budget", False), ("error", None)])
+def test_whether_a_box_was_opened_is_said_where_the_experimenter_says_so(ended, solved):
+    silent, said = at(ended, 1), at(ended, 1, feedback=True)
+    assert (silent.solved, silent.number, silent.of, silent.practice) == (None, 1, 2, False)
+    assert silent == at("budget", 1)
+    assert said.solved is solved
+    assert len(said.paragraphs) == len(silent.paragraphs) + (solved is not None)
+
+
+@pytest.mark.parametrize(("ended", "solved"), [("solved", True), ("budget", False)])
+def test_of_the_practice_it_is_always_said(ended, solved):
+    over = at(ended, 0)
+    assert (over.practice, over.solved, over.number, over.title) == (True, solved, 0, WORDS.practice_over.title)
+
+
+def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():
+    over = done("over", 3, box=2)
+    check = at("solved", 2, over, **QUESTIONS)
+    assert check.model_dump() == {"kind": "check", "question": "Blue?", "options": ("blue", "red")}
+    answered = Did(at=13.0, turn=4, scene="check", act=Next(), item="1", right=True)
+    ask = at("solved", 2, over, answered, **QUESTIONS)
+    assert (ask.name, ask.question, ask.required, ask.options) == ("how", "<b>How?</b>", True, ())
+    asked = Did(at=14.0, turn=5, scene="ask", act=Next(), item="how")
+    end = at("solved", 2, over, answered, asked, **QUESTIONS)
+    assert (end.kind, end.completion_url, end.completion_code) == ("debrief", "https://example.org/x", "C1")
+
+
+@pytest.mark.parametrize(("right", "from_how_many", "code"), [(True, 1, "C1"), (False, 1, "F1"), (False, 2, "C1")])
+def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many, code):
+    settings = {**QUESTIONS, "questions": [], "failed_code": "F1", "failed_from": from_how_many}
+    over = done("over", 3, box=2)
+    answered = Did(at=13.0, turn=4, scene="check", act=Next(), item="1", right=right)
+    end = at("solved", 2, over, answered, **settings)
+    assert (end.kind, end.completion_code) == ("debrief", code)
+    assert end.completion_url == ("" if code == "F1" else "https://example.org/x")
+
+
+def test_who_declines_or_finds_no_place_has_a_way_back():
+    ends = {"declined_url": "https://example.org/no", "full_code": "FULL"}
+    texts = Texts(WORDS, people_study(), Experiment(**ends))
+    declined, full, late = (texts.closed(why) for why in ("declined", "full", "late"))
+    assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
+    assert (full.completion_url, full.completion_code) == ("", "FULL")
+    assert (late.completion_url, late.completion_code) == ("", "")
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_where_it_is_asked(asks):
+    study = people_study(assessment=asks, modalities=("symbolic",))
+    examples = asyncio.run(examples_of(study, Experiment()))
+    first, second = (texts_page(number, study, examples) for number in (1, 2))
+    assert (WORDS.instructions[1].if_asked[0] in second.paragraphs) is asks
+    assert [(one.panel.last, one.ask) for one in first.examples] == [(None, False)]
+    assert [(one.panel.outcome, one.ask) for one in second.examples] == [("moved", asks)]
+    assert texts_page(1, study, {}).examples == ()
+
+
+def texts_page(number, study, examples, words=WORDS, joined=JOINED):
+    way = [done("page", 1 + page, item=str(page)) for page in range(1, number)]
+    return Texts(words, study, Experiment(), examples).at(Journey.of([joined, *way], Experiment(), words))
+
+
+def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say():
+    study = people_study()
+    (shown,) = asyncio.run(examples_of(study, Experiment())).values()
+    examples = {"symbolic": shown, "rgb": shown}
+    pictures = JOINED.model_copy(update={"slots": (SLOTS[0].model_copy(update={"modality": "rgb"}), SLOTS[1])})
+    assert len(texts_page(1, study, examples).examples) == 1
+    assert len(texts_page(1, study, examples, joined=pictures).examples) == 2
+    pages = [
+        page.model_copy(update={"example": what})
+        for page, what in zip(WORDS.instructions, ("none", "box"), strict=True)
+    ]
+    words = WORDS.model_copy(update={"instructions": tuple(pages)})
+    assert texts_page(1, study, examples, words).examples == ()
+    assert [one.panel.last for one in texts_page(2, study, examples, words).examples] == [None]
+
+
+def test_every_way_of_being_closed_has_its_text():
+    texts = Texts(WORDS, people_study(), Experiment())
+    whys = ("declined", "withdrawn", "full", "taken", "late")
+    assert len({(texts.closed(why).why, texts.closed(why).title) for why in whys}) == len(whys)
+
+
+@pytest.mark.parametrize("p", [(0.0,), (0.0, 0.4)])
+def test_who_leaves_or_ends_is_told_that_reports_were_false_where_they_were(p):
+    texts = Texts(WORDS, people_study(p=p), Experiment())
+    way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
+    end = texts.at(Journey.of([JOINED, *way], Experiment(), WORDS))
+    false = any(p)
+    assert (WORDS.debrief.false_reports[0] in end.paragraphs) is false
+    for why in ("late", "withdrawn"):
+        assert (WORDS.closed.false_reports[0] in texts.closed(why).paragraphs) is false
+    assert WORDS.closed.false_reports[0] not in texts.closed("full").paragraphs

@@ -1,0 +1,122 @@
+"""A report that several processes work at is the same, byte by byte; small ones start none."""
+
+import gc
+import operator
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import pytest
+from builders import small_study, write_study
+
+from lockprobe.report import parallel, write_report
+from lockprobe.report.parallel import shared, uncollected
+
+LARGE = parallel.LARGE
+
+
+@pytest.fixture
+def large(tmp_path, monkeypatch):
+    monkeypatch.setattr(parallel, "LARGE", 0)
+    (tmp_path / "trials.jsonl").write_bytes(b"x")
+    return tmp_path
+
+
+def until(path):
+    """A job that lasts until another has made a file."""
+
+    def waits():
+        for _ in range(6000):
+            if path.exists():
+                return os.getpid()
+            time.sleep(0.01)
+        return None
+
+    return waits
+
+
+def test_whoever_is_free_takes_the_next_job_and_results_come_in_their_order(large):
+    touched = large / "touched"
+    with shared(large, 2) as each:
+        first, *others, last = each(operator.call, [until(touched), *[os.getpid] * 5, partial(touched.write_text, "x")])
+        assert list(each(abs, [-4, 3, -2, 1])) == [4, 3, 2, 1]
+        assert list(each(abs, [])) == []
+    assert (first, last) == (os.getpid(), 1)
+    assert len(set(others)) == 1
+    assert first not in others
+
+
+def killed(parent):
+    """A job that kills the process that has taken it, but for the first one."""
+    if os.getpid() != parent:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return os.getpid()
+
+
+def test_what_a_killed_process_left_is_done_here(large):
+    with shared(large, 2) as each:
+        assert each(killed, [os.getpid()] * 6) == [os.getpid()] * 6
+
+
+def test_what_breaks_here_or_there_is_raised(large):
+    touched, breaks = large / "touched", partial(int, "x")
+    for jobs in ([breaks, os.getpid], [until(touched), partial(touched.write_text, "x"), breaks]):
+        with shared(large, 2) as each, pytest.raises(ValueError, match="invalid literal"):
+            each(operator.call, jobs)
+
+
+KILLED = """
+import os, signal, sys
+from operator import call
+from pathlib import Path
+from lockprobe.report.parallel import shared
+if __name__ == "__main__":
+    with shared(Path(sys.argv[1]), 2) as each:
+        each(call, [lambda: os.kill(os.getpid(), signal.SIGKILL)])
+"""
+
+
+def test_no_process_outlives_one_that_is_killed(large):
+    """Whoever reads what it prints sees the end of it only when nobody is left who could print."""
+    (large / "trials.jsonl").write_bytes(b"x" * LARGE)
+    killed = subprocess.run([sys.executable, "-c", KILLED, str(large)], stdout=subprocess.PIPE, timeout=60, check=False)
+    assert killed.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize(("size", "processes"), [(10, 4), (parallel.LARGE, 1)])
+def test_small_reports_and_single_processes_start_none(tmp_path, size, processes):
+    (tmp_path / "trials.jsonl").write_bytes(b"x" * size)
+    with shared(tmp_path, processes) as each:
+        assert each is map
+
+
+def test_the_collector_is_as_it_was():
+    assert gc.isenabled()
+    with uncollected():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    with pytest.raises(ValueError, match="invalid literal"), uncollected():
+        int("x")
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        with uncollected():
+            pass
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+
+
+def test_several_processes_change_no_byte(tmp_path, monkeypatch):
+    study = small_study(["random", "human-inspired"], (0.0, 0.4), 1, 6)
+    one, two = (write_study(tmp_path / name, study) for name in ("one", "two"))
+    write_report(one)
+    monkeypatch.setattr(parallel, "LARGE", 0)
+    write_report(two, processes=2)
+    names = ["results.json", "report.html", *(f"figures/{path.name}" for path in (one / "figures").iterdir())]
+    assert len(names) > 10
+    for name in names:
+        assert (one / name).read_bytes() == (two / name).read_bytes(), name
