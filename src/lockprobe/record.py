@@ -133,6 +133,7 @@ class Percept:
             0 and at position 1; for scripted agents that look at pictures. It is in no text.
         states_only: Whether reports tell positions and never outcomes, so that what an attempt did has to be found out
             by comparing them.
+        corrects: The report that was given first, and is corrected by this one; None where there is no correction.
         look: Takes a picture of the truth, or of what is told; for channels, never for agents.
     """
 
@@ -143,6 +144,7 @@ class Percept:
     pictures: tuple[Picture, ...] = ()
     handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
     states_only: bool = False
+    corrects: Percept | None = None
     look: Look | None = field(default=None, compare=False, repr=False)
 
 

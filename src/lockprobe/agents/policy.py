@@ -48,12 +48,14 @@ class Told:
         shifted: Joints reported away from where they were reported at the start, bit j for joint j; None where
             positions are not told.
         states_only: Whether positions are told and no outcome, so that ``moved`` comes of comparing them.
+        odd: Whether its form is odd: it corrects what it said first, or a remark comes with it.
     """
 
     joint: int
     moved: bool
     shifted: int | None = None
     states_only: bool = False
+    odd: bool = False
 
 
 def view_of(task: Task) -> View:
@@ -61,7 +63,7 @@ def view_of(task: Task) -> View:
     return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
 
 
-def tell(task: Task, percept: Percept, past: Sequence[Turn]) -> Told | None:
+def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
     """A percept in numbers; None where it says nothing of a joint.
 
     Where positions are told and no outcome, the joint moved if it is told to stand elsewhere than it was last told to.
@@ -71,6 +73,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn]) -> Told | None:
         percept: What is told.
         past: The exchanges before it that are remembered, oldest first. The first look tells where the joints started;
             where it is no longer remembered, they are taken to have started at 0.
+        remark: What is said to it with the report.
     """
     if percept.joint is None:
         return None
@@ -89,7 +92,8 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn]) -> Told | None:
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
             shifted = sum((now != then) << j for j, (now, then) in enumerate(zip(positions, start, strict=True)))
-    return Told(joint=joint, moved=moved, shifted=shifted, states_only=percept.outcome is None)
+    odd = bool(remark) or percept.corrects is not None
+    return Told(joint=joint, moved=moved, shifted=shifted, states_only=percept.outcome is None, odd=odd)
 
 
 def told_outcome(situation: Situation) -> Outcome | None:
@@ -145,6 +149,16 @@ class Policy(Generic[Memory]):
         """The memory after a report."""
         raise NotImplementedError
 
+    def remember_silence(self, view: View, memory: Memory, joint: int) -> Memory:
+        """The memory after an attempt of which nothing is told; the same, if a policy does not say otherwise.
+
+        Args:
+            view: What it knows of its task.
+            memory: The memory before.
+            joint: The joint that it chose.
+        """
+        return memory
+
     def probabilities(self, view: View, memory: Memory) -> tuple[float, ...]:
         """The probability of each joint, shape (joints,)."""
         raise NotImplementedError
@@ -176,26 +190,30 @@ class Policy(Generic[Memory]):
         if self.looks:
             refuse_pictures(situation.percept, type(self).__name__)
         known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
-        if (
-            known is not None
-            and past
-            and (known.task, known.past, known.percept) == (task, past[:-1], past[-1].percept)
-        ):
+        if known is not None and past and known[:4] == (task, past[:-1], past[-1].percept, past[-1].remark):
             view = known.view
-            memory = self._heard(view, known.memory, task, situation.percept, past)
+            memory = self._heard(view, known.memory, situation, past)
         else:
             view = view_of(task)
             memory = self.begin(view)
             for done, turn in enumerate(past):
-                memory = self._heard(view, memory, task, turn.percept, past[:done])
-            memory = self._heard(view, memory, task, situation.percept, past)
-        self.__dict__["_recalled"] = _Recalled(task, past, situation.percept, view, memory)
+                memory = self._heard(view, memory, situation, past[:done], turn)
+            memory = self._heard(view, memory, situation, past)
+        self.__dict__["_recalled"] = _Recalled(task, past, situation.percept, situation.briefing.remark, view, memory)
         return view, memory
 
-    def _heard(self, view: View, memory: Memory, task: Task, percept: Percept, past: Sequence[Turn]) -> Memory:
-        """The memory after a report; the same where it says nothing."""
-        told = tell(task, percept, past)
-        return memory if told is None else self.remember(view, memory, told)
+    def _heard(
+        self, view: View, memory: Memory, situation: Situation, past: Sequence[Turn], turn: Turn | None = None
+    ) -> Memory:
+        """The memory after the report of a turn, or after the last one."""
+        percept, remark = (
+            (situation.percept, situation.briefing.remark) if turn is None else (turn.percept, turn.remark)
+        )
+        if (told := tell(situation.task, percept, past, remark)) is not None:
+            return self.remember(view, memory, told)
+        if not past:
+            return memory
+        return self.remember_silence(view, memory, situation.task.joints.index(past[-1].decision.joint))
 
 
 class _Recalled(NamedTuple, Generic[Memory]):
@@ -204,5 +222,6 @@ class _Recalled(NamedTuple, Generic[Memory]):
     task: Task
     past: tuple[Turn, ...]
     percept: Percept
+    remark: str
     view: View
     memory: Memory

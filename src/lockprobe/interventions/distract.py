@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from lockprobe.interventions.luck import Luck, check_luck, stream_of, within
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -30,26 +31,39 @@ class Distract:
     """With probability p a sentence stands beside the report that has nothing to do with it; the report stays as it is.
 
     It comes at moments that are drawn, unlike ``remark``, and before every step but the first. Agents that read no
-    words pay no attention to it. Two numbers are drawn per step whatever p is, so what is said at a smaller p is said
-    at a larger one too.
+    words pay no attention to it. Two numbers are drawn per step whatever p is (one with ``luck=flip``), so what is said
+    at a smaller p is said at a larger one too.
 
     Attributes:
         p: Probability that a sentence is said, [0, 1].
+        luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str] = "distract"
     dose: ClassVar[str] = "p"
+    later: ClassVar[tuple[str, ...]] = ("luck",)
     p: float = 0.0
+    luck: Luck = "own"
 
     def __post_init__(self) -> None:
         check_probability("distract rate p", self.p)
+        check_luck(self.luck)
+
+    @property
+    def stream(self) -> str:
+        """The name of its random stream."""
+        return stream_of(self.luck, type(self))
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with a sentence, or without."""
-        said, which = rng.random(2)
+        if self.luck == "flip":
+            said = rng.random() if len(past) > 1 else 1.0
+            which = within(said, self.p) if said < self.p else 0.0
+        else:
+            said, which = rng.random(2)
         if len(past) < 2 or said >= self.p:
             return briefing
         return briefing.remarking(ASIDES[int(which * len(ASIDES))])

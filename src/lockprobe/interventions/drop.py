@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from lockprobe.interventions.luck import Luck, check_luck, stream_of
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -23,17 +24,26 @@ class Drop:
 
     Attributes:
         p: Probability that a report is lost, [0, 1].
+        luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str] = "drop"
     dose: ClassVar[str] = "p"
+    later: ClassVar[tuple[str, ...]] = ("luck",)
     p: float = 0.0
+    luck: Luck = "own"
 
     def __post_init__(self) -> None:
         check_probability("drop rate p", self.p)
+        check_luck(self.luck)
+
+    @property
+    def stream(self) -> str:
+        """The name of its random stream."""
+        return stream_of(self.luck, type(self))
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept, or one that says nothing."""

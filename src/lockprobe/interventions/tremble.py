@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from lockprobe.interventions.luck import Luck, check_luck, stream_of, within
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -19,25 +20,38 @@ __all__ = ["Tremble"]
 class Tremble:
     """With probability p another joint than the chosen one is attempted, each equally likely, and truthfully reported.
 
-    Two numbers are drawn per step whatever p is, so the steps at which it slips at a smaller p are among those at a
-    larger one.
+    Two numbers are drawn per step whatever p is (one with ``luck=flip``), so the steps at which it slips at a
+    smaller p are among those at a larger one.
 
     Attributes:
         p: Probability that another joint is attempted, [0, 1].
+        luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str] = "tremble"
     dose: ClassVar[str] = "p"
+    later: ClassVar[tuple[str, ...]] = ("luck",)
     p: float = 0.0
+    luck: Luck = "own"
 
     def __post_init__(self) -> None:
         check_probability("tremble rate p", self.p)
+        check_luck(self.luck)
+
+    @property
+    def stream(self) -> str:
+        """The name of its random stream."""
+        return stream_of(self.luck, type(self))
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
         """The joint, or another one."""
-        slips, which = rng.random(2)
+        if self.luck == "flip":
+            slips = rng.random()
+            which = within(slips, self.p) if slips < self.p else 0.0
+        else:
+            slips, which = rng.random(2)
         others = [label for label in task.joints if label != joint]
         return others[int(which * len(others))] if slips < self.p else joint

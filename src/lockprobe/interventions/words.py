@@ -13,7 +13,7 @@ import numpy as np
 from lockprobe.errors import BadValue
 from lockprobe.record import Moment, Percept, Task
 
-__all__ = ["Form", "Tell", "TextChannel", "rows_of"]
+__all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "rows_of"]
 
 Tell = Literal["state", "outcome", "both"]
 """What a report holds: the position of every joint, what the attempt did, or both."""
@@ -21,10 +21,14 @@ Tell = Literal["state", "outcome", "both"]
 Form = Literal["words", "json", "table"]
 """How it is written: in sentences, as one JSON object, or as a table."""
 
+CORRECTION = "Correction:"
+"""Before a report that corrects the one in front of it."""
+
 _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""
 
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
+_BETWEEN: Mapping[str, str] = {"words": " ", "json": "\n", "table": "\n"}
 _DONE: Mapping[str | None, str] = {"moved": "moved", "blocked": "did not move", None: "attempted"}
 
 
@@ -64,7 +68,11 @@ class TextChannel:
         )
         rows = rows_of(task) if self.places and not past else []
         write = {"words": _words, "json": _json, "table": _table}[self.form]
-        return replace(told, text=write(told, task, rows))
+        text = write(told, task, rows)
+        if percept.corrects is not None:
+            first = self.perceive(percept.corrects, past, task, rng).text
+            text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
+        return replace(told, text=text)
 
 
 def rows_of(task: Task) -> list[list[str]]:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of, place_of, spec_of
 from lockprobe.interventions.condition import default_modality
+from lockprobe.interventions.correction import Correction
+from lockprobe.interventions.distract import Distract
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.interventions.force import Force
@@ -17,9 +22,26 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.protocols import Intervention
 from lockprobe.studies.modality import shown
 
-__all__ = ["Acting", "acting_of", "tells_states_only"]
+__all__ = ["Acting", "Report", "acting_of", "tells_states_only"]
 
-_KNOWN = "flip (but while=looping), drop, tremble, force, reword and what is asked; sample others (lockprobe.run_trial)"
+_KNOWN = (
+    "flip (but while=looping), correction, drop, tremble, force, reword and what is asked; "
+    "sample others (lockprobe.run_trial)"
+)
+
+
+class Report(NamedTuple):
+    """What can become of the report of an attempt.
+
+    Attributes:
+        inverted: Whether it is inverted; None where nothing is told.
+        odd: Whether its form is odd: corrected, or with a remark.
+        chance: How probably.
+    """
+
+    inverted: bool | None
+    odd: bool
+    chance: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,13 +50,19 @@ class Acting:
 
     Attributes:
         flip: The outcome flip.
-        silent: Probability that nothing is told of an attempt, [0, 1].
+        withheld: Probability that no report is given, at the steps at which ``flip`` lies at the same dose, [0, 1].
+        odd: The same for reports of odd form.
+        lost: Probability that a report is lost by luck of its own, [0, 1].
+        remarked: The same for a remark.
         states_only: Whether positions are told and no outcomes.
         hands: What changes which joint is attempted, in order.
     """
 
     flip: OutcomeFlip
-    silent: float = 0.0
+    withheld: float = 0.0
+    odd: float = 0.0
+    lost: float = 0.0
+    remarked: float = 0.0
     states_only: bool = False
     hands: tuple[Tremble | Force, ...] = ()
 
@@ -52,14 +80,19 @@ class Acting:
                 chances = [1 / len(chances)] * len(chances)
         return chances
 
-    def reports(self, step: int, *, moved: bool) -> Iterator[tuple[bool | None, float]]:
-        """Whether a report of what happened is inverted, None where there is none, and how probably."""
+    def reports(self, step: int, *, moved: bool) -> list[Report]:
+        """What can become of the report of what happened; what has the luck of the flip hits equal steps."""
         may = self.flip.falls_on(step) and self.flip.only in ("any", "moved" if moved else "blocked")
         lie = self.flip.p if may else 0.0
-        told = 1 - self.silent
-        for inverted, chance in ((False, told * (1 - lie)), (True, told * lie), (None, self.silent)):
-            if chance:
-                yield inverted, chance
+        found: dict[tuple[bool | None, bool], float] = defaultdict(float)
+        edges = sorted({0.0, lie, self.withheld, self.odd, 1.0})
+        for low, high in pairwise(edges):
+            inverted = None if low < self.withheld else low < lie
+            for lost, unless in ((True, self.lost), (False, 1 - self.lost)):
+                for remarked, chance in ((True, self.remarked), (False, 1 - self.remarked)):
+                    case = None if lost else inverted, low < self.odd or remarked
+                    found[case] += (high - low) * unless * chance
+        return [Report(inverted, odd, chance) for (inverted, odd), chance in found.items() if chance]
 
 
 def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None = None) -> Acting:
@@ -73,15 +106,22 @@ def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind,
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     if len(flips) + (p > 0) > 1:
         raise BadValue("condition", " + ".join(map(spec_of, ones)), "one flip at most, and none beside p")
-    spoken = 1.0
+    at_the_flips: dict[type[Any], float] = {}
+    spoken = {Drop: 1.0, Distract: 1.0}
     for one in ones:
         looping = isinstance(one, OutcomeFlip) and one.while_ != "always"
         if looping or not (isinstance(one, _FOLLOWED) or place_of(type(one)) == "asked"):
             raise BadValue("condition", spec_of(one), _KNOWN)
-        spoken *= 1 - one.p if isinstance(one, Drop) else 1
+        if isinstance(one, Drop | Distract) and one.luck == "own":
+            spoken[type(one)] *= 1 - one.p
+        elif isinstance(one, Drop | Distract | Correction):
+            at_the_flips[type(one)] = max(one.p, at_the_flips.get(type(one), 0.0))
     return Acting(
         flip=flips[0] if flips else OutcomeFlip(p=p, persistence=flip),
-        silent=1 - spoken,
+        withheld=at_the_flips.get(Drop, 0.0),
+        odd=max(at_the_flips.get(Distract, 0.0), at_the_flips.get(Correction, 0.0)),
+        lost=1 - spoken[Drop],
+        remarked=1 - spoken[Distract],
         states_only=tells_states_only(modality, flips[0].persistence if flips else flip),
         hands=tuple(one for one in ones if isinstance(one, Tremble | Force)),
     )
@@ -103,4 +143,4 @@ def tells_states_only(modality: str | None, flip: FlipKind) -> bool:
     return channel.tell == "state"
 
 
-_FOLLOWED = (OutcomeFlip, Drop, Tremble, Force, Reword)
+_FOLLOWED = (OutcomeFlip, Correction, Drop, Distract, Tremble, Force, Reword)

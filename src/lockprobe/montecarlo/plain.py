@@ -20,6 +20,7 @@ from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy, Told, View
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
+from lockprobe.agents.worlds import Believer, LoopBreaker, LostHalf
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
@@ -175,4 +176,5 @@ def heeds_order(policy: Policy[Any]) -> bool:
     """Whether the order of the listing may matter to a policy; to one that is not known here it may."""
     if type(policy) is SoftmaxMemory:
         return policy.position != 0
-    return type(policy) not in (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver)
+    known = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker, Believer, LostHalf)
+    return type(policy) not in known

@@ -19,7 +19,7 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.montecarlo.acting import Acting, acting_of
+from lockprobe.montecarlo.acting import Acting, Report, acting_of
 from lockprobe.montecarlo.plain import World, heeds_order, listed, policy_of, reported, world_of
 from lockprobe.protocols import Intervention
 
@@ -194,21 +194,21 @@ class _Walk:
                 yield _Way(None, chance)
                 continue
             configuration = state.configuration ^ moved << joint
-            for inverted, luck in self._acting.reports(step, moved=moved):
-                yield self._told(state, configuration, place, moved, inverted, chance * luck)
+            for report in self._acting.reports(step, moved=moved):
+                yield self._told(state, configuration, place, moved, report._replace(chance=chance * report.chance))
 
-    def _told(
-        self, state: _State, configuration: int, place: int, moved: bool, inverted: bool | None, chance: float
-    ) -> _Way:
-        """The way on with a report that is inverted or not; None where nothing is told."""
+    def _told(self, state: _State, configuration: int, place: int, moved: bool, given: Report) -> _Way:
+        """The way on with a report."""
         sticky, states_only = self._world.flip == "sticky", self._acting.states_only
+        inverted, odd, chance = given
         if inverted is None:
-            return _Way(_State(configuration, None if sticky else 0, state.compared, state.memory), chance)
+            memory = self._policy.remember_silence(self._view, state.memory, place)
+            return _Way(_State(configuration, None if sticky else 0, state.compared, memory), chance)
         before = configuration if state.told is None else state.told
         told = reported(self._world.flip, configuration, before, self._order[place], flipped=inverted)
         shifted = None if self._world.flip == "outcome-only" else listed(told, self._order)
         said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else moved != inverted
-        report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only)
+        report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only, odd=odd)
         memory = self._policy.remember(self._view, state.memory, report)
         after = _State(configuration, told if sticky else 0, told if states_only else 0, memory)
         return _Way(after, chance, told != configuration)

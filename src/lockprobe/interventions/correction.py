@@ -1,0 +1,67 @@
+"""Reports that are corrected at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+
+from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.validation import check_probability
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lockprobe.record import Moment, Outcome, Percept, Task
+
+__all__ = ["Correction"]
+
+Of = Literal["lie", "truth"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Correction:
+    """With probability p a report is given twice: first as a lie, then, as its correction, as the truth.
+
+    It hits the steps at which ``flip`` lies at the same p, and leaves nothing false. With ``of=truth`` the first report
+    is true as well: the placebo, for what a correction alone does. What is corrected is in the words of the report;
+    pictures cannot be corrected. One number is drawn per attempt whatever p is.
+
+    Attributes:
+        p: Probability that a report is corrected, [0, 1].
+        of: What is said first.
+
+    Raises:
+        BadValue: If a value is none of these.
+    """
+
+    name: ClassVar[str] = "correction"
+    dose: ClassVar[str] = "p"
+    stream: ClassVar[str] = OutcomeFlip.stream
+    p: float = 0.0
+    of: Of = "lie"
+
+    def __post_init__(self) -> None:
+        check_probability("correction rate p", self.p)
+        if self.of not in get_args(Of):
+            raise BadValue("of", self.of, f"one of {', '.join(get_args(Of))}")
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        """The percept, with what was said before it or without."""
+        if percept.joint is None or rng.random() >= self.p:
+            return percept
+        if self.of == "truth":
+            return replace(percept, corrects=percept)
+        return replace(percept, corrects=_inverted(percept, task))
+
+
+def _inverted(percept: Percept, task: Task) -> Percept:
+    """The lie that a transient flip tells."""
+    positions = percept.positions
+    if positions is not None:
+        at = task.joints.index(str(percept.joint))
+        positions = (*positions[:at], not positions[at], *positions[at + 1 :])
+    outcome: Outcome | None = percept.outcome
+    if outcome is not None:
+        outcome = "blocked" if outcome == "moved" else "moved"
+    return replace(percept, outcome=outcome, positions=positions)
