@@ -104,7 +104,7 @@ def test_a_command_line_parses(line):
 
 
 def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
-    first = PAGE["README.md"].partition("## What the first command shows")[0]
+    first = PAGE["README.md"].partition("## What you get")[0]
     assert all(said in first for said in ("not published", "git clone", "600 MB", "--no-dev", "230 MB"))
     assert "pip install uv && uv run lockprobe run flips" in first
     assert "uv run pytest -n auto --dist worksteal" in first
@@ -134,7 +134,7 @@ def test_an_agent_that_is_named_exists(spec):
 
 
 def test_the_agents_of_the_readme_are_those_that_are_listed():
-    section = PAGE["README.md"].partition("| agent | what it is |")[2].partition("| command |")[0]
+    section = PAGE["README.md"].partition("| agent | what it is |")[2].partition("\n\n")[0]
     named = {
         name for first in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`(.*?)`", first)
     }
