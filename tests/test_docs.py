@@ -16,7 +16,8 @@ from lockprobe.studies.study_options import read_options_file
 from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+GENERATED = ROOT / "docs" / "modules.md"
+PAGES = sorted({ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")} - {GENERATED})
 PAGE = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES}
 
 NOT_RUN = {
@@ -119,6 +120,34 @@ def test_toml_is_what_it_says(page, text, tmp_path):
     elif re.search(r"^study = ", text, re.MULTILINE):
         (tmp_path / "mine.toml").write_text(text, "utf-8")
         assert study(read_options_file(tmp_path / "mine.toml")).agents
+
+
+def test_links_lead_to_files_and_headings_that_exist():
+    broken = []
+    for page, text in PAGE.items():
+        prose = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+        for target in re.findall(r"\]\(([^)\s]+)\)", prose):
+            name, _, anchor = target.partition("#")
+            there = (ROOT / page).parent / name if name else ROOT / page
+            if not target.startswith(("http", "mailto:")) and not (
+                there.exists() and (not anchor or anchor in anchors(there))
+            ):
+                broken.append((page, target))
+    assert broken == []
+
+
+def anchors(page):
+    """The names by which a page's headings are linked."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_every_page_is_in_the_index():
+    index = PAGE["docs/README.md"]
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"README.md", "glossary.md"}
+    assert {name for name in pages if f"]({name})" not in index} == set()
+    assert "](docs/README.md)" in PAGE["README.md"]
+    assert "](docs/glossary.md)" in PAGE["README.md"]
 
 
 def test_a_study_in_toml_is_shown():
