@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 from served import logged, served
 
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.web import connections
 from lockprobe.web.connections import FILES_KEPT_BACK, Limits, raise_file_limit
 from lockprobe.web.serving import Door
@@ -140,13 +140,13 @@ def test_an_answered_connection_is_kept_for_a_while(tmp_path):
 
 def slow_opening(monkeypatch):
     """Opening the page takes until the returned event is set."""
-    quick, go_on = Reception.enter, asyncio.Event()
+    quick, go_on = ServerState.enter, asyncio.Event()
 
     async def slow(*arguments):
         await go_on.wait()
         return await quick(*arguments)
 
-    monkeypatch.setattr(Reception, "enter", slow)
+    monkeypatch.setattr(ServerState, "enter", slow)
     return go_on
 
 

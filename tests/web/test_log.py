@@ -6,7 +6,7 @@ import stat
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.people.directory import LOG
+from lockprobe.people.open_study import LOG
 from lockprobe.web.log import A_MINUTE, Log
 
 

@@ -17,7 +17,7 @@ from wire import Wire
 from lockprobe import load
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, Missing
 from lockprobe.people.diary import Did
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.studies.settings import read_study
 from lockprobe.web import serving
@@ -174,7 +174,7 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
 
 def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
     """An act that has come before the end is answered, and on disk."""
-    arrived, quick = asyncio.Event(), Reception.act
+    arrived, quick = asyncio.Event(), ServerState.act
 
     async def slow(*arguments):
         arrived.set()
@@ -186,7 +186,7 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
         where = await serving.__aenter__()
         one = Visitor(where.url, STUDY, tmp_path)
         await at_the_box(one)
-        monkeypatch.setattr(Reception, "act", slow)
+        monkeypatch.setattr(ServerState, "act", slow)
         act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
         asked = asyncio.create_task(one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act}))
         await arrived.wait()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from lockprobe.people.capacity import what_each_plays
+from lockprobe.people.consent import CODE
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.server_state import CODE
 from lockprobe.people.texts import LANGUAGES, Words, read_words
 from lockprobe.studies.study import Study
 

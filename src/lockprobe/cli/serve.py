@@ -20,7 +20,7 @@ from lockprobe.export.downloads import downloads
 from lockprobe.inputs import read_input
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for
-from lockprobe.people.diary_archive import kept_diaries
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
 from lockprobe.people.texts import Words, read_words
@@ -116,7 +116,7 @@ def _what(
         enough = _enough_trials(planned, asked, experiment, number)
         planned, directory = _planned(name, {**asked, **enough}, out)
         experiment = _experiment(file, own, directory)
-    if not kept_diaries(directory):
+    if not read_diaries(directory):
         check_capacity(planned, experiment)
     return planned, directory, experiment
 

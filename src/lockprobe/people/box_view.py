@@ -1,6 +1,6 @@
-"""What a person sees of a box: made of the situation that every agent gets, and of how the panel looks.
+"""The scene of a box: made of the situation that every agent gets, and of how the panel looks.
 
-Nothing here knows the truth: positions and outcomes are those that were told, and joints go by their labels.
+Nothing here knows the truth: positions and outcomes are the reported ones, and joints have their labels.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from lockprobe.plan import Names, Plan
 from lockprobe.record import Percept, Situation, Task
 from lockprobe.studies.modality import is_pictured
 
-__all__ = ["View", "box_to_show", "panel_to_show", "view_of_modality"]
+__all__ = ["View", "box_to_show", "is_asked", "panel_to_show", "view_of_modality"]
 
 View = Literal["text", "panel", "pictures"]
 
@@ -48,12 +48,17 @@ def box_to_show(
         of=of,
         step=len(situation.past) + 1,
         budget=situation.task.budget,
-        ask=situation.task.assessment and bool(situation.past),
+        ask=is_asked(situation),
         panel=panel_to_show(plan, situation, experiment.view),
         history=_history(situation) if experiment.history else (),
         history_open=experiment.history_open,
         device=experiment.device,
     )
+
+
+def is_asked(situation: Situation) -> bool:
+    """Whether the participant has to say what the last action did."""
+    return situation.task.assessment and bool(situation.past)
 
 
 def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> Panel:

@@ -11,14 +11,14 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from lockprobe.people.progress import Progress
-from lockprobe.people.refusals import Refused
-from lockprobe.people.server_state import Reception
+from lockprobe.people.progress import StudyProgress
+from lockprobe.people.server_state import ServerState
 from lockprobe.web.downloads import Downloadable, Downloads
+from lockprobe.web.refusals import RequestRefused
 
 __all__ = ["Admin", "AdminDesk"]
 
-_progress = TypeAdapter(Progress)
+_progress = TypeAdapter(StudyProgress)
 
 _Body = TypeVar("_Body", bound=BaseModel)
 
@@ -60,7 +60,7 @@ class Admin:
         desk: What comes from those above.
     """
 
-    def __init__(self, reception: Reception, token: str, url: str = "", desk: AdminDesk | None = None) -> None:
+    def __init__(self, reception: ServerState, token: str, url: str = "", desk: AdminDesk | None = None) -> None:
         self._reception, self._token = reception, token
         self._desk = desk or AdminDesk()
         self._downloads = Downloads(self._desk.files, reception.withdrawals)
@@ -98,11 +98,11 @@ class Admin:
     def _check(self, request: Request) -> None:
         kind, _, shown = request.headers.get("authorization", "").partition(" ")
         if kind.lower() != "bearer" or not hmac.compare_digest(shown.strip().encode(), self._token.encode()):
-            raise Refused("forged", "the admin page needs its token")
+            raise RequestRefused("forged", "the admin page needs its token")
 
 
 async def _taken(request: Request, kind: type[_Body]) -> _Body:
     try:
         return kind.model_validate_json(await request.body())
     except ValidationError:
-        raise Refused("malformed", "the body is no such JSON object") from None
+        raise RequestRefused("malformed", "the body is no such JSON object") from None

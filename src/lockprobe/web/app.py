@@ -1,4 +1,4 @@
-"""The participants' page over HTTP: requests become calls of :class:`lockprobe.people.server_state.Reception`.
+"""The participants' page over HTTP: requests become calls of :class:`lockprobe.people.server_state.ServerState`.
 
 ``GET /`` is the page. ``POST /api/open``, ``/api/act`` and ``/api/withdraw`` take a JSON object and answer with the
 scene that is to be shown; what cannot be done is answered with a status, a code and a message, and changes nothing.
@@ -21,16 +21,17 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
-from lockprobe.people.server_state import Reception, Shown
+from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import Words, page_texts
 from lockprobe.web.address import Address
 from lockprobe.web.admin import Admin
 from lockprobe.web.files import Files
-from lockprobe.web.guard import Guard, said
+from lockprobe.web.guard import Guard
 from lockprobe.web.log import Log
 from lockprobe.web.rate_limit import JoinLimit, whence
+from lockprobe.web.refusals import STATUS, RequestRefused, refusal, refused
 
 __all__ = ["COOKIE", "application", "taken"]
 
@@ -71,15 +72,15 @@ async def taken(request: Request, kind: type[_Taken]) -> _Taken:
     """The body of a request.
 
     Raises:
-        Refused: If it is no such object.
+        RequestRefused: If it is no such object.
     """
     try:
         return kind.model_validate_json(await request.body())
     except ValidationError:
-        raise Refused("malformed", "the body is no such JSON object") from None
+        raise RequestRefused("malformed", "the body is no such JSON object") from None
 
 
-def application(reception: Reception, words: Words, address: Address, log: Log, *, admin: Admin) -> ASGIApp:
+def application(reception: ServerState, words: Words, address: Address, log: Log, *, admin: Admin) -> ASGIApp:
     """The whole as an ASGI application.
 
     Args:
@@ -115,7 +116,12 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
     told = _Told(log, texts)
     inner = Starlette(
         routes=routes,
-        exception_handlers={Refused: told.refused, HTTPException: told.no_route, Exception: told.broken},
+        exception_handlers={
+            RequestRefused: told.refused,
+            ActRefused: told.refused,
+            HTTPException: told.no_route,
+            Exception: told.broken,
+        },
     )
     inner.router.redirect_slashes = False
     return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log)
@@ -145,7 +151,7 @@ def _of_the_page(words: Words) -> Mapping[str, object]:
 class _Desk:
     """What participants can ask for."""
 
-    def __init__(self, reception: Reception, words: Mapping[str, object], address: Address) -> None:
+    def __init__(self, reception: ServerState, words: Mapping[str, object], address: Address) -> None:
         self._reception, self._words = reception, words
         self._secure, self._proxied = address.secure, bool(address.public)
         self._joins = JoinLimit(reception.experiment.joins_per_minute)
@@ -164,7 +170,7 @@ class _Desk:
         token = request.cookies.get(COOKIE)
         return self._answer(await self._reception.act(token, asked.lease, asked.turn, asked.act, asked.platform))
 
-    async def _join(self, request: Request, asked: _Done) -> Shown:
+    async def _join(self, request: Request, asked: _Done) -> Reply:
         """Somebody agrees to take part. Who joins is counted by address, and who guesses codes."""
         address, counted = whence(request, proxied=self._proxied), False
         self._joins.reserve(address)
@@ -172,8 +178,8 @@ class _Desk:
             token = request.cookies.get(COOKIE)
             shown = await self._reception.act(token, asked.lease, asked.turn, asked.act, asked.platform)
             counted = shown.identity is not None
-        except Refused as refused:
-            counted = refused.code == "wrong-code"
+        except ActRefused as error:
+            counted = error.code == "wrong-code"
             raise
         finally:
             if not counted:
@@ -185,7 +191,7 @@ class _Desk:
         asked = await taken(request, _Withdraw)
         return self._answer(await self._reception.withdraw(request.cookies.get(COOKIE), asked.lease))
 
-    def _answer(self, shown: Shown, **more: object) -> Response:
+    def _answer(self, shown: Reply, **more: object) -> Response:
         scene = shown.scene.model_dump(mode="json")
         answer = JSONResponse(
             {
@@ -216,14 +222,14 @@ class _Told:
     def __init__(self, log: Log, words: Mapping[str, object]) -> None:
         self._log, self._words = log, words
 
-    async def refused(self, request: Request, refused: Exception) -> Response:
-        """Nobody can do that."""
-        assert isinstance(refused, Refused)
-        why = str(refused) if refused.code == "incomplete" else ""  # which parameter, and not what it held
-        self._log.refused(request.scope, refused.status, refused.code, why)
+    async def refused(self, request: Request, error: Exception) -> Response:
+        """The request is refused."""
+        assert isinstance(error, RequestRefused | ActRefused)
+        why = str(error) if error.code == "incomplete" else ""  # which parameter, and not what it held
+        self._log.refused(request.scope, STATUS[error.code], error.code, why)
         more = {"words": self._words} if request.url.path == "/api/open" else {}  # the page has none yet
-        answer = said(refused.code, str(refused), refused.status, **more)
-        if refused.code == "forged":
+        answer = refused(error, **more)
+        if error.code == "forged":
             if request.url.path.startswith("/api/admin/"):
                 answer.headers["www-authenticate"] = "Bearer"
             else:
@@ -234,7 +240,7 @@ class _Told:
         """There is nothing at that path, or not for that method."""
         assert isinstance(error, HTTPException)
         self._log.refused(request.scope, error.status_code, "unknown")
-        answer = said("unknown", HTTPStatus(error.status_code).phrase, error.status_code)
+        answer = refusal("unknown", HTTPStatus(error.status_code).phrase, error.status_code)
         answer.headers.update(error.headers or {})
         return answer
 
@@ -243,4 +249,4 @@ class _Told:
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
         self._log.refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
-        return said("broken", "something went wrong here; please try again", HTTPStatus.INTERNAL_SERVER_ERROR)
+        return refusal("broken", "something went wrong here; please try again", HTTPStatus.INTERNAL_SERVER_ERROR)

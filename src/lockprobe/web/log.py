@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from lockprobe.errors import BadFile, printable
-from lockprobe.people.directory import LOG
+from lockprobe.people.open_study import LOG
 
 __all__ = ["Log"]
 

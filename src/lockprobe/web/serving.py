@@ -17,7 +17,7 @@ import uvicorn
 
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
 from lockprobe.studies.study import Study
 from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
@@ -108,7 +108,7 @@ async def opened(
         port = listening.getsockname()[1]
         address = Address(host=door.host, port=port, public=door.public, allowed=door.allowed)
         token = door.token or secrets.token_urlsafe(24)
-        async with Reception.open(directory, study, experiment, words, page=page_version()) as reception:
+        async with ServerState.open(directory, study, experiment, words, page=page_version()) as reception:
             with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"), log.hears("asyncio"):
                 app = application(reception, words, address, log, admin=Admin(reception, token, address.url, desk))
                 limits = door.limits.within(raise_file_limit())
