@@ -14,7 +14,7 @@ from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diaries, read_
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
-from lockprobe.people.scenes import Ask, Box, Check, Consent, Panel
+from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, Consent
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.pictures.picture import Picture
@@ -100,7 +100,7 @@ def _task(scene: Box, study: Study) -> Task:
     )
 
 
-def percept_of(panel: Panel) -> Percept:
+def percept_of(panel: BoxPanel) -> Percept:
     """What is told on a panel, as agents have it."""
     pictures = tuple(
         Picture(kind=kind, png=base64.b64decode(url.partition(",")[2]))

@@ -14,7 +14,7 @@ from served import served, visiting
 
 from lockprobe.export.downloads import Download, downloads
 from lockprobe.export.tables import TABLES
-from lockprobe.web.admin import AdminDesk
+from lockprobe.web.admin import AdminPage
 from lockprobe.web.downloads import Downloads
 from lockprobe.web.refusals import STATUS, RequestRefused
 
@@ -25,7 +25,7 @@ NAMES = ["dataset.zip", *(name for table in TABLES for name in (f"{table}.csv", 
 def test_everything_can_be_had_but_what_is_not_given_away(tmp_path):
     async def visit():
         async with (
-            served(tmp_path, desk=AdminDesk(files=downloads(tmp_path))) as place,
+            served(tmp_path, desk=AdminPage(files=downloads(tmp_path))) as place,
             visiting(place, platform={"PROLIFIC_PID": "abc123"}, answers={"how": "in my own words"}) as stays,
             visiting(place, answers={"how": "to be forgotten"}) as gone,
         ):

@@ -9,7 +9,7 @@ import base64
 from typing import Literal
 
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.scenes import Box, Joint, Panel, Report
+from lockprobe.people.scenes import Box, BoxJoint, BoxPanel, PastStep
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Percept, Situation, Task
@@ -61,14 +61,14 @@ def is_asked(situation: Situation) -> bool:
     return situation.task.assessment and bool(situation.past)
 
 
-def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> Panel:
+def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> BoxPanel:
     """What the agent's channel shows now."""
     task, percept = situation.task, situation.percept
     shown = view_of_modality(plan.modality, view)
     kinds = [plan.box.joints[i].kind for i in Names(plan).order]
     handles = _handles(percept) if shown == "pictures" else {}
     joints = tuple(
-        Joint(
+        BoxJoint(
             label=label,
             target=label == task.target,
             kind=kinds[i] if shown == "panel" else None,
@@ -78,7 +78,7 @@ def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel
         )
         for i, label in enumerate(task.joints)
     )
-    return Panel(
+    return BoxPanel(
         view=shown,
         joints=joints,
         told=_told(percept),
@@ -88,10 +88,10 @@ def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel
     )
 
 
-def _history(situation: Situation) -> tuple[Report, ...]:
+def _history(situation: Situation) -> tuple[PastStep, ...]:
     after = [*(turn.percept for turn in situation.past[1:]), situation.percept]
     return tuple(
-        Report(
+        PastStep(
             step=number,
             joint=turn.decision.joint,
             told=_told(percept),

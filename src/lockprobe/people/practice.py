@@ -12,7 +12,7 @@ from lockprobe.lockbox.families import box as named_box
 from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.paused_trial import PausedTrial
-from lockprobe.people.scenes import Panel
+from lockprobe.people.scenes import BoxPanel
 from lockprobe.plan import Names, Plan
 from lockprobe.seeds import integer_seed
 from lockprobe.spec import PEOPLE
@@ -32,8 +32,8 @@ class ExamplePanels(NamedTuple):
         after: The same when one joint was attempted.
     """
 
-    before: Panel
-    after: Panel
+    before: BoxPanel
+    after: BoxPanel
 
 
 def practice_plan(study: Study, experiment: Experiment) -> Plan | None:

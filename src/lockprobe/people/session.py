@@ -15,7 +15,7 @@ from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.paused_trial import PausedTrial, PlayedStep
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Attempt, Next, fits
-from lockprobe.people.scenes import Ask, Check, Page, Scene, TrialOver
+from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOver
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Trial
 from lockprobe.studies.journal import Timing
@@ -111,7 +111,7 @@ class Session:
             return
         scene, right = self._text_scene(), None
         match scene, act:
-            case (Page(), Next()) | (TrialOver(), Next()):
+            case (InstructionPage(), Next()) | (TrialOver(), Next()):
                 pass
             case (Check(), Answer()) if act.answer in scene.options:
                 right = act.answer == self._opened.experiment.checks[int(station.item) - 1].right

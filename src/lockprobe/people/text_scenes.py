@@ -9,7 +9,7 @@ from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station
 from lockprobe.people.practice import ExamplePanels
-from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, Page, TrialOver
+from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, InstructionPage, TrialOver
 from lockprobe.people.texts import Longer, Words, example_on, filled
 from lockprobe.studies.study import Study
 
@@ -60,7 +60,7 @@ class TextScenes:
         """Where those go who come to an end, and what they enter there."""
         return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
 
-    def at(self, journey: Journey) -> Page | TrialOver | Check | Ask | Debrief:
+    def at(self, journey: Journey) -> InstructionPage | TrialOver | Check | Ask | Debrief:
         """The scene in which somebody stands, if it is no box."""
         station, boxes = journey.station, len(journey.joined.slots)
         if station.kind == "page":
@@ -69,7 +69,7 @@ class TextScenes:
             asked = text.if_asked if self._asks else ()
             title, paragraphs = self._filled(text, {"boxes": boxes}, more=asked or ())
             of, examples = len(self._words.instructions), self._shown(number, journey.joined)
-            return Page(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
+            return InstructionPage(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
         if station.kind == "over":
             return self._over(journey, station)
         if station.kind == "check":

@@ -1,23 +1,29 @@
-"""What every request passes before anything looks at it, and what every answer carries.
+"""Checks that every request passes first (host, origin, size, JSON), and the security headers of every answer.
 
-A request has to ask for a name of this server; one that posts has to come from a page of it, to be JSON, and to be
-small. Headers that proxies set are not read here: whoever asks could have set them. The one exception stands in
-:mod:`lockprobe.web.rate_limit`.
+The Host header has to be a name of this server with its port. (Starlette's ``TrustedHostMiddleware`` ignores the port,
+accepts a second Host header, and neither logs nor answers in JSON.) A request that posts has to come from a page of
+this server, to be JSON, and to be small. Headers that proxies set are not trusted here, since any client can set them;
+the one exception is in :mod:`lockprobe.web.rate_limit`.
 """
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
+from typing import TypeVar
 
+from pydantic import BaseModel, ValidationError
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lockprobe.web.address import Address
-from lockprobe.web.log import Log
+from lockprobe.web.log import ServerLog
 from lockprobe.web.refusals import STATUS, RequestRefused, refused
 
-__all__ = ["AT_ONCE", "LARGEST_BODY", "LARGEST_HEAD", "SECURITY_HEADERS", "Guard"]
+__all__ = ["AT_ONCE", "LARGEST_BODY", "LARGEST_HEAD", "SECURITY_HEADERS", "Guard", "body_of"]
+
+Body = TypeVar("Body", bound=BaseModel)
 
 LARGEST_BODY = 16 * 1024
 """Bytes of the largest body that is read."""
@@ -47,6 +53,18 @@ SECURITY_HEADERS: Mapping[str, str] = {
 """On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
 
 
+async def body_of(request: Request, kind: type[Body]) -> Body:
+    """The JSON body of a request as a model.
+
+    Raises:
+        RequestRefused: As ``malformed``, if it is no such object.
+    """
+    try:
+        return kind.model_validate_json(await request.body())
+    except ValidationError:
+        raise RequestRefused("malformed", "the body is no such JSON object") from None
+
+
 class Guard:
     """Stands before the application.
 
@@ -56,7 +74,7 @@ class Guard:
         log: Where refusals are written down.
     """
 
-    def __init__(self, app: ASGIApp, address: Address, log: Log) -> None:
+    def __init__(self, app: ASGIApp, address: Address, log: ServerLog) -> None:
         self._app, self._log = app, log
         self._hosts, self._origins = address.hosts, address.origins
         self._reading = 0
