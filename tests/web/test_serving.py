@@ -234,7 +234,7 @@ def test_a_start_that_fails_late_leaves_nothing_that_was_not_there(tmp_path, mon
     def fails(directory):
         raise BadFile(directory, "cannot be written")
 
-    monkeypatch.setattr(serving.Log, "open", fails)
+    monkeypatch.setattr(serving.ServerLog, "open", fails)
     with pytest.raises(BadFile):
         asyncio.run(begin(tmp_path / "runs" / "study", ServerOptions(port=0)))
     assert list(tmp_path.iterdir()) == []

@@ -25,14 +25,7 @@ def view_of_modality(modality: str, view: Literal["text", "panel"]) -> View:
     return "pictures" if is_pictured(modality) else view
 
 
-def box_to_show(
-    plan: Plan,
-    situation: Situation,
-    *,
-    experiment: Experiment,
-    number: int,
-    of: int,
-) -> Box:
+def box_to_show(plan: Plan, situation: Situation, *, experiment: Experiment, number: int, of: int) -> Box:
     """A step of a box that has to be taken.
 
     Args:

@@ -112,13 +112,7 @@ def words_to_read(directory: Path, experiment: Experiment) -> Words:
 
 @asynccontextmanager
 async def open_study(
-    directory: Path,
-    study: Study,
-    experiment: Experiment,
-    words: Words,
-    *,
-    clock: Callable[[], float],
-    page: str,
+    directory: Path, study: Study, experiment: Experiment, words: Words, *, clock: Callable[[], float], page: str
 ) -> AsyncIterator[OpenStudy]:
     """Open a study for people in its directory, and close it afterwards.
 

@@ -74,10 +74,7 @@ class Answer(_Part):
 Act = Annotated[Agree | Next | Attempt | Answer, Field(discriminator="kind")]
 """One act in a scene."""
 
-_WRITTEN = {
-    "number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"),
-    "integer": re.compile(r"[+-]?[0-9]{1,15}"),
-}
+_WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}
 
 
 def fits(question: Ask, act: Answer) -> bool:

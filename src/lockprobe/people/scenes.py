@@ -261,6 +261,5 @@ class Closed(_Part):
 
 
 Scene = Annotated[
-    Consent | InstructionPage | Box | TrialOver | Check | Ask | Debrief | Closed,
-    Field(discriminator="kind"),
+    Consent | InstructionPage | Box | TrialOver | Check | Ask | Debrief | Closed, Field(discriminator="kind")
 ]

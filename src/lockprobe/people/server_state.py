@@ -240,12 +240,7 @@ class ServerState:
     async def _reply(self, token: str, lease: str, session: Session) -> Reply:
         scene, journey = await session.show(), session.journey
         return Reply(
-            token=token,
-            lease=lease,
-            turn=journey.turn,
-            scene=scene,
-            identity=journey.identity,
-            may_withdraw=True,
+            token=token, lease=lease, turn=journey.turn, scene=scene, identity=journey.identity, may_withdraw=True
         )
 
     def _proof(self, token: str | None, lease: str) -> tuple[str, str]:
