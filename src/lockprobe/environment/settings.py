@@ -28,7 +28,7 @@ from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Channel, Intervention
 from lockprobe.record import Percept, Task
-from lockprobe.spec import spec_name
+from lockprobe.spec import spec_name, split_specs
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import trial_study
@@ -219,7 +219,7 @@ def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, A
 
 def _says_modality(condition: object) -> bool:
     if isinstance(condition, str):
-        return spec_name(condition.rpartition("+")[2].strip()) in MODALITIES
+        return spec_name(split_specs(condition)[-1]) in MODALITIES
     return isinstance(condition, Condition)
 
 
