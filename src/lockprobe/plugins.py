@@ -1,4 +1,4 @@
-"""What other packages add, by an entry point or as ``python:module:Name``: found, imported and called here.
+"""Plug-ins: what other packages add by an entry point, or a user names as ``python:module:Name``.
 
 A package adds an agent, a plant, a box, an intervention or a measure by an entry point in the group of that kind
 (:data:`GROUPS`); the entry point's name is the spec's. ``python:module:Name?option=value`` names a class or a function

@@ -1,4 +1,4 @@
-"""What a user writes to name an agent, a plant, a box, an intervention or a modality, as one value.
+"""Specs: the text that names an agent, a plant, a box, an intervention or a modality, as one value.
 
 A spec is ``KIND[:NAME][?OPTION=VALUE&...]``, for example ``human-inspired:proximity?lapse=0.1``. Options are encoded as
 in a URL. :class:`Spec` is the only reader and the only writer of this text; the functions below it turn the options

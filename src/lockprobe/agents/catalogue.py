@@ -1,4 +1,4 @@
-"""From an agent's spec to the agent. Nothing heavy is imported before it is asked for.
+"""The agents by spec. Nothing heavy is imported before it is asked for.
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded

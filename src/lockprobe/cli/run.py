@@ -1,4 +1,4 @@
-"""``lockprobe run``: play what is owed of a study, then write its report."""
+"""``lockprobe run``: play the trials that a study still owes, then write its report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a plant's spec to the plant. Nothing heavy is imported before it is asked for.
+"""The plants by spec. Nothing heavy is imported before it is asked for.
 
 Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor).
 Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Beside them stand those that installed packages

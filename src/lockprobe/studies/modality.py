@@ -1,4 +1,4 @@
-"""How a box is shown: from a modality's spec to the channels of a trial (paper, Sec. 2.2).
+"""The modalities by spec: how the box is shown to an agent (paper, Sec. 2.2).
 
 Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). Options of
 what shows it stand after a question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a

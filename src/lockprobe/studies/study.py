@@ -1,4 +1,4 @@
-"""A study as data: which agents play which box under which conditions, how often, from which seed."""
+"""A study: which agents play which box under which conditions, how often, and from which seed."""
 
 from __future__ import annotations
 

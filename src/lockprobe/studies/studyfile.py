@@ -1,4 +1,4 @@
-"""The one place where options become a :class:`lockprobe.studies.study.Study`: the paper's where nothing is said.
+"""From options to a :class:`lockprobe.studies.study.Study`; what is left out follows the paper.
 
 :func:`study` makes a whole one, :func:`trial_study` the one to which a single trial belongs.
 """

@@ -1,4 +1,4 @@
-"""What every agent has to keep that answers by itself; models behind a provider do not answer twice alike."""
+"""The contract of an agent. A hosted model cannot keep it, as it does not give the same answer twice."""
 
 from __future__ import annotations
 
