@@ -27,10 +27,11 @@ from lockprobe.agents.modalities import Senses
 from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Sight, Viewer
-from lockprobe.errors import BadValue, UnknownName, printable
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Agent
 from lockprobe.spec import PEOPLE, Spec, spec_kind, with_options
+from lockprobe.terminal_text import printable
 
 __all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
 

@@ -25,11 +25,12 @@ from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault, without_keys
+from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault
 from lockprobe.evals.conversation import told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.scoring import TRIAL, marked, told_of
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.redaction import without_keys
 from lockprobe.spec import Spec
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.settings import study_from
