@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from urllib.parse import parse_qsl
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, facts_of
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.spec import Spec
 from lockprobe.studies.study import Study
 from lockprobe.studies.trial_keys import Owners
 
@@ -66,8 +66,8 @@ def hosted(study: Study) -> tuple[str, ...]:
 
 def price_of(agent: str) -> Price | None:
     """What an agent's provider asks; None where that is not known, or there is no provider."""
-    kind, _, name = agent.partition("?")[0].partition(":")
-    return facts_of(name).price if kind == "llm" else None
+    spec = Spec.parse(agent)
+    return facts_of(spec.name).price if spec.kind == "llm" else None
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
@@ -208,7 +208,7 @@ class _Sum:
 
 def _drops_pictures(agent: str) -> bool:
     """Whether pictures leave an agent's conversations from their middle, so that requests do not grow at their ends."""
-    return dict(parse_qsl(agent.partition("?")[2])).get("images", "0") != "0"
+    return Spec.parse(agent).options.get("images", "0") != "0"
 
 
 class Budget:
