@@ -5,7 +5,7 @@ import pytest
 from lockprobe.errors import BadFile
 from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot, read_diary
 from lockprobe.people.responses import Attempt, Next
-from lockprobe.storage.checksum import without_checksum
+from lockprobe.storage.jsonl import without_checksum
 
 JOINED = Joined(
     identity="3f9a01bc",

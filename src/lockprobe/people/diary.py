@@ -17,8 +17,8 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.responses import Act
 from lockprobe.record import Ending
 from lockprobe.storage.atomic_file import sync_directory
-from lockprobe.storage.checksum import with_checksum, without_checksum
-from lockprobe.storage.jsonl import LineFile, state_of, whole_lines
+from lockprobe.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
+from lockprobe.studies.directory import PEOPLE_DIRECTORY
 
 __all__ = [
     "PEOPLE_DIRECTORY",
@@ -32,9 +32,6 @@ __all__ = [
     "Slot",
     "read_diary",
 ]
-
-PEOPLE_DIRECTORY = "people"
-"""Where in the directory of a study the diaries lie."""
 
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Since 1970 (UTC), of the server's clock."""

@@ -10,7 +10,7 @@ from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Broken, Did, Joined, Released, read_diary
 from lockprobe.storage.atomic_file import write_private
-from lockprobe.storage.checksum import with_checksum
+from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.study import Study
 
 __all__ = ["Kept", "kept_diaries", "write_diaries"]
