@@ -70,7 +70,7 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
         return [left_out] if study.name == "modalities" else []
     said, settings = f"Plant: {study.plant}", resolve_plant(study.plant).settings
     if study.has_pictures and owed and settings is not None:
-        from lockprobe.plants.rendering.renderers import chosen_renderer
+        from lockprobe.plants.rendering.choose_renderer import chosen_renderer
 
         said += f"; pictures by {chosen_renderer(settings.renderer)}"
     robot = "; the paper's robot is --plant twin" if study.name == "modalities" and study.plant == ROBOT else ""

@@ -24,8 +24,7 @@ from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.retry_replies import owe_anew
-from lockprobe.studies.runner import Limits
+from lockprobe.studies.runner import Limits, owe_anew
 from lockprobe.studies.runner import run as play_study
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget, hosted

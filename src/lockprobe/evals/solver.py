@@ -21,6 +21,7 @@ import numpy as np
 
 from lockprobe.agents.llm.client import Answer, refuse_overflow, sent, usage_of
 from lockprobe.agents.llm.connect import WITH_BATCHES
+from lockprobe.agents.llm.inspect_internals import active_generate_config
 from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
@@ -45,7 +46,6 @@ try:
         ResponseSchema,
         get_model,
     )
-    from inspect_ai.model._generate_config import active_generate_config
     from inspect_ai.solver import Generate, Solver, TaskState, solver
     from inspect_ai.util import JSONSchema
 except ImportError as error:

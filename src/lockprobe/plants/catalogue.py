@@ -18,8 +18,8 @@ import numpy as np
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.plants.twin_settings import SceneSettings, TwinSettings
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
@@ -147,7 +147,7 @@ def require_mujoco() -> None:
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
     """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
     require_mujoco()
-    from lockprobe.plants.rendering.probing import decide
+    from lockprobe.plants.rendering.choose_renderer import decide
 
     decide(settings.renderer)
     make(box, box.names, np.random.default_rng(0)).close()
