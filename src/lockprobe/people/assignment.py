@@ -86,15 +86,15 @@ class Given:
             slots: Which, in their order.
             kept: Those of them that were finished or still will be; all if left out.
         """
-        self.orders[tuple(map(_condition, slots))] += 1
+        self.orders[tuple(slot.cell for slot in slots)] += 1
         kept = slots if kept is None else kept
-        self.boxes.update(map(_condition, kept))
+        self.boxes.update(slot.cell for slot in kept)
         self.take(kept)
 
     def take(self, slots: Iterable[Slot]) -> None:
         """Trials cannot be given any more."""
         for slot in slots:
-            condition, luck = _condition(slot), (slot.repetition, slot.trial)
+            condition, luck = slot.cell, (slot.repetition, slot.trial)
             if (condition, luck) not in self.taken:
                 self.taken.add((condition, luck))
                 self.taken_of[condition] += 1
@@ -120,10 +120,6 @@ def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, 
     else:
         order = _each(conditions, length, given, left, study.seed)
     return _with_luck(order, study, given)
-
-
-def _condition(slot: Slot) -> Cell:
-    return slot.p, slot.modality
 
 
 def _one(conditions: Sequence[Cell], length: int, before: Given, left: Counter[Cell]) -> list[Cell]:

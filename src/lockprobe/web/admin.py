@@ -7,11 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from lockprobe.people.progress import StudyProgress
+from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import ServerState
 from lockprobe.web.downloads import Downloadable, Downloads
 from lockprobe.web.guard import body_of
@@ -22,15 +23,11 @@ __all__ = ["AdminApi", "AdminPage"]
 _progress = TypeAdapter(StudyProgress)
 
 
-class _Withdraw(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
+class _Withdraw(StrictModel):
     participant: Annotated[str, Field(pattern=r"^[a-z0-9]{4,32}$")]
 
 
-class _Find(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
+class _Find(StrictModel):
     id: Annotated[str, Field(min_length=1, max_length=200)]
 
 

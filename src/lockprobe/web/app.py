@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
@@ -23,6 +23,7 @@ from starlette.types import ASGIApp
 
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
+from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import Words, page_texts
 from lockprobe.web.address import Address
@@ -47,22 +48,18 @@ Platform = Annotated[dict[Word, Word], Field(max_length=40)]
 """The parameters of the URL under which the page was opened. Which are kept is the experimenter's choice."""
 
 
-class _Body(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class _Open(StrictModel):
+    platform: Platform = Field(default_factory=dict)
 
 
-class _Open(_Body):
-    platform: Platform = {}
-
-
-class _Done(_Body):
+class _Done(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
     turn: Annotated[int, Field(ge=0, le=10**9)]
     act: Act
-    platform: Platform = {}
+    platform: Platform = Field(default_factory=dict)
 
 
-class _Withdraw(_Body):
+class _Withdraw(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
 
 
