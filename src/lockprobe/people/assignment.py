@@ -1,13 +1,12 @@
-"""Which boxes somebody plays who joins now, and in which order.
+"""Assignment: the boxes that a new participant plays, in balanced order.
 
-As long as everybody plays what they were given and there are trials left of each condition, none is played by more than
-one person more than another. Orders are the rows of a Williams square: in every so many people who join each condition
-stands once in each place, and comes equally often after each other. That stays so whoever leaves early and whatever
-breaks; how often conditions are really played then differs as much as those differ who leave, for a row that is due is
-preferred only if it begins with what was played least. Where everybody plays only some of the conditions, or one, those
-that were really played least are given next, and what somebody left is made up for. Nobody meets the same luck
-(repetition and trial) twice, since labels, layout and flips would be the same again. All follows from the study's seed
-and from what was given and is taken.
+While nobody drops out and trials remain, the numbers of participants per condition differ by at most one. Orders are
+the rows of a Williams square: in each block of participants every condition stands once in each place and follows every
+other condition equally often. Dropouts and broken trials do not change that; they only make the numbers of played
+boxes differ, because of two rows that are due, the one that begins with the least played condition comes first. Where
+everybody plays only some of the conditions, the least played ones come next, which makes up for dropouts. Nobody plays
+the same repetition and trial twice, because labels, layout and flips would be the same again. The assignment depends
+only on the study's seed and on the trials that were given out and taken.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What a participant's page is shown, one scene after the other, and what may be done in each.
+"""Scenes: all that a participant's page gets to show, one after the other.
 
-A scene is all that the page gets: nothing in it says what is true where something else was told, what locks what, how
-often reports are false, or which trial of the study this is. It is made of the ``Situation`` that every agent gets.
+A scene never says what is true where something else was told, what locks what, how often reports are false, or which
+trial of the study this is. It is made of the ``Situation`` that every agent gets.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class StrictModel(BaseModel):
 
 
 class Consent(StrictModel):
-    """Who it is by, what is kept, what one can do: the first scene. Nothing is kept before it was agreed to.
+    """The first scene asks for consent. Nothing is stored before the participant agrees.
 
     Attributes:
         title: Its title.
@@ -75,7 +75,7 @@ class BoxJoint(StrictModel):
 
 
 class PastStep(StrictModel):
-    """One finished step: what was attempted, and what was told of it. Nothing of that where pictures are shown.
+    """One finished step: what was attempted, and what was reported. The report is empty where pictures are shown.
 
     Attributes:
         step: Which, from 1.
