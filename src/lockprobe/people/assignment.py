@@ -2,11 +2,10 @@
 
 While nobody drops out and trials remain, the numbers of participants per condition differ by at most one. Orders are
 the rows of a Williams square: in each block of participants every condition stands once in each place and follows every
-other condition equally often. Dropouts and broken trials do not change that; they only make the numbers of played
-boxes differ, because of two rows that are due, the one that begins with the least played condition comes first. Where
-everybody plays only some of the conditions, the least played ones come next, which makes up for dropouts. Nobody plays
-the same repetition and trial twice, because labels, layout and flips would be the same again. The assignment depends
-only on the study's seed and on the trials that were given out and taken.
+other condition equally often. Dropouts and broken trials do not change that: the numbers of played boxes decide only
+between rows that were used equally often. Where everybody plays only some of the conditions, the least played ones come
+next, which makes up for dropouts. Nobody plays the same repetition and trial twice, because labels, layout and flips
+would be the same again. The assignment depends only on the study's seed and on the trials that were given out or taken.
 """
 
 from __future__ import annotations
