@@ -4,7 +4,8 @@ import ast
 import importlib
 import pkgutil
 import re
-from fnmatch import fnmatch
+import runpy
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -24,17 +25,24 @@ ENGINES = (
 MODULES = [m.name for m in pkgutil.walk_packages(lockprobe.__path__, "lockprobe.") if m.name not in ENGINES]
 
 
-TOGETHER = "interventions/*.py"
-"""Files that one line stands for: adding an intervention adds none."""
+def test_the_page_of_modules_is_up_to_date():
+    assert runpy.run_path(str(ROOT / "scripts" / "list_modules.py"))["page"]() == (
+        ROOT / "docs" / "modules.md"
+    ).read_text("utf-8"), "run python scripts/list_modules.py"
 
 
-def test_the_inventory_names_every_file_and_no_other():
-    named = re.findall(r"^\s+([a-z_/*]+\.py)\s{2,}", (ROOT / "ARCHITECTURE.md").read_text("utf-8"), re.MULTILINE)
-    alone = {name for name in named if name != TOGETHER}
-    assert len(named) == len(alone) + 1
-    files = {name for name in FILES if not name.endswith("__init__.py") or name == "cli/__init__.py"}
-    assert alone <= files
-    assert {name for name in files - alone if not fnmatch(name, TOGETHER)} == set()
+def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
+    text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    assert text.count("\n") <= 150
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    layers = [set(re.findall(r"lockprobe\.(\w+)", layer)) for layer in contracts[0]["layers"]]
+    rows = re.findall(r"^\| (\d) \| (`[^|]*) \|", text, re.MULTILINE)
+    drawn = {name: int(floor) for floor, names in rows for name in re.findall(r"`(\w+)`", names)}
+    assert drawn.keys() == set().union(*layers)
+    floors = [drawn[name] for layer in layers for name in layer]
+    assert floors == sorted(floors, reverse=True)
+    there = {path.stem for path in SOURCE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
+    assert there - {"__init__", "__main__"} == drawn.keys()
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -21,7 +21,7 @@ from lockprobe.people.diary import (
 )
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Attempt, Next
-from lockprobe.storage.checksum import without_checksum
+from lockprobe.storage.jsonl import without_checksum
 
 JOINED = Joined(
     identity="3f9a01bc",

@@ -169,8 +169,8 @@ def test_who_withdraws_is_struck_from_what_was_rescued_too(tmp_path):
         with pytest.raises(BadFile):
             append(journal, ann)
     with Journal.open(tmp_path, people) as journal:
-        journal.strike("participant:aaaa")
+        journal.delete_agent("participant:aaaa")
         assert b"aaaa" not in b"".join(path.read_bytes() for path in tmp_path.glob("trials*"))
         assert b"bbbb" in (tmp_path / "trials.jsonl.rescued").read_bytes()
-        journal.strike("participant:bbbb")
+        journal.delete_agent("participant:bbbb")
         assert not (tmp_path / "trials.jsonl.rescued").exists()

@@ -9,10 +9,11 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.studies.merge import Source, gather, source_of_directory
+from lockprobe.terminal_text import printable
 
 __all__ = ["take"]
 

@@ -17,10 +17,9 @@ from lockprobe.cli.person import Ended, Keys, Left, Person, ViewKind
 from lockprobe.cli.screen import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
-from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX, find_box
+from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.sketch import interlock_lines
 from lockprobe.lockbox.solve import optimum, random_curve
 from lockprobe.plan import Names, Plan
@@ -29,7 +28,9 @@ from lockprobe.spec import PEOPLE
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
-from lockprobe.studies.study import LayoutKind, Study
+from lockprobe.studies.study import LayoutKind
+from lockprobe.studies.studyfile import trial_study
+from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial_json import trial_to_json
 
 __all__ = ["play", "relabelled"]
@@ -61,10 +62,11 @@ def play(
     seed = secrets.randbelow(_SEEDS) if seed is None else seed
     if record is not None:
         _check_record(record)
-    study = Study(
-        name="trial", agents=(PEOPLE,), box=find_box(box), conditions=flips((p,), flip), repetitions=1, trials=1,
-        max_steps=max_steps, seed=seed, shuffle=shuffle, layout=layout, assessment=assessment,
-    )  # fmt: skip
+    asked: TrialOptions = {
+        "box": box, "p": p, "flip": flip, "seed": seed, "max_steps": max_steps, "layout": layout, "shuffle": shuffle,
+        "assessment": assessment,
+    }  # fmt: skip
+    study = trial_study(asked, agent=PEOPLE)
     plan = study.plan(participant_spec("local"), study.conditions[0], 1, 1)
     screen = Screen()
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
@@ -81,7 +83,7 @@ def play(
         raise
     if record is not None:
         _append(record, trial)
-    others = {spec: _of(spec, study) for spec in OTHERS}
+    others = {spec: _of(spec, asked) for spec in OTHERS}
     tell(screen, trial, plan.box, others)
     if record is not None:
         screen.say(f"Recorded: {record}")
@@ -98,13 +100,11 @@ def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
         loop.close()
 
 
-def _of(spec: str, study: Study) -> Trial | None:
+def _of(spec: str, asked: TrialOptions) -> Trial | None:
     """A strategy in the same trial; None if the box is too large for it."""
     try:
-        return run_trial(
-            agent=spec, box=study.box, p=study.p[0], flip=study.flip, seed=study.seed, max_steps=study.max_steps,
-            shuffle=study.shuffle, layout=study.layout, assessment=study.assessment,
-        )  # fmt: skip
+        player: TrialOptions = {**asked, "agent": spec}
+        return run_trial(**player)
     except BadValue:
         return None
 

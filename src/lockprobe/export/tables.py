@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.errors import readable
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
@@ -23,6 +22,7 @@ from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
+from lockprobe.terminal_text import readable
 
 __all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
 

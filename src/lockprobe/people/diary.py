@@ -24,8 +24,8 @@ from lockprobe.people.scenes import StrictModel
 from lockprobe.plan import Plan
 from lockprobe.record import Ending
 from lockprobe.storage.atomic_file import sync_directory, write_private
-from lockprobe.storage.checksum import with_checksum, without_checksum
-from lockprobe.storage.jsonl import LineFile, state_of, whole_lines
+from lockprobe.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
+from lockprobe.studies.directory import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
 __all__ = [
@@ -44,9 +44,6 @@ __all__ = [
     "without_identity",
     "write_diaries",
 ]
-
-PEOPLE_DIRECTORY = "people"
-"""Where in the directory of a study the diaries lie."""
 
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Since 1970 (UTC), of the server's clock."""

@@ -75,7 +75,7 @@ def finish_withdrawal(journal: Journal) -> str | None:
     try:
         remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
-        journal.strike(agent)
+        journal.delete_agent(agent)
         put(people / _COUNT, {"withdrawn": note["withdrawn"]})
         remove_file(people / _UNDER_WAY)
         sync_directory(people)

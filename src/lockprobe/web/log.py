@@ -11,8 +11,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from lockprobe.errors import BadFile, printable
+from lockprobe.errors import BadFile
 from lockprobe.people.open_study import LOG
+from lockprobe.terminal_text import printable
 
 __all__ = ["A_MINUTE", "LOGGED", "ServerLog"]
 
