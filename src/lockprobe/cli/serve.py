@@ -150,7 +150,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         words,
         ServerOptions(token=token, **door),  # type: ignore[arg-type] # named as its fields are
         announce=lambda where: _announce(where, planned, experiment, words, json=json),
-        desk=AdminPage(
+        page=AdminPage(
             study_url=lambda url: _study_url(url, experiment),
             reminders=_reminders(words, experiment),
             files=downloads(directory),
@@ -180,7 +180,7 @@ def _study_url(url: str, experiment: Experiment) -> str:
 
 
 def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
-    """What is still to be done before people come."""
+    """What the experimenter still has to do before people come."""
     found = []
     if any(words.consent == read_words(language).consent for language in LANGUAGES):
         found.append(
@@ -251,7 +251,7 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 def _enough_trials(
     planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
 ) -> Mapping[str, object]:
-    """Trials and repetitions with which so many people have places, unless trials were asked for; p stays as it is."""
+    """Trials and repetitions that make places for this many people, unless trials were asked for; p stays as it is."""
     if "trials" in asked:
         return {}
     repetitions = planned.repetitions if "repetitions" in asked else 1

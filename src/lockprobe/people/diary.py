@@ -15,11 +15,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.responses import Act, Attempt
+from lockprobe.people.scenes import StrictModel
 from lockprobe.plan import Plan
 from lockprobe.record import Ending
 from lockprobe.storage.atomic_file import sync_directory, write_private
@@ -48,11 +49,7 @@ Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Since 1970 (UTC), of the server's clock."""
 
 
-class _Line(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Slot(_Line):
+class Slot(StrictModel):
     """Which trial of the study a participant plays; people play the trials of ``participant`` together, each once.
 
     Attributes:
@@ -67,13 +64,18 @@ class Slot(_Line):
     repetition: int
     trial: int
 
+    @property
+    def cell(self) -> tuple[float, str]:
+        """The condition: flip probability and modality."""
+        return self.p, self.modality
+
     def plan(self, study: Study, identity: str) -> Plan:
         """The trial as a participant plays it."""
         condition = study.condition(self.p, self.modality)
         return study.plan(participant_spec(identity), condition, self.repetition, self.trial)
 
 
-class Joined(_Line):
+class Joined(StrictModel):
     """The first line: the record of consent. Somebody has agreed to take part.
 
     Attributes:
@@ -94,7 +96,7 @@ class Joined(_Line):
     words: str
 
 
-class Did(_Line):
+class Did(StrictModel):
     """One act.
 
     Attributes:
@@ -125,7 +127,7 @@ class Did(_Line):
     page: str = ""
 
 
-class Broken(_Line):
+class Broken(StrictModel):
     """A box cannot be played on: it broke before a joint could be chosen, or the trial came from elsewhere, finished.
 
     The participant goes on with what comes after it.
@@ -137,7 +139,7 @@ class Broken(_Line):
     box: int
 
 
-class Released(_Line):
+class Released(StrictModel):
     """The last line, where a participant was away too long: the trials that were not finished are others' now."""
 
     kind: Literal["released"] = "released"

@@ -51,9 +51,9 @@ class DiaryImport:
                     self._coming[identity] = _extended(there, diary)
 
     def take(self, trials: Mapping[str, Trial]) -> int:
-        """Write down the diaries that the directory does not have, or has only the beginning of.
+        """Write the diaries that the directory lacks, or of which it has only the beginning.
 
-        The diary of somebody whose every trial was played by somebody else here is left where it is.
+        It skips the diary of somebody whose trials were all played by others here.
 
         Args:
             trials: The trials that the directory has now, by key; nobody else may be writing there.
@@ -76,7 +76,7 @@ class DiaryImport:
         return len(taken)
 
     def lost(self, trials: Mapping[str, Trial]) -> int:
-        """How many boxes that people here have still before them, or have begun, were played by those who came.
+        """How many unfinished boxes of people here were played by imported participants.
 
         Args:
             trials: The trials that the directory has now, by key.
@@ -93,19 +93,19 @@ class DiaryImport:
 
 
 def _without_token(diary: Diary) -> Diary:
-    """The same, with which nobody can go on."""
+    """The same without the token, so that nobody can go on with it."""
     return Diary(diary.joined.model_copy(update={"token": ""}), diary.lines)
 
 
 def _extended(beginning: Diary, diary: Diary) -> Diary:
-    """A diary with what came after it in another state of the same, told by the clock of the first."""
+    """A diary with the later lines of another copy, their times on the clock of the first."""
     start, elsewhere = beginning.joined.at, diary.joined.at
     came = (line.model_copy(update={"at": max(0.0, start + line.at - elsewhere)}) for line in diary.lines)
     return Diary(beginning.joined, (*beginning.lines, *tuple(came)[len(beginning.lines) :]))
 
 
 def _continues(beginning: Diary, diary: Diary) -> bool:
-    """Whether one diary is the other, perhaps further on; moments may be told from another start."""
+    """Whether the second diary is the first one or continues it; their clocks may differ."""
     same = (beginning.joined.slots, beginning.joined.words) == (diary.joined.slots, diary.joined.words)
     lines = zip(beginning.lines, diary.lines, strict=False)
     further = len(beginning.lines) <= len(diary.lines)

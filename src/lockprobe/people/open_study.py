@@ -7,6 +7,7 @@ stays.
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
@@ -34,7 +35,7 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.trial import Place, here
 
-__all__ = ["LOG", "Invitation", "OpenStudy", "open_study", "words_to_read"]
+__all__ = ["LOG", "OpenStudy", "open_study", "words_to_read"]
 
 LOG = "server.log"
 """The log of refused requests, next to the diaries."""
@@ -49,17 +50,6 @@ _MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_pe
 """Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""
 
 
-@dataclass(slots=True)
-class Invitation:
-    """Whether people were invited. From then on a failure leaves everything in the directory.
-
-    Attributes:
-        sent: Set it when people are invited.
-    """
-
-    sent: bool = False
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpenStudy:
     """What all participants of a study share.
@@ -71,7 +61,7 @@ class OpenStudy:
         texts: The scenes made of these texts.
         practice: The practice box as a trial; None without practice.
         journal: Where finished trials are recorded.
-        invitation: Whether people were invited.
+        invited: Set when people are invited. From then on a failure leaves everything in the directory.
         place: Where plants run.
         clock: Seconds since 1970.
         page: Version of the page on which people play.
@@ -83,7 +73,7 @@ class OpenStudy:
     texts: TextScenes
     practice: Plan | None
     journal: Journal
-    invitation: Invitation
+    invited: asyncio.Event
     place: Place
     clock: Callable[[], float]
     page: str
@@ -136,7 +126,7 @@ async def open_study(
     ):
         write_settings(directory, study)
         finish_withdrawal(journal)
-        with _undone_if_it_fails(directory) as invitation:
+        with _undone_if_it_fails(directory) as invited:
             _settle(directory, experiment, words)
             yield OpenStudy(
                 study=study,
@@ -145,7 +135,7 @@ async def open_study(
                 texts=TextScenes(words, study, experiment, await examples_of(study, experiment, place)),
                 practice=practice,
                 journal=journal,
-                invitation=invitation,
+                invited=invited,
                 place=place,
                 clock=clock,
                 page=page,
@@ -153,25 +143,25 @@ async def open_study(
 
 
 @contextmanager
-def _undone_if_it_fails(directory: Path) -> Iterator[Invitation]:
+def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
     """Leave the directory of people as it was, where opening fails before the invitation and before anybody joins.
 
     Raises:
         BadFile: If settings that are there cannot be read.
     """
-    people, invitation = directory / PEOPLE_DIRECTORY, Invitation()
+    people, invited = directory / PEOPLE_DIRECTORY, asyncio.Event()
     new, diaries = not people.exists(), _count_diaries(people)
     made = [path for name in _MADE if not (path := people / name).exists()]
     settings = {path: read_input(path) for name in _SETTINGS if (path := people / name).is_file()}
     failed = True
     try:
-        yield invitation
+        yield invited
         failed = False
     except KeyboardInterrupt:
         failed = False
         raise
     finally:
-        if failed and not (invitation.sent or _count_diaries(people) > diaries):
+        if failed and not (invited.is_set() or _count_diaries(people) > diaries):
             with suppress(OSError, BadFile):
                 for path in made:
                     remove_file(path)

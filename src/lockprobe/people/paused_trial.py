@@ -7,34 +7,20 @@ the server let go of it or was killed.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import AsyncExitStack, suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.participant import Participant
 from lockprobe.errors import BadValue
+from lockprobe.people.diary import Did
+from lockprobe.people.responses import Attempt
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Outcome, Situation, Step, Trial
 from lockprobe.studies.play import play_timed
 from lockprobe.trial import Place, here
 
-__all__ = ["PausedTrial", "PlayedStep"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlayedStep:
-    """A step that the diary holds.
-
-    Attributes:
-        joint: Label of the joint.
-        claimed: What the participant said of the step before; None where nobody asked.
-        told: The report that was shown; empty with pictures.
-    """
-
-    joint: str
-    claimed: Outcome | None = None
-    told: str = ""
+__all__ = ["PausedTrial"]
 
 
 class PausedTrial:
@@ -58,7 +44,7 @@ class PausedTrial:
     async def begin(
         cls,
         plan: Plan,
-        played: Sequence[PlayedStep] = (),
+        played: Iterable[Did] = (),
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
@@ -68,7 +54,7 @@ class PausedTrial:
 
         Args:
             plan: The trial.
-            played: Its steps so far.
+            played: Its steps so far, from the diary.
             facts: The settings of the page, for the record.
             pictures: Directory in which pictures are stored; None stores none.
             place: Where the plant runs.
@@ -81,8 +67,9 @@ class PausedTrial:
         async with AsyncExitStack() as undo:
             undo.push_async_callback(paused.close)
             await paused._wait()
-            for number, step in enumerate(played, 1):
-                await paused._again(number, step)
+            for number, did in enumerate(played, 1):
+                if isinstance(did.act, Attempt):
+                    await paused._replay(number, did.act, did.told)
             undo.pop_all()
         return paused
 
@@ -115,16 +102,16 @@ class PausedTrial:
         with suppress(asyncio.CancelledError):
             await self._loop
 
-    async def _again(self, number: int, step: PlayedStep) -> None:
-        """Replay a step. A broken trial reports nothing."""
+    async def _replay(self, number: int, act: Attempt, shown: str) -> None:
+        """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
         what = f"step {number} of {self.plan.key}"
-        if self.situation is None or step.joint not in self.situation.task.joints:
+        if self.situation is None or act.joint not in self.situation.task.joints:
             if self.sound:
-                raise BadValue(what, step.joint, "a step of this trial")
+                raise BadValue(what, act.joint, "a step of this trial")
             return
-        told = await self.attempt(step.joint, step.claimed)
-        if told != step.told and self.sound:
-            raise BadValue(what, told, f"{step.told!r}, as it was shown before")
+        told = await self.attempt(act.joint, act.claimed)
+        if told != shown and self.sound:
+            raise BadValue(what, told, f"{shown!r}, as it was shown before")
 
     async def _wait(self) -> None:
         """Wait until the loop asks or is over; pass on its exceptions."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from lockprobe.people.assignment import Cell, conditions_of
+from lockprobe.people.assignment import conditions_of
 from lockprobe.people.diary import Slot, read_diaries
 from lockprobe.people.journey import Journey
 from lockprobe.people.withdrawal import withdrawn
@@ -137,9 +137,9 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
         finished: Trials that are on record, whoever played them.
         gone: How many have withdrawn.
     """
-    done = Counter(map(_condition, finished))
+    done = Counter(slot.cell for slot in finished)
     open_ones = {slot for journey in journeys for slot in journey.slots_kept} - set(finished)
-    under_way = Counter(map(_condition, open_ones))
+    under_way = Counter(slot.cell for slot in open_ones)
     slots = study.repetitions * study.trials
     people = tuple(map(_participant, journeys))
     return StudyProgress(
@@ -193,10 +193,6 @@ def flow_of(directory: Path) -> Flow | None:
             for one in sorted(given, key=lambda one: (one[1], one[0]))
         ),
     )
-
-
-def _condition(slot: Slot) -> Cell:
-    return slot.p, slot.modality
 
 
 def _participant(journey: Journey) -> ParticipantProgress:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from lockprobe.people.scenes import LONGEST_ANSWER, Ask
+from lockprobe.people.scenes import LONGEST_ANSWER, Ask, StrictModel
 
 __all__ = ["Act", "Agree", "Answer", "Attempt", "Next", "fits"]
 
@@ -19,11 +19,7 @@ Pixels = Annotated[int, Field(ge=0, le=100_000)]
 Label = Annotated[str, Field(min_length=1, max_length=8)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Agree(_Part):
+class Agree(StrictModel):
     """In ``Consent``: yes or no."""
 
     kind: Literal["agree"] = "agree"
@@ -31,13 +27,13 @@ class Agree(_Part):
     code: Annotated[str, Field(max_length=100)] = ""
 
 
-class Next(_Part):
+class Next(StrictModel):
     """In ``Page`` and ``TrialOver``: go on."""
 
     kind: Literal["next"] = "next"
 
 
-class Attempt(_Part):
+class Attempt(StrictModel):
     """In ``Box``: choose a joint.
 
     Attributes:
@@ -58,7 +54,7 @@ class Attempt(_Part):
     viewport: tuple[Pixels, Pixels] | None = None
 
 
-class Answer(_Part):
+class Answer(StrictModel):
     """In ``Check`` and ``Ask``: an option in its words, or a written answer.
 
     Attributes:

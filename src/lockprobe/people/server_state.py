@@ -123,7 +123,7 @@ class ServerState:
 
     def invite(self) -> None:
         """From now on people can come. Whatever happens, what the start wrote stays."""
-        self._opened.invitation.sent = True
+        self._opened.invited.set()
 
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> Reply:
         """Somebody loads the page: they go on where they were, and their other open pages can act no longer.

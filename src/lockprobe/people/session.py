@@ -12,7 +12,7 @@ from lockprobe.people.box_view import box_to_show, is_asked, view_of_modality
 from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Entry, Released, diary_path
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
-from lockprobe.people.paused_trial import PausedTrial, PlayedStep
+from lockprobe.people.paused_trial import PausedTrial
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Attempt, Next, fits
 from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOver
@@ -219,12 +219,7 @@ class Session:
                 raise BadFile(self.path, f"box {box} is over where it was not when it was played")
         return self._trial
 
-    async def _begin(self, box: int, steps: Iterable[Did]) -> PausedTrial:
-        played = [
-            PlayedStep(joint=did.act.joint, claimed=did.act.claimed, told=did.told)
-            for did in steps
-            if isinstance(did.act, Attempt)
-        ]
+    async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
         plan, facts = self._plan(box)
         pictures = self._opened.directory / ALBUM if box else None
         try:

@@ -42,9 +42,9 @@ def withdrawing(directory: Path) -> str | None:
 
 
 def note_withdrawal(journal: Journal, identity: str) -> None:
-    """Note that all that is kept of a participant is to be deleted; from then on it can be finished at any time.
+    """Note that all data of a participant is to be deleted. From then on the deletion can be finished at any time.
 
-    There is one such note: what was noted before has to be finished first.
+    There is one such note: an earlier deletion has to be finished first.
 
     Raises:
         BadFile: If it cannot be written, or something that was noted before is not finished.
@@ -56,7 +56,7 @@ def note_withdrawal(journal: Journal, identity: str) -> None:
 
 
 def finish_withdrawal(journal: Journal) -> str | None:
-    """Finish what was noted, if anything was.
+    """Finish the deletion that was noted, if there is one.
 
     Returns:
         Who has withdrawn with it; None if nothing was noted.
@@ -85,7 +85,7 @@ def finish_withdrawal(journal: Journal) -> str | None:
 
 
 def put(path: Path, data: object) -> None:
-    """A small file of JSON in its place, whole or not at all, on the disk itself.
+    """Write a small JSON file atomically and flush it to disk.
 
     Raises:
         BadFile: If it cannot be written.

@@ -1,8 +1,8 @@
-"""The participants' page over HTTP: requests become calls of :class:`lockprobe.people.server_state.ServerState`.
+"""The HTTP API of the participants' page: requests become calls of lockprobe.people.server_state.
 
 ``GET /`` is the page. ``POST /api/open``, ``/api/act`` and ``/api/withdraw`` take a JSON object and answer with the
-scene that is to be shown; what cannot be done is answered with a status, a code and a message, and changes nothing.
-The token that says which participant a browser is stands in a cookie that no script can read.
+scene to show. A refused request is answered with a status, a code and a message, and changes nothing. A cookie that
+scripts cannot read holds the token that identifies a participant.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
@@ -23,6 +23,7 @@ from starlette.types import ASGIApp
 
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
+from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import Words, page_texts
 from lockprobe.web.address import Address
@@ -44,25 +45,21 @@ _LONGEST_LEASE = 200
 
 Word = Annotated[str, Field(max_length=200)]
 Platform = Annotated[dict[Word, Word], Field(max_length=40)]
-"""The parameters of the URL under which the page was opened. Which are kept is the experimenter's choice."""
+"""The parameters of the URL under which the page was opened. The experimenter chooses which of them are kept."""
 
 
-class _Body(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class _Open(StrictModel):
+    platform: Platform = Field(default_factory=dict)
 
 
-class _Open(_Body):
-    platform: Platform = {}
-
-
-class _Done(_Body):
+class _Done(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
     turn: Annotated[int, Field(ge=0, le=10**9)]
     act: Act
-    platform: Platform = {}
+    platform: Platform = Field(default_factory=dict)
 
 
-class _Withdraw(_Body):
+class _Withdraw(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
 
 
@@ -70,14 +67,14 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
     """The whole as an ASGI application.
 
     Args:
-        state: Who is there, and what they do.
-        words: What they read.
-        address: How browsers get here.
-        log: Where refusals are written down.
-        admin: The experimenter's page.
+        state: The participants.
+        words: The texts that they read.
+        address: The addresses of the server.
+        log: The log of refused requests.
+        admin: The API of the admin page.
     """
     texts = _of_the_page(words)
-    desk = _ParticipantApi(state, texts, address)
+    api = _ParticipantApi(state, texts, address)
     files = Files()
 
     def page(name: str) -> Callable[[Request], Response]:
@@ -86,9 +83,9 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
     routes = [
         Route("/", _answering(page("index.html"))),
         Route("/static/{name}", _answering(lambda request: files.answer(request.path_params["name"], request))),
-        Route("/api/open", desk.open, methods=["POST"]),
-        Route("/api/act", desk.act, methods=["POST"]),
-        Route("/api/withdraw", desk.withdraw, methods=["POST"]),
+        Route("/api/open", api.open, methods=["POST"]),
+        Route("/api/act", api.act, methods=["POST"]),
+        Route("/api/withdraw", api.withdraw, methods=["POST"]),
         Route("/admin", _answering(page("admin.html"))),
         Route("/api/admin/progress", admin.progress),
         Route("/api/admin/find", admin.find, methods=["POST"]),
@@ -99,14 +96,14 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
         Route("/robots.txt", _answering(lambda request: PlainTextResponse("User-agent: *\nDisallow: /\n"))),
         Route("/favicon.ico", _answering(lambda request: Response(status_code=HTTPStatus.NO_CONTENT))),
     ]
-    told = _Refusals(log, texts)
+    errors = _Refusals(log, texts)
     inner = Starlette(
         routes=routes,
         exception_handlers={
-            RequestRefused: told.refused,
-            ActRefused: told.refused,
-            HTTPException: told.no_route,
-            Exception: told.broken,
+            RequestRefused: errors.refused,
+            ActRefused: errors.refused,
+            HTTPException: errors.no_route,
+            Exception: errors.broken,
         },
     )
     inner.router.redirect_slashes = False
@@ -114,7 +111,7 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
 
 
 def _answering(answer: Callable[[Request], Response]) -> Callable[[Request], object]:
-    """Answered in the event loop: nothing here waits for a disk, and a thread would cost more."""
+    """Answer in the event loop, not in a thread: nothing here waits for a disk."""
 
     async def answered(request: Request) -> Response:
         return answer(request)
@@ -123,7 +120,7 @@ def _answering(answer: Callable[[Request], Response]) -> Callable[[Request], obj
 
 
 def _of_the_page(words: Words) -> Mapping[str, object]:
-    """The texts that the page needs from the beginning; others come with their scenes."""
+    """The texts that the page needs from the start; other texts come with their scenes."""
     return {
         "language": words.language,
         "direction": words.direction,
@@ -135,7 +132,7 @@ def _of_the_page(words: Words) -> Mapping[str, object]:
 
 
 class _ParticipantApi:
-    """What participants can ask for."""
+    """The requests of participants."""
 
     def __init__(self, state: ServerState, words: Mapping[str, object], address: Address) -> None:
         self._state, self._words = state, words
@@ -157,7 +154,7 @@ class _ParticipantApi:
         return self._answer(await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
 
     async def _join(self, request: Request, asked: _Done) -> Reply:
-        """Somebody agrees to take part. Who joins is counted by address, and who guesses codes."""
+        """Somebody agrees to take part. Joining and wrong codes count against the limit of their address."""
         address, counted = whence(request, proxied=self._proxied), False
         self._joins.reserve(address)
         try:
@@ -173,7 +170,7 @@ class _ParticipantApi:
         return shown
 
     async def withdraw(self, request: Request) -> Response:
-        """Somebody stops, and has everything deleted."""
+        """Somebody withdraws: all data of theirs is deleted."""
         asked = await body_of(request, _Withdraw)
         return self._answer(await self._state.withdraw(request.cookies.get(COOKIE), asked.lease))
 
@@ -203,7 +200,7 @@ def _forget(answer: Response) -> None:
 
 
 class _Refusals:
-    """What is answered, and written down, where something cannot be done."""
+    """Answers and logs requests that are refused or fail."""
 
     def __init__(self, log: ServerLog, words: Mapping[str, object]) -> None:
         self._log, self._words = log, words
@@ -223,7 +220,7 @@ class _Refusals:
         return answer
 
     async def no_route(self, request: Request, error: Exception) -> Response:
-        """There is nothing at that path, or not for that method."""
+        """Nothing is at this path, or not for this method."""
         assert isinstance(error, HTTPException)
         self._log.refused(request.scope, error.status_code, "unknown")
         answer = refusal("unknown", HTTPStatus(error.status_code).phrase, error.status_code)
@@ -231,7 +228,7 @@ class _Refusals:
         return answer
 
     async def broken(self, request: Request, error: Exception) -> Response:
-        """Something went wrong here. What was being done is on disk or not done; the page asks again."""
+        """An unexpected error. The act is on disk or has not been done; the page asks again."""
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
         self._log.refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)

@@ -1,7 +1,7 @@
-"""What an experimenter downloads: written by a process of its own, sent piece by piece; participants play on.
+"""Downloads for the experimenter, written by a background process and sent in pieces while participants play on.
 
-One file is written at a time. Where somebody withdraws while a file is written, it is written anew: nothing of theirs
-is in what is sent. What is sent has no name on the disk any more.
+One file is written at a time. If somebody withdraws meanwhile, the file is written again without their data. The file
+has no name on disk any more while it is sent.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from lockprobe.web.refusals import RequestRefused
 __all__ = ["Downloadable", "Downloads"]
 
 PIECE = 1 << 18
-"""Bytes that are sent at once."""
+"""Bytes of one piece."""
 
 ATTEMPTS = 5
-"""How often a file is written before it is given up, because people withdraw all the while."""
+"""How often a file is written again because somebody withdraws, before the request is refused."""
 
 BEHIND = 10
-"""By how much participants come first, as the operating system counts it."""
+"""The nice value of the background process: participants come first."""
 
 _MEDIA = {".csv": "text/csv; charset=utf-8", ".json": "application/json", ".zip": "application/zip"}
 
 
 class Downloadable(Protocol):
-    """One file, as those above make it.
+    """One file to download.
 
     Attributes:
-        name: Of the file.
+        name: The name of the file.
         about: What is in it, in words.
-        write: Writes it; raises UserMistake if it cannot. It is sent to another process.
+        write: Writes it; raises UserMistake if it cannot. Another process calls it.
     """
 
     @property
@@ -53,11 +53,11 @@ class Downloadable(Protocol):
 
 
 class Downloads:
-    """The files that can be had.
+    """The files to download.
 
     Args:
         files: The files.
-        withdrawals: What is another with every withdrawal.
+        withdrawals: A value that changes with every withdrawal.
     """
 
     def __init__(self, files: Iterable[Downloadable], withdrawals: Callable[[], Hashable]) -> None:

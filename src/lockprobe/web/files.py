@@ -1,4 +1,4 @@
-"""The files of the pages, read once. What is asked for is looked up among their names; no path is made of it."""
+"""The static files of the pages, read once and looked up by name: no request becomes a path."""
 
 from __future__ import annotations
 

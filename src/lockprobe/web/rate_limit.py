@@ -1,4 +1,4 @@
-"""A rate limit on joining, per address: one script cannot take all places of a study at once."""
+"""The rate limit on joining, per address: one script cannot take all places of a study at once."""
 
 from __future__ import annotations
 
