@@ -27,7 +27,7 @@ from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.modalities import Senses
 from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
-from lockprobe.agents.viewer import Sight, Viewer
+from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.errors import BadValue, UnknownName, printable
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Agent
@@ -61,7 +61,7 @@ _OTHERS = {
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
-    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Sight))}, and its strategy's.",
+    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
@@ -168,13 +168,13 @@ def _viewer(spec: str) -> Viewer:
     name = full.partition(":")[2] or _VIEWED
     if name not in _STRATEGIES and name.partition(":")[0] not in _PARAMETRIC:
         raise UnknownName("strategy of viewer", name, [*_STRATEGIES, *_PARAMETRIC])
-    seeing = {field.name for field in fields(Sight)}
+    seeing = {field.name for field in fields(Eyesight)}
     plain = resolve(name).make()
     deciding: list[str] = [field.name for field in fields(plain)] if is_dataclass(plain) else []
     for option in options:
         if option not in {*seeing, *deciding}:
             raise UnknownName(f"option of {full}", option, [*sorted(seeing), *deciding])
-    sight = with_options(Sight, "viewer", {key: text for key, text in options.items() if key in seeing})
+    sight = with_options(Eyesight, "viewer", {key: text for key, text in options.items() if key in seeing})
     rest = urlencode({key: text for key, text in options.items() if key not in seeing})
     strategy = f"{name}?{rest}" if rest else name
     return Viewer(strategy=resolve(strategy).make(), name=strategy, sight=sight)

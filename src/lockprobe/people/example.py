@@ -18,7 +18,7 @@ from lockprobe.people.scenes import Panel
 from lockprobe.plan import Names
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
-from lockprobe.trial import Place, here
+from lockprobe.trial import Executor, here
 
 __all__ = ["Shown", "example_box", "examples_of"]
 
@@ -52,7 +52,7 @@ def example_box(study: Study) -> Lockbox:
     return Lockbox(name="example", joints=joints, interlock={}, initial=(False,) * len(joints), target=joints[-1].name)
 
 
-async def examples_of(study: Study, experiment: Experiment, place: Place = here) -> Mapping[str, Shown]:
+async def examples_of(study: Study, experiment: Experiment, place: Executor = here) -> Mapping[str, Shown]:
     """The example in each modality in which people see the study's boxes; none where the plant breaks.
 
     Args:

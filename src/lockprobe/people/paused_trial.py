@@ -16,7 +16,7 @@ from lockprobe.errors import BadValue
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Outcome, Situation, Step, Trial
 from lockprobe.studies.play import play_timed
-from lockprobe.trial import Place, here
+from lockprobe.trial import Executor, here
 
 __all__ = ["Held", "Played"]
 
@@ -45,7 +45,7 @@ class Held:
         trial: Its record once it is over, else None.
     """
 
-    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Place) -> None:
+    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor) -> None:
         self.plan = plan
         self.situation: Situation | None = None
         self.trial: Trial | None = None
@@ -61,7 +61,7 @@ class Held:
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
-        place: Place = here,
+        place: Executor = here,
     ) -> Held:
         """Begin a trial, play what was played of it before, and wait at the next decision.
 

@@ -27,7 +27,7 @@ from lockprobe.record import Fact, Trial
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.study import Study
-from lockprobe.trial import Place
+from lockprobe.trial import Executor
 
 __all__ = ["Seat", "Table"]
 
@@ -56,7 +56,7 @@ class Table:
     practice: Plan | None
     journal: Journal
     people: PeopleDirectory
-    place: Place
+    place: Executor
     clock: Callable[[], float]
     page: str
 
