@@ -18,7 +18,7 @@ from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty, undone
 from lockprobe.lockbox.families import DEFAULT_BOX, box, find_box, named_boxes, sized
-from lockprobe.lockbox.generate import InitialName, Recipe, Refused
+from lockprobe.lockbox.generate import InitialName, Recipe, RefusedRecipe
 from lockprobe.lockbox.generate import generate as make
 from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
@@ -152,7 +152,7 @@ def generate(
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))
-        if isinstance(found, Refused):
+        if isinstance(found, RefusedRecipe):
             refused[found.fault.kind] += 1
             if json:
                 print(json_.dumps({"seed": tried, "refused": found.fault.kind, "reason": found.fault.reason}))
