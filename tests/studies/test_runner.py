@@ -37,14 +37,14 @@ def shares(trials, agent):
 
 def test_reference_agents_at_every_p(tmp_path):
     agents = ["random", "random-no-repeat", "round-robin"]
-    trials = played(tmp_path, agent=agents, trials=300, seed=1, p=[0, 0.3, 0.6])
-    assert all(0.33 <= share <= 0.46 for share in shares(trials, "random"))
-    assert all(0.63 <= share <= 0.75 for share in shares(trials, "random-no-repeat"))
+    trials = played(tmp_path, agent=agents, trials=100, seed=1, p=[0, 0.3, 0.6])
+    assert all(0.28 <= share <= 0.51 for share in shares(trials, "random"))
+    assert all(0.58 <= share <= 0.80 for share in shares(trials, "random-no-repeat"))
     assert shares(trials, "round-robin") == [1, 1, 1]
 
 
 def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
-    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1)
+    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1, p=[0, 0.2, 0.4, 0.6])
     honest = [len(trial.steps) for trial in trials if trial.p == 0]
     assert 0.80 <= sum(steps <= 9 for steps in honest) / len(honest) <= 0.86
     assert max(honest) <= 10
