@@ -9,7 +9,7 @@ import pytest
 from builders import play_study, played_by_people, small_study, write_study
 from taking_part import take_part
 
-from lockprobe.people.completion import Flow
+from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
 from lockprobe.report import write_report
 from lockprobe.report.people import flow_said, people_steps_table
