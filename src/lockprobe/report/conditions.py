@@ -38,9 +38,9 @@ from lockprobe.report.schema import (
     ConditionResult,
     CrossingResult,
     EffectResult,
-    Progress,
     Results,
     SeriesResult,
+    StudyProgress,
 )
 from lockprobe.spec import spec_name
 from lockprobe.studies.directory import read_settings
@@ -202,7 +202,7 @@ def condition_results(study: ConditionStudy) -> Results:
         lockprobe=version("lockprobe"),
         study=dict(study.settings),
         joints=len(study.study.box.joints),
-        progress=Progress(
+        progress=StudyProgress(
             planned=study.study.size,
             finished=study.finished,
             partial=study.finished < study.study.size,

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from lockprobe.errors import printable
 
-__all__ = ["EVERY", "NONE", "Table", "as_csv", "as_tex", "minus", "p_cell", "percent", "points_cell", "share_cell"]
+__all__ = ["EVERY", "NONE", "TextTable", "as_csv", "as_tex", "minus", "p_cell", "percent", "points_cell", "share_cell"]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""
@@ -18,7 +18,7 @@ NONE = "\N{EN DASH}"
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""
 
-Table = list[list[str]]
+TextTable = list[list[str]]
 """Rows of cells, the first row with the names of the columns."""
 
 _TEX = {

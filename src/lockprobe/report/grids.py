@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.grid import GridSummary
 from lockprobe.analysis.speaking import p_said, points_said
-from lockprobe.report.format import NONE, Table, p_cell, percent, points_cell
+from lockprobe.report.format import NONE, TextTable, p_cell, percent, points_cell
 from lockprobe.report.schema import GridAxis, GridCellResult, GridResult
 
 __all__ = ["grid_rows", "grid_said", "grid_table", "trend_table"]
@@ -83,7 +83,7 @@ def _level(one: GridSummary) -> str:
     return "95 %" if one.choices == 1 else f"{100 - 5 / one.choices:.3g} %"
 
 
-def grid_table(grids: Sequence[GridResult]) -> Table:
+def grid_table(grids: Sequence[GridResult]) -> TextTable:
     """Every cell of every grid, from the rows of ``results.json``."""
     head = ["agent", "grid", "first dose", "second dose", "condition", "solved", "success"]
     return [head] + [
@@ -101,7 +101,7 @@ def grid_table(grids: Sequence[GridResult]) -> Table:
     ]
 
 
-def trend_table(grids: Sequence[GridResult]) -> Table:
+def trend_table(grids: Sequence[GridResult]) -> TextTable:
     """The interaction of every grid, from the rows of ``results.json``."""
     head = ["agent", "grid", "beside", "blocks", "interaction, points", "P", "says"]
     table = [head] + [

@@ -9,7 +9,7 @@ from lockprobe.analysis.measures import find_measure, measured
 from lockprobe.errors import UserMistake
 from lockprobe.plugins import plugin_names
 from lockprobe.record import Trial
-from lockprobe.report.format import NONE, Table, minus
+from lockprobe.report.format import NONE, TextTable, minus
 from lockprobe.report.schema import MeasureResult
 
 __all__ = ["measure_rows", "measure_table"]
@@ -38,7 +38,7 @@ def _rows(trials: Sequence[Trial], name: str) -> list[MeasureResult]:
     return [row(what=found.what, kind=found.kind, trials=found.n, value=found.value, low=found.low, high=found.high)]
 
 
-def measure_table(rows: Sequence[MeasureResult]) -> Table:
+def measure_table(rows: Sequence[MeasureResult]) -> TextTable:
     """The same as rows of text."""
     head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
     return [head] + [[row.agent, row.condition, row.measure, row.what, str(row.trials), _said(row)] for row in rows]

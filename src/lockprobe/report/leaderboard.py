@@ -151,7 +151,7 @@ class InteractionResult(PairResult):
     p_adjusted: float | None
 
 
-Names = Mapping[tuple[str, str], str]
+AgentNames = Mapping[tuple[str, str], str]
 
 
 def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[LeaderboardResult]:
@@ -229,7 +229,7 @@ def _less(value: float, chance: float | None) -> float | None:
     return None if chance is None else value - chance
 
 
-def comparison_rows(compared: Sequence[Comparison], names: Names) -> list[ComparisonResult]:
+def comparison_rows(compared: Sequence[Comparison], names: AgentNames) -> list[ComparisonResult]:
     """Every two agents on the same boxes; differences are the second less the first."""
     return [
         ComparisonResult(
@@ -257,7 +257,7 @@ def comparison_rows(compared: Sequence[Comparison], names: Names) -> list[Compar
     ]
 
 
-def interaction_rows(compared: Sequence[Comparison], names: Names) -> list[InteractionResult]:
+def interaction_rows(compared: Sequence[Comparison], names: AgentNames) -> list[InteractionResult]:
     """Whether false reports change both agents of a pair alike."""
     return [
         InteractionResult(
@@ -273,7 +273,7 @@ def interaction_rows(compared: Sequence[Comparison], names: Names) -> list[Inter
     ]
 
 
-def _pair(one: Comparison, names: Names) -> dict[str, str]:
+def _pair(one: Comparison, names: AgentNames) -> dict[str, str]:
     return {
         "first": one.first[0],
         "second": one.second[0],

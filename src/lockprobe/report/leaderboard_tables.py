@@ -9,7 +9,7 @@ from lockprobe.analysis.agent_comparison.leaderboard_row import Regret
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.proportions import Paired, Proportion
-from lockprobe.report.format import EVERY, NONE, Table, minus, p_cell, percent, points_cell, share_cell
+from lockprobe.report.format import EVERY, NONE, TextTable, minus, p_cell, percent, points_cell, share_cell
 from lockprobe.report.leaderboard import (
     ComparisonResult,
     InteractionResult,
@@ -31,7 +31,7 @@ _MEASURES = ["success", "80 % by step", "regret", "loops above chance", "misread
 _MONEY = ["tokens in", "cached", "tokens out", "US$", "US$ per solved trial"]
 
 
-def leaderboard_table(rows: Sequence[LeaderboardResult]) -> Table:
+def leaderboard_table(rows: Sequence[LeaderboardResult]) -> TextTable:
     """Every agent over all p, the highest success first."""
     spent = _spent(rows)
     head = ["rank", "agent", "trials", *_MEASURES, *(_MONEY if spent else [])]
@@ -40,7 +40,7 @@ def leaderboard_table(rows: Sequence[LeaderboardResult]) -> Table:
     ]
 
 
-def leaderboard_by_p_table(rows: Sequence[LeaderboardResult]) -> Table:
+def leaderboard_by_p_table(rows: Sequence[LeaderboardResult]) -> TextTable:
     """The same by p; of an agent that plays the same at every p only once."""
     spent = _spent(rows)
     table = [["agent", "flip rate", "trials", *_MEASURES, *(_MONEY if spent else [])]]
@@ -52,7 +52,7 @@ def leaderboard_by_p_table(rows: Sequence[LeaderboardResult]) -> Table:
     return table
 
 
-def comparison_table(rows: Sequence[ComparisonResult]) -> Table:
+def comparison_table(rows: Sequence[ComparisonResult]) -> TextTable:
     """Every two agents over all p, on the same boxes with the same false reports."""
     head = ["agent", "against", "pairs of trials", "success", "against", "difference, points", "P", "corrected"]
     return [[*head, "difference in steps", "P", "corrected", "finished by one only"]] + [
@@ -74,7 +74,7 @@ def comparison_table(rows: Sequence[ComparisonResult]) -> Table:
     ]
 
 
-def comparison_by_p_table(rows: Sequence[ComparisonResult]) -> Table:
+def comparison_by_p_table(rows: Sequence[ComparisonResult]) -> TextTable:
     """The same by p; of two agents that both play alike at every p only once."""
     head = ["agent", "against", "flip rate", "pairs of trials", "solved only by the first named", "only by the other"]
     return [[*head, "difference, points", "McNemar", "corrected", "difference in steps"]] + [
@@ -95,7 +95,7 @@ def comparison_by_p_table(rows: Sequence[ComparisonResult]) -> Table:
     ]
 
 
-def interaction_table(rows: Sequence[InteractionResult]) -> Table:
+def interaction_table(rows: Sequence[InteractionResult]) -> TextTable:
     """Whether false reports change both agents alike."""
     head = [
         "agent",

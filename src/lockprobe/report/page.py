@@ -20,13 +20,13 @@ from typing import Any
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
+from lockprobe.analysis.summary import Each
 from lockprobe.errors import printable
 from lockprobe.record import UNNAMED
-from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
 from lockprobe.report.conditions import condition_results, read_conditions
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
-from lockprobe.report.format import Table, as_csv, as_tex, minus
+from lockprobe.report.format import TextTable, as_csv, as_tex, minus
 from lockprobe.report.grids import grid_table, trend_table
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.leaderboard_tables import (
@@ -45,7 +45,9 @@ from lockprobe.report.tables import (
     claim_table,
     condition_table,
     course_table,
+    crossing_table,
     detector_table,
+    effect_table,
     loop_table,
     modality_table,
     pace_table,
@@ -53,6 +55,7 @@ from lockprobe.report.tables import (
     speed_table,
     table1,
     table1_corrected,
+    table_of_conditions,
 )
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
@@ -84,33 +87,22 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    planned = read_study(directory)
     with uncollected(), shared(directory, processes) as each:
-        if planned.of_flips:
-            study = read(directory, tell=tell, each=each)
-            draw = drawings(study.summary)
-            jobs: list[Callable[[], Any]] = [partial(flip_results, study), *draw.values()]
-        else:
-            played = read_conditions(directory, planned, tell=tell, each=each)
-            draw = condition_pictures(played.effects, [summary for _, summary in played.series])
-            jobs = [partial(condition_results, played), *draw.values()]
+        numbers, draw = _opened(directory, tell=tell, each=each)
         tell("drawing the figures")
-        content, *done = each(operator.call, jobs)
+        content, *done = each(operator.call, [numbers, *draw.values()])
     found = dict(zip(draw, done, strict=True))
-    drawn = {name: found[name] for name in (CAPTIONS if planned.of_flips else draw) if name in found}
+    drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
     _write(
         directory / "results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     )
     _write_pictures(directory / "figures", drawn)
-    for name, table in (_tables if planned.of_flips else _condition_tables)(content).items():
+    for name, table in _tables(content).items():
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
     photographs = embedded(directory, content.seen)
-    if planned.of_flips:
-        for name in ("claims", "audit", "report"):
-            _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
-    else:
-        _write(directory / "report.html", _condition_page(content, drawn, photographs))
+    for name in ("claims", "audit", "report") if content.of_flips else ("report",):
+        _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
     return directory / "report.html"
 
 
@@ -123,10 +115,21 @@ def results(directory: Path | str) -> Results:
     Raises:
         BadFile: If it is none.
     """
+    numbers, _ = _opened(Path(directory))
+    return numbers()
+
+
+def _opened(
+    directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
+) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
+    """A study that is read and summarised: what gives its results, and what draws each figure."""
     planned = read_study(directory)
     if planned.of_flips:
-        return flip_results(read(directory))
-    return condition_results(read_conditions(Path(directory), planned))
+        study = read(directory, tell=tell, each=each)
+        return partial(flip_results, study), drawings(study.summary)
+    played = read_conditions(directory, planned, tell=tell, each=each)
+    pictures = condition_pictures(played.effects, [summary for _, summary in played.series])
+    return partial(condition_results, played), pictures
 
 
 def _write_pictures(directory: Path, drawn: Pictures) -> None:
@@ -143,8 +146,10 @@ def _write(path: Path, content: str | bytes) -> None:
     write_file(path, content)
 
 
-def _tables(content: Results) -> dict[str, Table]:
+def _tables(content: Results) -> dict[str, TextTable]:
     """The tables by name."""
+    if not content.of_flips:
+        return _condition_tables(content)
     subjects = [row for row in content.conditions if row.agent in content.subjects]
     return {
         "table1": table1(subjects),
@@ -168,11 +173,11 @@ def _tables(content: Results) -> dict[str, Table]:
     }
 
 
-def _of_measures(content: Results) -> dict[str, Table]:
+def _of_measures(content: Results) -> dict[str, TextTable]:
     return {"measures": measure_table(content.measures)} if content.measures else {}
 
 
-def _of_people(content: Results) -> dict[str, Table]:
+def _of_people(content: Results) -> dict[str, TextTable]:
     people = content.people
     if people is None or people.found is None:
         return {}
@@ -216,7 +221,7 @@ def _condition_page(content: Results, drawn: Pictures, photographs: Mapping[str,
     )
 
 
-def _condition_tables(content: Results) -> dict[str, Table]:
+def _condition_tables(content: Results) -> dict[str, TextTable]:
     return {
         "effects": effect_table(content.effects),
         "crossings": crossing_table(content.crossings),
@@ -227,6 +232,8 @@ def _condition_tables(content: Results) -> dict[str, Table]:
 
 
 def _page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
+    if not content.of_flips:
+        return _condition_page(content, drawn, photographs or {})
     several_p = len({row.p for row in content.conditions}) > 1
     tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
     rendered = (

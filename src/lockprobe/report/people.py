@@ -13,7 +13,7 @@ from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.people.completion import Flow
-from lockprobe.report.format import NONE, Table, minus, share_cell
+from lockprobe.report.format import NONE, TextTable, minus, share_cell
 from lockprobe.spec import PEOPLE
 
 __all__ = [
@@ -172,7 +172,7 @@ _SEEN = {
 }
 
 
-def people_table(found: People, times: Sequence[ResponseTimes] = ()) -> Table:
+def people_table(found: People, times: Sequence[ResponseTimes] = ()) -> TextTable:
     """People by condition, and over all p last; with how long they took for a choice, where that is known."""
     several = len(found.over) > 1
     took = {(row.modality, row.p): row for row in times}
@@ -202,7 +202,7 @@ def _took(row: ResponseTimes | None) -> list[str]:
     return [f"{row.median:.0f} [{row.low:.0f}, {row.high:.0f}]", first]
 
 
-def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> Table:
+def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> TextTable:
     """Agents' steps beside those of people."""
     head = ["agent", "flip rate", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
     return [head] + [
@@ -219,7 +219,7 @@ def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> T
     ]
 
 
-def positions_table(found: People) -> Table:
+def positions_table(found: People) -> TextTable:
     """Success of first boxes, of second ones, and so on."""
     return [["their box", "trials", "solved", "success"]] + [
         [str(row.position), str(row.success.n), str(row.success.count), _share(row.success)] for row in found.positions

@@ -48,7 +48,7 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.sample_pictures import seen
-from lockprobe.report.schema import Progress, Results
+from lockprobe.report.schema import Results, StudyProgress
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
@@ -165,7 +165,7 @@ def flip_results(study: LoadedStudy) -> Results:
         lockprobe=version("lockprobe"),
         study=dict(study.settings),
         joints=len(study.settings.get("box", {}).get("joints", [])),
-        progress=Progress(planned=study.planned, finished=study.finished, partial=study.partial),
+        progress=StudyProgress(planned=study.planned, finished=study.finished, partial=study.partial),
         left_out=left_out_row(study.trials, study.journal, study.foreign),
         panel_said=study.panel,
         modality_findings=[modality_finding(effect, summary) for effect in summary.modalities],

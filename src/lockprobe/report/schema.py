@@ -62,9 +62,9 @@ __all__ = [
     "GridCellResult",
     "GridResult",
     "MeasureResult",
-    "Progress",
     "Results",
     "SeriesResult",
+    "StudyProgress",
     "plain_json",
 ]
 
@@ -74,10 +74,10 @@ def _finite(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-Number = Annotated[float | SkipJsonSchema[int] | None, BeforeValidator(_finite)]
+FiniteNumber = Annotated[float | SkipJsonSchema[int] | None, BeforeValidator(_finite)]
 Share = Annotated[float | None, Field(ge=0, le=1), BeforeValidator(_finite)]
-Count = Annotated[int, Field(ge=0)]
-Difference = Annotated[float, Field(ge=-2, le=2)]
+Counted = Annotated[int, Field(ge=0)]
+Change = Annotated[float, Field(ge=-2, le=2)]
 
 
 class DescribedResult(BaseModel):
@@ -101,11 +101,11 @@ class DescribedResult(BaseModel):
         return schema
 
 
-class Progress(DescribedResult):
+class StudyProgress(DescribedResult):
     """How far the study has come."""
 
-    planned: Count = Field(description="Trials that the settings ask for, but for those of people.")
-    finished: Count = Field(description="Of these, trials that are not owed (any more).")
+    planned: Counted = Field(description="Trials that the settings ask for, but for those of people.")
+    finished: Counted = Field(description="Of these, trials that are not owed (any more).")
     partial: bool = Field(description="Whether trials are still owed.")
 
 
@@ -118,8 +118,8 @@ class ConditionResult(DescribedResult):
     modality: str = Field(description="How the box was shown.")
     p: Share = Field(description="Flip rate, [0, 1]; null where other things than flips acted.")
     same_at_every_p: bool
-    trials: Count = Field(description="Trials that ended as solved or out of budget.")
-    solved: Count = Field(description="Of these, solved.")
+    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
+    solved: Counted = Field(description="Of these, solved.")
     success: Share = Field(description="Share solved, [0, 1].")
     success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     success_high: Share = Field(description="Upper end.")
@@ -139,11 +139,11 @@ class ConditionResult(DescribedResult):
     )
     loops_left: AgainstChance
     repeated_after_blocked: RepeatedAfterBlocked
-    policy_entropy: Number
+    policy_entropy: FiniteNumber
     policy_entropy_steps: int
     misinterpretations: int | None = Field(description="Claims that contradict what was told; null if none was asked.")
     misinterpretation_rate: Share = Field(description="Their share, mean over trials (paper, Table 1).")
-    misinterpretation_rate_sd: Number
+    misinterpretation_rate_sd: FiniteNumber
     misinterpretation_rate_pooled: Share
     misinterpretation_trials: int
     misinterpretation_trials_affected: int
@@ -160,16 +160,16 @@ class ConditionResult(DescribedResult):
     false_reports_believed: CountOf
     false_reports_undone: int
     claim_kinds: Sequence[ClaimCount]
-    median_steps: Number = Field(description="Median steps of solved trials.")
-    median_steps_all: Number
-    mean_steps: Number
-    mean_steps_all: Number
+    median_steps: FiniteNumber = Field(description="Median steps of solved trials.")
+    median_steps_all: FiniteNumber
+    mean_steps: FiniteNumber
+    mean_steps_all: FiniteNumber
     steps_to_80: int | None
     steps_to_80_interval: tuple[int | None, int | None]
     area: Area | None
     relative: Relative | None
     errors: Mapping[str, int]
-    broken: Count = Field(description="Trials that ended as error; they are in no other number.")
+    broken: Counted = Field(description="Trials that ended as error; they are in no other number.")
     curve: CurveResult
     repetitions: Sequence[RepetitionResult]
     label: str
@@ -183,14 +183,14 @@ class EffectResult(DescribedResult):
     modality: str
     control: str = Field(description="Name of the control.")
     condition: str = Field(description="Name of the condition.")
-    trials: Count = Field(description="Pairs of trials that share their luck.")
+    trials: Counted = Field(description="Pairs of trials that share their luck.")
     control_solved: int
     solved: int
-    difference: Difference = Field(description="Success less that under the control, [-1, 1].")
-    difference_low: Difference = Field(description="Lower end of its interval, corrected for the conditions compared.")
-    difference_high: Difference = Field(description="Upper end.")
+    difference: Change = Field(description="Success less that under the control, [-1, 1].")
+    difference_low: Change = Field(description="Lower end of its interval, corrected for the conditions compared.")
+    difference_high: Change = Field(description="Upper end.")
     p_value: Share = Field(description="Permutation and interval, the larger, corrected alike.")
-    corrected_for: Count = Field(description="Conditions that are compared with the control.")
+    corrected_for: Counted = Field(description="Conditions that are compared with the control.")
     detectable: bool = Field(description="Whether the P value is below 0.05.")
 
 
@@ -204,9 +204,9 @@ class CrossingResult(DescribedResult):
     second: str = Field(description="That with the second.")
     both: str = Field(description="That with both.")
     trials: int
-    difference: Difference | None = Field(description="What the second does beside the first, less alone, [-2, 2].")
-    difference_low: Difference | None = Field(description="Lower end of its 95 % interval, not corrected.")
-    difference_high: Difference | None = Field(description="Upper end.")
+    difference: Change | None = Field(description="What the second does beside the first, less alone, [-2, 2].")
+    difference_low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
+    difference_high: Change | None = Field(description="Upper end.")
     p_value: Share = Field(description="Exchange of signs of whole blocks of luck, not corrected.")
     detectable: bool = Field(description="Whether test and interval show it.")
 
@@ -225,8 +225,8 @@ class GridCellResult(DescribedResult):
     row: float = Field(description="Dose of the first intervention.")
     column: float = Field(description="Dose of the second.")
     condition: str = Field(description="Name of the condition.")
-    trials: Count = Field(description="Trials that ended as solved or out of budget.")
-    solved: Count = Field(description="Of these, solved.")
+    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
+    solved: Counted = Field(description="Of these, solved.")
     success: Share = Field(description="Share solved, [0, 1].")
     success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     success_high: Share = Field(description="Upper end.")
@@ -242,7 +242,7 @@ class GridResult(DescribedResult):
     columns: GridAxis = Field(description="The dose of the second.")
     rest: str = Field(description="What else acts in all of them.")
     cells: list[GridCellResult] = Field(description="Every combination that was played.")
-    trials: Count = Field(description="Blocks of equal luck that have a trial in every cell.")
+    trials: Counted = Field(description="Blocks of equal luck that have a trial in every cell.")
     difference: float | None = Field(
         description="Interaction: what the range of the second dose does at the highest of the first less at the "
         "lowest, on straight lines through all cells; null where a combination was not played."
@@ -250,7 +250,7 @@ class GridResult(DescribedResult):
     difference_low: float | None = Field(description="Lower end of its interval, corrected for the agent's grids.")
     difference_high: float | None = Field(description="Upper end.")
     p_value: Share = Field(description="Exchange of signs of whole blocks of luck, corrected alike.")
-    corrected_for: Count = Field(description="Grids of this agent.")
+    corrected_for: Counted = Field(description="Grids of this agent.")
     detectable: bool = Field(description="Whether test and interval show it.")
 
 
@@ -281,8 +281,8 @@ class MeasureResult(DescribedResult):
     measure: str = Field(description="Its name.")
     what: str
     kind: str = Field(description="share of a yes or no, mean of a number, or broken.")
-    trials: Count = Field(description="Trials to which it applies.")
-    value: Number = Field(description="The mean.")
+    trials: Counted = Field(description="Trials to which it applies.")
+    value: FiniteNumber = Field(description="The mean.")
     low: float | None = Field(description="Lower end of its 95 % interval; null where there is none.")
     high: float | None = Field(description="Upper end.")
 
@@ -294,7 +294,7 @@ class Results(DescribedResult):
     lockprobe: str = Field(description="Release that made it.")
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
     joints: int
-    progress: Progress
+    progress: StudyProgress
     left_out: LeftOutResult
     panel_said: str = ""
     modality_findings: list[str] = []
@@ -361,10 +361,15 @@ class Results(DescribedResult):
         """Equal results have the same records."""
         return hash((self.lockprobe, self.progress, *self.findings))
 
+    @property
+    def of_flips(self) -> bool:
+        """Whether the study varies the flip rate and nothing else."""
+        return "effects" not in self.model_fields_set
+
     def plain(self) -> dict[str, Any]:
         """The content of ``results.json``: all that was set, in the order of the kind of study."""
         content: dict[str, Any] = plain_json(self)
-        return {name: content[name] for name in _CONDITION_KEYS} if "effects" in content else content
+        return content if self.of_flips else {name: content[name] for name in _CONDITION_KEYS}
 
 
 _CONDITION_KEYS = (

@@ -1,4 +1,4 @@
-"""The tables of a report, from the rows of ``results.json``, as rows of text."""
+"""The tables of a report, as rows of text."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from lockprobe.report.details import (
     PaceResult,
     RationalityResult,
 )
-from lockprobe.report.format import EVERY, NONE, Table, minus, p_cell, percent, share_cell
-from lockprobe.report.schema import ConditionResult
+from lockprobe.report.format import EVERY, NONE, TextTable, minus, p_cell, percent, points_cell, share_cell
+from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult
 
 __all__ = [
     "claim_table",
     "condition_table",
     "course_table",
+    "crossing_table",
     "detector_table",
+    "effect_table",
     "loop_table",
     "modality_table",
     "pace_table",
@@ -30,10 +32,11 @@ __all__ = [
     "speed_table",
     "table1",
     "table1_corrected",
+    "table_of_conditions",
 ]
 
 
-def table1(conditions: Sequence[ConditionResult]) -> Table:
+def table1(conditions: Sequence[ConditionResult]) -> TextTable:
     """The paper's Table 1, one row per condition.
 
     The paper's rows are modalities, and so are these where a study compares them; else a row names its flip rate too.
@@ -54,7 +57,7 @@ def table1(conditions: Sequence[ConditionResult]) -> Table:
     ]
 
 
-def table1_corrected(conditions: Sequence[ConditionResult]) -> Table:
+def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
     """The three errors of what agents say, pooled over claims, with intervals that know the trials."""
     head = ["agent and condition", "claims", "misread", "said moved, told blocked", "said blocked, told moved"]
     table = [[*head, "false report", "false belief", "believed"]]
@@ -74,7 +77,7 @@ def table1_corrected(conditions: Sequence[ConditionResult]) -> Table:
     ]
 
 
-def speed_table(conditions: Sequence[ConditionResult]) -> Table:
+def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """How fast the box is solved, between chance and the optimum."""
     head = ["agent", "flip rate", "mean steps", "median step", "80 % by", "relative to random and optimum"]
     table = [head]
@@ -95,7 +98,7 @@ def speed_table(conditions: Sequence[ConditionResult]) -> Table:
     return table
 
 
-def pace_table(paces: Sequence[PaceResult]) -> Table:
+def pace_table(paces: Sequence[PaceResult]) -> TextTable:
     """Every two agents at the same p: who is faster."""
     return [["agent", "against", "flip rate", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
         [
@@ -109,7 +112,7 @@ def pace_table(paces: Sequence[PaceResult]) -> Table:
     ]
 
 
-def modality_table(effects: Sequence[ModalityResult]) -> Table:
+def modality_table(effects: Sequence[ModalityResult]) -> TextTable:
     """Every two modalities of each agent, and the trend over fidelity."""
     head = ["agent", "against", "hazard of solving, ratio", "log-rank", "corrected (Holm)"]
     table = [[*head, "solved only with the first", "only with the second", "McNemar"]]
@@ -131,7 +134,7 @@ def modality_table(effects: Sequence[ModalityResult]) -> Table:
     return table
 
 
-def loop_table(conditions: Sequence[ConditionResult]) -> Table:
+def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """Loop rates beside their chance levels under four nulls."""
     table = [
         ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]
@@ -152,7 +155,7 @@ def loop_table(conditions: Sequence[ConditionResult]) -> Table:
     ]
 
 
-def detector_table(rows: Sequence[DetectorResult]) -> Table:
+def detector_table(rows: Sequence[DetectorResult]) -> TextTable:
     """The share of trials that each detector flags."""
     names = list(dict.fromkeys(name for row in rows for name in row.flagged))
     return [["agent", "flip rate", *names]] + [
@@ -160,7 +163,7 @@ def detector_table(rows: Sequence[DetectorResult]) -> Table:
     ]
 
 
-def condition_table(conditions: Sequence[ConditionResult]) -> Table:
+def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
     head = [
         "agent",
@@ -194,7 +197,7 @@ def condition_table(conditions: Sequence[ConditionResult]) -> Table:
     return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
 
 
-def course_table(courses: Sequence[CourseResult]) -> Table:
+def course_table(courses: Sequence[CourseResult]) -> TextTable:
     """Which agents' success rises with the flip rate, which falls, which both; and what loops do."""
     head = ["agent", "solved at the lowest flip rate", "most", "fewest", "solved at the highest flip rate"]
     head += [
@@ -219,7 +222,7 @@ def course_table(courses: Sequence[CourseResult]) -> Table:
     ]
 
 
-def rationality_table(rows: Sequence[RationalityResult]) -> Table:
+def rationality_table(rows: Sequence[RationalityResult]) -> TextTable:
     """How rational each action was to one who believes reports, and to one who doubts them; in brackets by chance."""
     head = ["agent", "flip rate"]
     head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
@@ -248,7 +251,7 @@ def _steps_lost(row: RationalityResult) -> str:
     return f"{row.regret.value:.2f} ({row.by_chance['regret']:.2f})"
 
 
-def claim_table(claims: Sequence[ClaimResult]) -> Table:
+def claim_table(claims: Sequence[ClaimResult]) -> TextTable:
     """The paper's claims beside what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
     return [[*names, "P"]] + [[*(getattr(row, name) for name in names), p_cell(row.p_value)] for row in claims]
@@ -288,3 +291,74 @@ def _interval(share: Proportion | ClusteredProportion) -> str:
 
 def _of(count: CountOf | Proportion | ClusteredProportion) -> str:
     return f"{count.count} of {count.n}"
+
+
+def effect_table(effects: Sequence[EffectResult]) -> TextTable:
+    """Every condition against the control, in the trials that both have."""
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "says"]
+    return [head] + [
+        [
+            row.agent,
+            row.condition,
+            row.control,
+            f"{row.control_solved} of {row.trials}",
+            f"{row.solved} of {row.trials}",
+            points_cell(row.difference, row.difference_low, row.difference_high),
+            p_cell(row.p_value),
+            "shown" if row.detectable else "not shown",
+        ]
+        for row in effects
+    ]
+
+
+def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
+    """Two interventions alone and together."""
+    head = ["agent", "first", "second", "both", "second beside the first less alone, points", "P", "says"]
+    return [head] + [
+        [
+            row.agent,
+            row.first,
+            row.second,
+            row.both,
+            points_cell(row.difference, row.difference_low, row.difference_high),
+            p_cell(row.p_value),
+            "shown" if row.detectable else "not shown",
+        ]
+        for row in crossings
+    ]
+
+
+def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
+    """Every agent under every condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
+    head = ["agent", "condition", "what acts", "modality", "trials", "success", "mean steps", "loop rate", "by chance"]
+    table = [[*head, "misread", "false reports", "errors"]]
+    table += [
+        [
+            row.agent,
+            row.condition,
+            row.acts or NONE,
+            row.modality,
+            str(row.trials),
+            _share_with_signs(row.success, row.success_low, row.success_high),
+            NONE if row.mean_steps_all is None else f"{row.mean_steps_all:.1f}",
+            _share_with_signs(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
+            f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
+            percent(row.misread.value) if row.claims else NONE,
+            percent(row.false_report_of_all_steps.value),
+            str(row.broken),
+        ]
+        for row in conditions
+    ]
+    said = {row[2] for row in table[1:]} - {NONE}
+    kept = [i for i in range(len(table[0])) if _says_something(table, i) or i not in (2, 3)]
+    if said <= {row[1] for row in table[1:]}:
+        kept = [i for i in kept if i != 2]  # conditions without names of their own are called by what acts
+    return [[row[i] for i in kept] for row in table]
+
+
+def _says_something(table: TextTable, column: int) -> bool:
+    return len({row[column] for row in table[1:]}) > 1
+
+
+def _share_with_signs(value: float | None, low: float | None, high: float | None) -> str:
+    return NONE if value is None else f"{percent(value, 0)} [{percent(low, 0)}, {percent(high, 0)}]"
