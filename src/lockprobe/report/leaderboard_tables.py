@@ -17,7 +17,7 @@ from lockprobe.report.leaderboard import (
     LeaderboardResult,
     MoneyResult,
 )
-from lockprobe.studies.dollars import dollars
+from lockprobe.studies.spending import dollars
 
 __all__ = [
     "comparison_by_p_table",

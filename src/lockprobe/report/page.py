@@ -21,7 +21,6 @@ from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
 from lockprobe.analysis.summary import Each
-from lockprobe.errors import printable
 from lockprobe.record import UNNAMED
 from lockprobe.report.conditions import condition_results, read_conditions
 from lockprobe.report.details import AuditedRate
@@ -59,6 +58,7 @@ from lockprobe.report.tables import (
 )
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
+from lockprobe.terminal_text import printable
 
 __all__ = ["results", "write_report"]
 
