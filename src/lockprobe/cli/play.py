@@ -14,7 +14,7 @@ from lockprobe.agents.participant import participant_spec
 from lockprobe.cli.keys import Keys
 from lockprobe.cli.person import Ended, Left, Person, ViewKind
 from lockprobe.cli.play_summary import tell
-from lockprobe.cli.screen import Screen
+from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.condition import flips

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from lockprobe.cli.screen import Screen
+from lockprobe.cli.printing import Screen
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.sketch import interlock_lines
 from lockprobe.lockbox.solve import optimum, random_curve
