@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from lockprobe.errors import printable
 from lockprobe.lockbox.sketch import ascii_only
+from lockprobe.terminal_text import printable
 
 __all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table"]
 

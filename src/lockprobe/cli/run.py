@@ -1,4 +1,4 @@
-"""``lockprobe run``: play what is owed of a study, then write its report."""
+"""``lockprobe run``: play the trials that a study still owes, then write its report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money, print_estimates
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
-from lockprobe.errors import BadValue, BudgetReached, printable
+from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.interventions.condition import flips
 from lockprobe.record import STATES
 from lockprobe.spec import PEOPLE
@@ -31,6 +31,7 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import STUDIES, study
 from lockprobe.studies.valid import invalid_conditions
+from lockprobe.terminal_text import printable
 
 __all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "run"]
 

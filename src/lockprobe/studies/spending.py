@@ -11,14 +11,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import floor, log10
 from typing import Any
-from urllib.parse import parse_qsl
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, facts_of
 from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.interventions.condition import MODALITIES
-from lockprobe.spec import spec_name
+from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
 
 __all__ = ["Budget", "Ledger", "Owners", "Spending", "dollars", "hosted", "most_dollars", "price_of"]
@@ -69,8 +68,8 @@ def hosted(study: Study) -> tuple[str, ...]:
 
 def price_of(agent: str) -> Price | None:
     """What an agent's provider asks; None where that is not known, or there is no provider."""
-    kind, _, name = agent.partition("?")[0].partition(":")
-    return facts_of(name).price if kind == "llm" else None
+    spec = Spec.parse(agent)
+    return facts_of(spec.name).price if spec.kind == "llm" else None
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
@@ -192,7 +191,7 @@ class _AgentSpending:
 
 def _drops_pictures(agent: str) -> bool:
     """Whether pictures leave an agent's conversations from their middle, so that requests do not grow at their ends."""
-    return dict(parse_qsl(agent.partition("?")[2])).get("images", "0") != "0"
+    return Spec.parse(agent).options.get("images", "0") != "0"
 
 
 class Budget:

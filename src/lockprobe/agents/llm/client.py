@@ -22,8 +22,10 @@ from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
 from lockprobe.call import Usage
-from lockprobe.errors import Missing, ModelFault, printable, without_keys
+from lockprobe.errors import Missing, ModelFault
 from lockprobe.record import Fact
+from lockprobe.redaction import without_keys
+from lockprobe.terminal_text import printable
 
 try:
     import inspect_ai
