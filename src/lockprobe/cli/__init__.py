@@ -1,4 +1,4 @@
-"""Nouns and verbs: parse, call one library function, print."""
+"""The command ``lockprobe``: each subcommand parses, calls one library function and prints."""
 
 from __future__ import annotations
 

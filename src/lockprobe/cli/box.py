@@ -1,4 +1,4 @@
-"""``lockprobe box``."""
+"""``lockprobe box``: lists, shows, solves and generates boxes."""
 
 from __future__ import annotations
 

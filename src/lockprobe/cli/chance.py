@@ -1,4 +1,4 @@
-"""``lockprobe chance``."""
+"""``lockprobe chance``: chance levels of the loop measures."""
 
 from __future__ import annotations
 

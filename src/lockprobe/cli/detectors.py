@@ -1,4 +1,4 @@
-"""``lockprobe detectors``."""
+"""``lockprobe detectors``: compares loop detectors on action sequences."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from lockprobe.analysis.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
+from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
-from lockprobe.cli.table import new_table, print_table
 
 __all__ = ["detectors"]
 

@@ -1,4 +1,4 @@
-"""``lockprobe fit``."""
+"""``lockprobe fit``: fits cognitive models to trials."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from lockprobe.cli.export import refuse_study_file
-from lockprobe.cli.table import new_table, print_table
+from lockprobe.cli.printing import new_table, print_table
 from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.model_comparison import Tell

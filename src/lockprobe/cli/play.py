@@ -14,7 +14,7 @@ import typer
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.cli.person import Ended, Keys, Left, Person, ViewKind
-from lockprobe.cli.screen import Screen
+from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.flip import FlipKind

@@ -1,4 +1,4 @@
-"""Sets one trial up, plays it and reads the clock. The same for every runner, process and agent."""
+"""Sets up one trial, plays it and measures its duration; all runners, processes and agents use it."""
 
 from __future__ import annotations
 
