@@ -222,8 +222,9 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
     assert any(KEY in line for line in server.headers)
     assert any(ORGANISATION in line for line in server.headers)
     printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]
-    for kind in typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0]):
-        printed.append(command(capfd, "export", study, "--format", kind, "--out", tmp_path / f"export.{kind}"))
+    kinds = typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0])
+    out = [("--format", kind, "--out", tmp_path / f"export.{kind}") for kind in kinds]
+    printed += [command(capfd, "export", study, *more) for more in out]
     printed.append(
         command(capfd, "replay", study, json.loads((study / "trials.jsonl").read_text().splitlines()[-1])["key"])
     )
