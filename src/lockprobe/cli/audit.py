@@ -27,7 +27,7 @@ __all__ = ["audit", "power"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one a core).")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core).")]
 
 
 def audit(

@@ -10,7 +10,7 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.call import Call
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.run_state import Tally, count, invalid_in_words
-from lockprobe.errors import BudgetReached, printable
+from lockprobe.errors import BudgetReached
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.spec import PEOPLE
@@ -21,6 +21,7 @@ from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.spending import Budget, Ledger, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid import Invalid
+from lockprobe.terminal_text import printable
 
 __all__ = ["Plain", "minutes", "told"]
 

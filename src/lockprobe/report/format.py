@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from lockprobe.errors import printable
+from lockprobe.terminal_text import printable
 
 __all__ = ["EVERY", "NONE", "Table", "as_csv", "as_tex", "minus", "percent"]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lockprobe.report.format import EVERY, NONE, Table, minus, percent
-from lockprobe.studies.dollars import dollars
+from lockprobe.studies.spending import dollars
 
 __all__ = [
     "comparison_by_p_table",

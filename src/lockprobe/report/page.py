@@ -20,7 +20,6 @@ from typing import Any
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.speaking import test_said
-from lockprobe.errors import printable
 from lockprobe.record import UNNAMED
 from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
 from lockprobe.report.conditions import condition_numbers, read_conditions
@@ -54,6 +53,7 @@ from lockprobe.report.tables import (
 )
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
+from lockprobe.terminal_text import printable
 
 __all__ = ["content_of", "write_report"]
 

@@ -11,7 +11,7 @@ from lockprobe.analysis.people import People
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.people.completion import Flow
+from lockprobe.people.progress import Flow
 from lockprobe.report.format import NONE, Table, minus, percent
 from lockprobe.spec import PEOPLE
 

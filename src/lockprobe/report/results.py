@@ -26,7 +26,7 @@ from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.shipped_rates import shipped
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.people.completion import Flow, flow_of
+from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows

@@ -2,8 +2,7 @@
 
 import pytest
 
-from lockprobe.people.answers import fits
-from lockprobe.people.responses import Answer
+from lockprobe.people.responses import Answer, fits
 from lockprobe.people.scenes import Ask
 
 
