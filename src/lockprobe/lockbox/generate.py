@@ -1,4 +1,4 @@
-"""Boxes from recipes: one seeded generator over interlock, layout, names and start. Same recipe, same box."""
+"""Random boxes from recipes: a seeded generator of interlock, layout, names and start."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RANDOM = re.compile(r"random-([2-8])")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """What a box is made from.
+    """The parameters of a generated box. Equal recipes give equal boxes.
 
     Attributes:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
@@ -76,14 +76,14 @@ class Recipe:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RefusedRecipe:
-    """A recipe that gives no box that can be played, and why."""
+    """A recipe whose box cannot be played, and why."""
 
     recipe: Recipe
     fault: Fault
 
 
 def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
-    """The box of a recipe, or why there is none: nothing is drawn again until it fits."""
+    """The box of a recipe, or why there is none. It never redraws."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
         box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))

@@ -1,4 +1,4 @@
-"""Where joints sit on the panel: six layouts, and the same box with its joints dealt anew.
+"""Positions of joints on the panel: six layouts, and random reassignment of joints to positions.
 
 Three layouts are those of Baum et al. (IROS 2017): ``serial``, a row along the interlock; ``zigzag``, the same on two
 rows; ``ngram``, the corners of a polygon in the order of its star, so that joints that lock each other lie across.
@@ -62,7 +62,7 @@ def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Pl
 
 
 def _shuffled(count: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """An order of so many, made of uniform numbers alone: their stream is the same in every release of numpy."""
+    """A random order made from uniform numbers, whose stream is the same in every release of numpy."""
     return np.argsort(rng.random(count), kind="stable")
 
 

@@ -18,10 +18,15 @@ from lockprobe.record import Trial
 from lockprobe.report.costs import Money, money
 
 __all__ = [
+    "Adjusted",
+    "AdjustedPairs",
+    "ComparisonByDose",
     "ComparisonResult",
     "InteractionResult",
+    "LeaderboardByDose",
     "LeaderboardResult",
     "MoneyResult",
+    "PairResult",
     "comparison_rows",
     "interaction_rows",
     "leaderboard_rows",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
+from typing import Any
 
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.detectors import share_flagged
 from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
@@ -88,25 +90,7 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         ),
         policy_entropy=condition.behaviour.entropy,
         policy_entropy_steps=condition.behaviour.entropy_steps,
-        misinterpretations=said.total if said.trials or not said.not_asked else None,
-        misinterpretation_rate=said.mean_rate,
-        misinterpretation_rate_sd=said.sd_rate,
-        misinterpretation_rate_pooled=said.pooled.value,
-        misinterpretation_trials=said.trials,
-        misinterpretation_trials_affected=said.affected,
-        misinterpretation_trials_not_asked=said.not_asked,
-        claims=said.pooled.n,
-        claims_against_truth=said.against_truth.count,
-        misread=said.misinterpreted,
-        said_moved_told_blocked=said.moved_for_blocked,
-        said_blocked_told_moved=said.blocked_for_moved,
-        said_moved_of_misread=said.hallucinated,
-        false_report=said.falsely_told,
-        false_report_of_all_steps=said.false_reports,
-        false_belief=said.false_belief,
-        false_reports_believed=CountOf(count=said.believed, n=said.falsely_told.count),
-        false_reports_undone=said.undone,
-        claim_kinds=said.counts,
+        **_claims(said),
         median_steps=curve.median_steps,
         median_steps_all=curve.km_median,
         mean_steps=curve.mean_steps,
@@ -121,6 +105,31 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         repetitions=[RepetitionResult(**asdict(point)) for point in condition.points],
         label=label,
     )
+
+
+def _claims(said: Misinterpretations) -> dict[str, Any]:
+    """The fields on what an agent said of its actions."""
+    return {
+        "misinterpretations": said.total if said.trials or not said.not_asked else None,
+        "misinterpretation_rate": said.mean_rate,
+        "misinterpretation_rate_sd": said.sd_rate,
+        "misinterpretation_rate_pooled": said.pooled.value,
+        "misinterpretation_trials": said.trials,
+        "misinterpretation_trials_affected": said.affected,
+        "misinterpretation_trials_not_asked": said.not_asked,
+        "claims": said.pooled.n,
+        "claims_against_truth": said.against_truth.count,
+        "misread": said.misinterpreted,
+        "said_moved_told_blocked": said.moved_for_blocked,
+        "said_blocked_told_moved": said.blocked_for_moved,
+        "said_moved_of_misread": said.hallucinated,
+        "false_report": said.falsely_told,
+        "false_report_of_all_steps": said.false_reports,
+        "false_belief": said.false_belief,
+        "false_reports_believed": CountOf(count=said.believed, n=said.falsely_told.count),
+        "false_reports_undone": said.undone,
+        "claim_kinds": said.counts,
+    }
 
 
 def fit_row(agent: AgentSummary) -> FitResult:

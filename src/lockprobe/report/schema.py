@@ -57,6 +57,7 @@ from lockprobe.report.sample_pictures import SeenModality
 __all__ = [
     "ConditionResult",
     "CrossingResult",
+    "DescribedResult",
     "EffectResult",
     "GridAxis",
     "GridCellResult",
