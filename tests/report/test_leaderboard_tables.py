@@ -2,7 +2,7 @@
 
 import math
 
-from lockprobe.report.format import NONE
+from lockprobe.formatting import NONE
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
     comparison_table,

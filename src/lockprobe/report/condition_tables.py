@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.format import NONE, Table, minus, percent
+from lockprobe.formatting import NONE, bracketed, percent
+from lockprobe.report.format import Table
 
 __all__ = ["crossing_table", "effect_table", "table_of_conditions"]
 
@@ -23,7 +24,7 @@ def effect_table(effects: Rows) -> Table:
             row["control"],
             f"{row['control_solved']} of {row['trials']}",
             f"{row['solved']} of {row['trials']}",
-            _points(row),
+            bracketed(row["difference"], row["difference_low"], row["difference_high"]),
             f"{row['p_value']:.2g}",
             "shown" if row["detectable"] else "not shown",
         ]
@@ -40,7 +41,7 @@ def crossing_table(crossings: Rows) -> Table:
             row["first"],
             row["second"],
             row["both"],
-            _points(row),
+            bracketed(row["difference"], row["difference_low"], row["difference_high"]),
             NONE if row["p_value"] is None else f"{row['p_value']:.2g}",
             "shown" if row["detectable"] else "not shown",
         ]
@@ -62,9 +63,9 @@ def table_of_conditions(conditions: Rows) -> Table:
             _share(row, "success"),
             NONE if row["mean_steps_all"] is None else f"{row['mean_steps_all']:.1f}",
             _share(row, "loop_rate"),
-            f"{percent(row['loop_rate_chance'], 0)} to {percent(row['loop_rate_chance_no_repeat'], 0)}",
-            percent(row["misread"]["value"]) if row["claims"] else NONE,
-            percent(row["false_report_of_all_steps"]["value"]),
+            f"{percent(row['loop_rate_chance'])} to {percent(row['loop_rate_chance_no_repeat'])}",
+            percent(row["misread"]["value"], 1) if row["claims"] else NONE,
+            percent(row["false_report_of_all_steps"]["value"], 1),
             str(row["broken"]),
         ]
         for row in conditions
@@ -80,14 +81,7 @@ def _says_something(table: Table, column: int) -> bool:
     return len({row[column] for row in table[1:]}) > 1
 
 
-def _points(row: Mapping[str, Any]) -> str:
-    value = f"{100 * row['difference']:+.0f}"
-    if row["difference_low"] is None or row["difference_high"] is None:
-        return minus(value)
-    return minus(f"{value} [{100 * row['difference_low']:+.0f}, {100 * row['difference_high']:+.0f}]")
-
-
 def _share(row: Mapping[str, Any], name: str) -> str:
     if row[name] is None:
         return NONE
-    return f"{percent(row[name], 0)} [{percent(row[f'{name}_low'], 0)}, {percent(row[f'{name}_high'], 0)}]"
+    return f"{percent(row[name])} [{percent(row[f'{name}_low'])}, {percent(row[f'{name}_high'])}]"

@@ -10,18 +10,19 @@ from operator import call
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.conclusions import conclusions, courses_said, loop_finding
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.effects import Effects, effects
-from lockprobe.analysis.finding import finding
 from lockprobe.analysis.grid import grids
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
 from lockprobe.audit.shipped_rates import shipped
 from lockprobe.interventions.condition import Condition, modality_doses
+from lockprobe.prose.effects import effects_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
-from lockprobe.report.effects_said import effects_said
 from lockprobe.report.examples import example
 from lockprobe.report.grids import grid_rows
 from lockprobe.report.installed_measures import measure_rows
@@ -279,7 +280,7 @@ def _interplay_rows(found: Effects) -> list[Row]:
 
 def _series_row(series: Series, summary: StudySummary) -> Row:
     """The numbers over one dose; sentences name it."""
-    agents, say = summary.agents, series.axis.said
+    agents = summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
     return {
         "intervention": series.axis.kind,
@@ -288,20 +289,12 @@ def _series_row(series: Series, summary: StudySummary) -> Row:
         "modality": series.modality,
         "name": series.axis.name,
         "conditions": dict(series.doses),
-        "findings": [say(finding(agent)) for agent in summary.subjects],
-        "loop_findings": [say(loop_finding(agent)) for agent in summary.subjects],
-        "conclusions": [[say(one) for one in conclusions(agent)] for agent in summary.subjects],
-        "courses_said": say(courses_said(summary)),
+        "findings": [finding(agent) for agent in summary.subjects],
+        "loop_findings": [loop_finding(agent) for agent in summary.subjects],
+        "conclusions": [conclusions(agent) for agent in summary.subjects],
+        "courses_said": courses_said(summary),
         "fits": labelled(map(fit_row, agents), names),
-        "tests": labelled(
-            (
-                row | {"asks": say(row["asks"]), "unit": say(row["unit"]), "note": say(row["note"])}
-                for agent in agents
-                if not agent.blind
-                for row in test_rows(agent)
-            ),
-            names,
-        ),
+        "tests": labelled((row for agent in agents if not agent.blind for row in test_rows(agent)), names),
         "contrasts": labelled((contrast_row(agent, agent.contrast) for agent in agents if agent.contrast), names),
         "courses": labelled((row for agent in agents if (row := course_row(agent))), names),
     }

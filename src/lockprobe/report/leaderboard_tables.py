@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.format import EVERY, NONE, Table, minus, percent
+from lockprobe.formatting import NONE, bracketed, minus, percent, share
+from lockprobe.report.format import EVERY, Table
 from lockprobe.studies.dollars import dollars
 
 __all__ = [
@@ -53,8 +54,8 @@ def comparison_table(rows: Rows) -> Table:
             row["second_label"],
             row["first_label"],
             str(row["success"]["pairs"]),
-            percent(row["second_success"], 0),
-            percent(row["first_success"], 0),
+            percent(row["second_success"]),
+            percent(row["first_success"]),
             _points(row["success"]),
             _p(row["success"]["p_value"]),
             _p(row["success"]["p_adjusted"]),
@@ -131,7 +132,7 @@ def _money(spent: Row) -> list[str]:
     least = "at least " if spent["uncounted_calls"] else ""
     return [
         _count(spent["input_tokens"]),
-        percent(spent["cached_share"], 0),
+        percent(spent["cached_share"]),
         _count(spent["output_tokens"]),
         *(
             NONE if amount is None else least + dollars(amount)
@@ -148,31 +149,20 @@ def _count(tokens: int | None) -> str:
     return NONE if tokens is None else str(tokens)
 
 
-def _share(share: Row) -> str:
-    if share["value"] is None:
-        return NONE
-    return f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]"
+def _share(found: Row) -> str:
+    return share(found["value"], found["low"], found["high"])
 
 
 def _points(found: Row) -> str:
-    return _scaled(found, 100, "{:+.0f}")
+    return bracketed(found["value"], found["low"], found["high"])
 
 
 def _signed(found: Row) -> str:
-    return _scaled(found, 1, "{:+.1f}")
+    return _bare(found, "{:+.1f}")
 
 
 def _bare(found: Row, form: str) -> str:
-    return _scaled(found, 1, form)
-
-
-def _scaled(found: Row, scale: float, form: str) -> str:
-    if found["value"] is None:
-        return NONE
-    said = form.format(scale * found["value"])
-    if found["low"] is not None:
-        said += f" [{form.format(scale * found['low'])}, {form.format(scale * found['high'])}]"
-    return minus(said)
+    return bracketed(found["value"], found["low"], found["high"], form, 1)
 
 
 def _p(value: float | None) -> str:

@@ -11,8 +11,9 @@ from lockprobe.analysis.people import People
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
+from lockprobe.formatting import NONE, percent, share
 from lockprobe.people.completion import Flow
-from lockprobe.report.format import NONE, Table, minus, percent
+from lockprobe.report.format import Table
 from lockprobe.spec import PEOPLE
 
 __all__ = ["flow_said", "people_row", "people_said", "people_steps_table", "people_table", "positions_table"]
@@ -80,14 +81,14 @@ def people_said(summary: StudySummary) -> list[str]:
 def _solved(found: People) -> str:
     share, first = found.success, found.first
     each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
-    interval = f", 95 % interval {_percent(share.low)} to {_percent(share.high)}" if share.clusters > 1 else ""
-    opened = f"{share.count} of {share.n} boxes ({_percent(share.value)}{interval})"
+    interval = f", 95 % interval {percent(share.low)} to {percent(share.high)}" if share.clusters > 1 else ""
+    opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{interval})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
     if not first.n or found.most == 1:
         return said
     return (
-        f"{said} Of their first boxes they opened {first.count} of {first.n} ({_percent(first.value)}, 95 % interval "
-        f"{_percent(first.low)} to {_percent(first.high)}): people remember from box to box, models do not."
+        f"{said} Of their first boxes they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
+        f"{percent(first.low)} to {percent(first.high)}): people remember from box to box, models do not."
     )
 
 
@@ -166,7 +167,7 @@ def people_table(found: Mapping[str, Any], times: Sequence[Mapping[str, Any]] = 
             str(row["people"]),
             str(row["success"]["n"]),
             str(row["success"]["count"]),
-            _share(row["success"]),
+            share(row["success"]["value"], row["success"]["low"], row["success"]["high"]),
             _steps_cell(row["steps"]),
             f"{row['steps']['mean']:.1f}",
         ]
@@ -202,7 +203,12 @@ def people_steps_table(found: Mapping[str, Any], names: Mapping[tuple[str, str],
 def positions_table(found: Mapping[str, Any]) -> Table:
     """Success of first boxes, of second ones, and so on."""
     return [["their box", "trials", "solved", "success"]] + [
-        [str(row["position"]), str(row["success"]["n"]), str(row["success"]["count"]), _share(row["success"])]
+        [
+            str(row["position"]),
+            str(row["success"]["n"]),
+            str(row["success"]["count"]),
+            share(row["success"]["value"], row["success"]["low"], row["success"]["high"]),
+        ]
         for row in found["positions"]
     ]
 
@@ -237,15 +243,5 @@ def _beyond(steps: int | None) -> str:
     return "beyond the budget" if steps is None else f"{steps}"
 
 
-def _share(share: Mapping[str, Any]) -> str:
-    if share["value"] is None:
-        return NONE
-    return minus(f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]")
-
-
 def _people(number: int) -> str:
     return "One person" if number == 1 else f"{number} people"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"

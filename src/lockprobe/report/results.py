@@ -11,23 +11,19 @@ from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
-from lockprobe.analysis.conclusions import (
-    beside,
-    conclusions,
-    courses_said,
-    loop_finding,
-    modality_finding,
-    verdicts_said,
-)
-from lockprobe.analysis.finding import finding
-from lockprobe.analysis.panel import panel_said
 from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.shipped_rates import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.completion import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
+from lockprobe.prose.agent_comparison import comparison_said, ranking_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.modalities import modality_finding
+from lockprobe.prose.panel import panel_said
+from lockprobe.prose.robot import verdicts_said
+from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
@@ -174,7 +170,7 @@ def numbers(study: LoadedStudy) -> dict[str, Any]:
         "conclusions": [conclusions(agent) for agent in summary.subjects],
         "ranking_said": ranking_said(summary),
         "comparisons_said": [comparison_said(one, summary) for one in summary.comparisons],
-        "beside": beside(summary),
+        "beside": baselines_said(summary),
         "courses_said": courses_said(summary),
         "box": asdict(summary.reference) if summary.reference else None,
         "conditions": labelled((condition_row(c, blind=a.blind) for a in agents for c in a.conditions), names),

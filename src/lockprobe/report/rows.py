@@ -8,12 +8,12 @@ from typing import Any
 
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.detectors import share_flagged
-from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.shipped_rates import false_positives
+from lockprobe.prose.hypothesis_tests import asked, note_said, unit_said, why_missing
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow
 
@@ -112,26 +112,30 @@ def _said(condition: ConditionSummary) -> Row:
 def fit_row(agent: AgentSummary) -> Row:
     """What runs over p for one agent: the paper's fits, the binomial ones, the peak, the onset of loops."""
     found, first = agent.inference, agent.inference.onset.primary
+
+    def worded(one: Any) -> Row:
+        return asdict(one) | {"note": why_missing(one.note, agent.axis)}
+
     return {
         "agent": agent.agent,
         "modality": agent.modality,
         "reference": agent.reference,
         "blind": agent.blind,
-        "success": asdict(agent.success_fit),
-        "loop_rate": asdict(agent.loop_fit),
+        "success": worded(agent.success_fit),
+        "loop_rate": worded(agent.loop_fit),
         "correlation": asdict(agent.correlation),
-        "binomial": asdict(found.orders),
-        "two_lines": asdict(found.lines),
-        "lind_mehlum": asdict(found.bend),
-        "peak": asdict(agent.peak),
-        "difference_from_lowest": asdict(found.difference),
+        "binomial": worded(found.orders),
+        "two_lines": worded(found.lines),
+        "lind_mehlum": worded(found.bend),
+        "peak": worded(agent.peak),
+        "difference_from_lowest": worded(found.difference),
         "steps_to_solve": asdict(found.speed),
         "loop_onset": asdict(found.onset),
         "looped_by_step_12": {"lowest": first.lowest.by_step(12), "higher": first.higher.by_step(12)}
         if first
         else None,
-        "after_a_loop": asdict(found.hazard),
-        "after_a_loop_by_step_10": asdict(found.landmark),
+        "after_a_loop": worded(found.hazard),
+        "after_a_loop_by_step_10": worded(found.landmark),
         "looped_against_solved": asdict(found.whole),
         "broken": {
             "at": [{"p": p} | asdict(share) for p, share in found.broken.at],
@@ -152,8 +156,19 @@ def test_rows(agent: AgentSummary) -> list[Row]:
             {
                 "agent": agent.agent,
                 "modality": agent.modality,
-                "asks": QUESTIONS[test.question],
-                **asdict(test),
+                "asks": asked(test.question, agent.axis),
+                "name": test.name,
+                "question": test.question,
+                "recommended": test.recommended,
+                "p_value": test.p_value,
+                "effect": test.effect,
+                "low": test.low,
+                "high": test.high,
+                "baseline": test.baseline,
+                "unit": unit_said(test, agent.axis),
+                "direction": test.direction,
+                "holds": test.holds,
+                "note": note_said(test, agent.axis),
                 "rejects": test.rejects,
                 "false_positives_low": rates[0].rate if rates else None,
                 "false_positives_high": rates[1].rate if rates else None,

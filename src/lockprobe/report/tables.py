@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from lockprobe.report.format import EVERY, NONE, Table, minus, percent
+from lockprobe.formatting import NONE, minus, percent, share
+from lockprobe.report.format import EVERY, Table
 
 __all__ = [
     "claim_table",
@@ -40,7 +41,7 @@ def table1(conditions: Rows) -> Table:
     return table + [
         [
             _named(row, asked),
-            percent(row["misinterpretation_rate"]) + _plus_minus(row["misinterpretation_rate_sd"]),
+            percent(row["misinterpretation_rate"], 1) + _plus_minus(row["misinterpretation_rate_sd"]),
             f"{row['misinterpretations']}, in {affected} of {of} trials",
         ]
         for row, (affected, of) in zip(asked, counts, strict=True)
@@ -138,8 +139,8 @@ def loop_table(conditions: Rows) -> Table:
             row["label"],
             p,
             _share(row, "loop_rate"),
-            *(percent(row[f"loop_rate_chance{null}"], 0) for null in nulls),
-            *(percent(row["loop_rate_by_symbol"].get(name), 0) for name in ("action-outcome", "state-action")),
+            *(percent(row[f"loop_rate_chance{null}"]) for null in nulls),
+            *(percent(row["loop_rate_by_symbol"].get(name)) for name in ("action-outcome", "state-action")),
         ]
         for row, p in _distinct(conditions)
     ]
@@ -149,7 +150,7 @@ def detector_table(rows: Rows) -> Table:
     """The share of trials that each detector flags."""
     names = list(dict.fromkeys(name for row in rows for name in row["flagged"]))
     return [["agent", "flip rate", *names]] + [
-        [row["label"], f"{row['p']:g}", *(percent(row["flagged"].get(name), 0) for name in names)] for row in rows
+        [row["label"], f"{row['p']:g}", *(percent(row["flagged"].get(name)) for name in names)] for row in rows
     ]
 
 
@@ -177,9 +178,9 @@ def condition_table(conditions: Rows) -> Table:
             str(row["solved"]),
             _share(row, "success"),
             _share(row, "loop_rate"),
-            f"{percent(row['loop_rate_chance'], 0)} to {percent(row['loop_rate_chance_no_repeat'], 0)}",
-            percent(row["coverage"], 0),
-            percent(row["redundant_share"], 0),
+            f"{percent(row['loop_rate_chance'])} to {percent(row['loop_rate_chance_no_repeat'])}",
+            percent(row["coverage"]),
+            percent(row["redundant_share"]),
             str(row["broken"]),
         ]
         for row in conditions
@@ -200,12 +201,12 @@ def course_table(courses: Rows) -> Table:
     return [head] + [
         [
             row["label"],
-            percent(row["first"], 0),
-            f"{percent(row['highest'], 0)} at {row['highest_p']:g}",
-            f"{percent(row['lowest'], 0)} at {row['lowest_p']:g}",
-            percent(row["last"], 0),
+            percent(row["first"]),
+            f"{percent(row['highest'])} at {row['highest_p']:g}",
+            f"{percent(row['lowest'])} at {row['lowest_p']:g}",
+            percent(row["last"]),
             row["kind"],
-            *(percent(row[f"loops_{at}"], 0) for at in ("first", "least", "last")),
+            *(percent(row[f"loops_{at}"]) for at in ("first", "least", "last")),
             row["looping"],
         ]
         for row in courses
@@ -230,7 +231,7 @@ def rationality_table(rows: Rows) -> Table:
 
 
 def _beside_chance(row: Row, name: str) -> str:
-    return f"{_interval(row[name])} ({percent(row['by_chance'][name], 0)})"
+    return f"{_interval(row[name])} ({percent(row['by_chance'][name])})"
 
 
 def _steps_lost(row: Row) -> str:
@@ -266,7 +267,7 @@ def _one_p(rows: Rows) -> bool:
 
 
 def _plus_minus(value: float | None) -> str:
-    return "" if value is None else f" ± {percent(value)}"
+    return "" if value is None else f" ± {percent(value, 1)}"
 
 
 def _step(step: float | None) -> str:
@@ -277,10 +278,8 @@ def _share(row: Row, name: str) -> str:
     return _interval({"value": row[name], "low": row[f"{name}_low"], "high": row[f"{name}_high"]})
 
 
-def _interval(share: Row) -> str:
-    if share["value"] is None:
-        return NONE
-    return f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]"
+def _interval(found: Row) -> str:
+    return share(found["value"], found["low"], found["high"])
 
 
 def _of(count: Row) -> str:
