@@ -17,8 +17,9 @@ import pytest
 from provider_server import completion, failure, here, names, truthful
 
 from lockprobe.cli import main
-from lockprobe.errors import BadValue, ModelFault, ReplyFault, without_keys, without_secrets
+from lockprobe.errors import BadValue, ModelFault, ReplyFault
 from lockprobe.record import Decision
+from lockprobe.redaction import without_keys, without_secrets
 from lockprobe.studies.single import run_trial
 
 KEY = "planted/key+0123456789"

@@ -94,7 +94,7 @@ class Names:
 
     Attributes:
         labels: For each joint in panel order its label.
-        order: For each place in the listing a joint, by place in panel order.
+        order: For each place in the listing a joint, by index in panel order.
         listing: The labels as they are listed to the agent.
     """
 
@@ -118,7 +118,7 @@ class Names:
         )
 
     def index(self, label: str) -> int:
-        """The joint of a label, by place in panel order."""
+        """The joint of a label, by index in panel order."""
         return self.labels.index(label)
 
     def percept(self, snapshot: Snapshot) -> Percept:

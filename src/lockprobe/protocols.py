@@ -1,4 +1,4 @@
-"""The seams to outside worlds: plants, agents, and interventions at the four places of the loop between them."""
+"""The protocols of plants, agents and interventions: the seams of the loop."""
 
 from __future__ import annotations
 

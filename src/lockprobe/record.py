@@ -103,7 +103,7 @@ class Snapshot:
 
     Attributes:
         configuration: One position per joint in panel order.
-        joint: The joint just attempted, by place in panel order; None before the first attempt.
+        joint: The joint just attempted, by index in panel order; None before the first attempt.
         outcome: What that attempt really did.
         sensed: What a robot measured of it, its own verdict among them; it may be wrong.
         look: Takes a picture now; it has to be called before the next attempt. None where there is no camera.

@@ -22,7 +22,6 @@ from lockprobe.errors import (
     PlantFault,
     ReplyFault,
     TrialFault,
-    without_keys,
 )
 from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.pictures.frame import Frame
@@ -46,6 +45,7 @@ from lockprobe.record import (
     TrialError,
     Turn,
 )
+from lockprobe.redaction import without_keys
 from lockprobe.spec import settings_of
 
 if TYPE_CHECKING:

@@ -17,9 +17,10 @@ ASKED = {
 
 
 @pytest.fixture(scope="module")
-def reported(tmp_path_factory):
+def reported(tmp_path_factory, drawn):
     directory = write_study(tmp_path_factory.mktemp("grid") / "study", study("flips", **ASKED))
-    page = write_report(directory).read_text()
+    with drawn():
+        page = write_report(directory).read_text()
     return directory, page, json.loads((directory / "results.json").read_text())
 
 

@@ -11,7 +11,7 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.call import Usage
 from lockprobe.formatting import NONE
-from lockprobe.report import content_of, costs, write_report
+from lockprobe.report import costs, write_report
 
 P = (0.0, 0.4)
 SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
@@ -125,7 +125,7 @@ def test_replies_that_nobody_counted_are_said_on_the_page_and_cost_nothing_that_
     study = small_study(["llm:acme/one", "random"], P, 1, 10)
     path = write_study(tmp_path / "study", study, [*bare, *trials("random", (2, 2))])
     page = write_report(path).read_text("utf-8")
-    spent = content_of(path)["leaderboard"][0]["money"]
+    spent = json.loads((path / "results.json").read_text("utf-8"))["leaderboard"][0]["money"]
     assert spent["uncounted_calls"] == spent["calls"] == 17 * 4 + 3 * 20
     assert (spent["input_tokens"], spent["dollars"]) == (None, None)
     assert "128 of 128 replies belong to decisions without a count of tokens" in page
@@ -136,7 +136,7 @@ def test_one_agent_has_nobody_beside_it(tmp_path):
     study = small_study(["llm:acme/one"], P, 1, 10)
     path = write_study(tmp_path / "study", study, trials("llm:acme/one", (9, 8)))
     write_report(path)
-    assert content_of(path)["comparisons"] == []
+    assert json.loads((path / "results.json").read_text("utf-8"))["comparisons"] == []
     assert "#side" not in (path / "report.html").read_text("utf-8")
     assert not (path / "figures" / "side-by-side.svg").exists()
 
@@ -156,7 +156,7 @@ def test_agents_that_were_not_asked_are_said_not_to_have_been(tmp_path):
     study = replace(small_study(["llm:x"], (0.0,), 1, 2), assessment=False)
     path = write_study(tmp_path / "study", study, made)
     assert "said what its actions did: they were not asked." in write_report(path).read_text("utf-8")
-    found = content_of(path)
+    found = json.loads((path / "results.json").read_text("utf-8"))
     assert found["conditions"][0]["misinterpretation_trials_not_asked"] == 2
     assert found["conditions"][0]["misinterpretations"] is None
     assert {step["misinterpreted"] for example in found["examples"] for step in example["steps"]} == {None}

@@ -9,9 +9,9 @@ import pytest
 from builders import play_study, played_by_people, small_study, write_study
 from taking_part import take_part
 
-from lockprobe.people.completion import Flow
+from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
-from lockprobe.report import content_of, write_report
+from lockprobe.report import write_report
 from lockprobe.report.people import flow_said, people_steps_table
 from lockprobe.studies.journal import load
 
@@ -20,11 +20,12 @@ PLAYED = 14
 
 
 @pytest.fixture(scope="module")
-def directory(tmp_path_factory):
+def directory(tmp_path_factory, drawn):
     agents = play_study(small_study(("random", "round-robin"), STUDY.p, 2, 5))
     people = played_by_people(STUDY, 2)[:PLAYED]
     path = write_study(tmp_path_factory.mktemp("people") / "study", STUDY, [*agents, *people])
-    write_report(path)
+    with drawn():
+        write_report(path)
     return path
 
 
@@ -128,8 +129,8 @@ def test_people_alone_are_reported_too(tmp_path):
 def test_without_people_nothing_is_said_of_them(tmp_path):
     study = small_study(("random",), (0.0,), 1, 3)
     path = write_study(tmp_path / "study", study)
-    assert content_of(path)["people"] is None
     write_report(path)
+    assert json.loads((path / "results.json").read_text("utf-8"))["people"] is None
     page = (path / "report.html").read_text("utf-8")
     assert "eople" not in page.split("</style>")[-1]
 

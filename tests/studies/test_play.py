@@ -13,8 +13,8 @@ from lockprobe import run_trial
 from lockprobe.errors import BadValue, Missing, PlantFault
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.plants.settings import SceneSettings
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.record import Decision
 from lockprobe.studies import play
 from lockprobe.studies.study_options import StudyOptions

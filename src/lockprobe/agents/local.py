@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal, get_args
-from urllib.parse import parse_qsl
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
+from lockprobe.spec import Spec
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
@@ -68,9 +68,9 @@ def read_options(spec: str) -> tuple[str, dict[str, str]]:
         UnknownName: If there is no such option.
         BadValue: If a value is not allowed.
     """
-    name, _, query = spec.partition("?")
+    asked = Spec.parse(spec)
     options = {"temperature": "1", "calibration": "none"}
-    for key, value in parse_qsl(query, keep_blank_values=True):
+    for key, value in asked.options.items():
         if key not in options:
             raise UnknownName("option of a local model", key, options)
         options[key] = value
@@ -82,7 +82,7 @@ def read_options(spec: str) -> tuple[str, dict[str, str]]:
         positive = False
     if not positive:
         raise BadValue("temperature", options["temperature"], "a number above 0")
-    return name, options
+    return asked.full_name, options
 
 
 class LocalModel:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from urllib.parse import urlencode
 
 from lockprobe.analysis.axis import AGENT, Axis
 from lockprobe.record import STATES
-from lockprobe.spec import read_options
+from lockprobe.spec import Spec, spec_name
 
 __all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of", "series_of_agents"]
 
@@ -48,14 +47,14 @@ class Arm:
         return float("nan") if found is None else found
 
     def _dose(self, place: int) -> float | None:
-        dose, options = self.doses[place], read_options(self.specs[place], "intervention")[1]
+        dose, options = self.doses[place], Spec.parse(self.specs[place], "intervention").options
         return float(options[dose]) if dose and dose in options else None
 
     def family(self, place: int) -> tuple[str, str, tuple[tuple[str, str], ...], tuple[str, ...], str]:
         """What conditions have in common that differ in the dose at a place alone."""
-        name, options = read_options(self.specs[place], "intervention")
-        others = tuple(sorted((option, value) for option, value in options.items() if option != self.doses[place]))
-        return name, self.doses[place], others, self.without(place), self.modality
+        spec = Spec.parse(self.specs[place], "intervention")
+        others = tuple(sorted(spec.without([self.doses[place]]).options.items()))
+        return spec.full_name, self.doses[place], others, self.without(place), self.modality
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,7 +112,7 @@ def series_of(arms: Sequence[Arm]) -> tuple[Series, ...]:
         if 0.0 not in doses.values():
             doses |= {one.label: 0.0 for one in zero[:1]}
         if len(doses) >= _FEWEST:
-            name, rest = read_options(first.specs[place], "intervention")[0], " + ".join(first.without(place))
+            name, rest = spec_name(first.specs[place]), " + ".join(first.without(place))
             axis = Axis(kind=name, dose=first.doses[place], rest=rest)
             ascending = dict(sorted(doses.items(), key=lambda both: both[1]))
             found.append(Series(axis=axis, doses=ascending, modality=first.modality))
@@ -124,11 +123,10 @@ def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
     """Every series of at least three agents that differ in one number alone, such as their temperature."""
     families: dict[tuple[str, str], dict[str, float]] = {}
     for agent in agents:
-        name, options = read_options(agent)
-        for option, value in options.items():
-            rest = {other: said for other, said in options.items() if other != option}
+        spec = Spec.parse(agent)
+        for option, value in spec.options.items():
             if (number := _number(value)) is not None:
-                families.setdefault((f"{name}?{urlencode(rest)}".rstrip("?"), option), {})[agent] = number
+                families.setdefault((str(spec.without([option])), option), {})[agent] = number
     return tuple(
         Series(
             axis=Axis(kind=AGENT, dose=option),

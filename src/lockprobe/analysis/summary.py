@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -37,6 +36,7 @@ from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import generator
+from lockprobe.spec import spec_kind
 
 __all__ = [
     "AgentSummary",
@@ -218,7 +218,7 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
     return Entrant(
         agent=first.group,
         modality=first.modality,
-        head=_head(first.group),
+        head=spec_kind(first.group),
         reference=is_reference(first.group),
         counted=outcomes(trials),
         broken=broken_off(trials),
@@ -228,12 +228,7 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
 
 def is_reference(agent: str) -> bool:
     """Whether an agent stands in a study to be compared with."""
-    return _head(agent) in _REFERENCES
-
-
-def _head(agent: str) -> str:
-    """A spec without its preset and options."""
-    return re.split("[:?]", agent)[0]
+    return spec_kind(agent) in _REFERENCES
 
 
 def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:

@@ -196,7 +196,7 @@ def _writable_streams() -> None:
 
 def _complain(message: str) -> int:
     if message:
-        from lockprobe.errors import printable
+        from lockprobe.terminal_text import printable
 
         print("lockprobe: " + printable(" ".join(message.split())), file=sys.stderr)
     return 2

@@ -19,13 +19,14 @@ from lockprobe.call import Call
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, told
 from lockprobe.cli.run_state import invalid_in_words
-from lockprobe.errors import BudgetReached, printable
+from lockprobe.errors import BudgetReached
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid import Invalid
+from lockprobe.terminal_text import printable
 
 __all__ = ["JsonLines", "LiveDisplay", "watch"]
 

@@ -17,7 +17,7 @@ from rich.table import Table
 
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.table import new_table, print_table
-from lockprobe.errors import UserMistake, printable
+from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.model_comparison import Tell
 from lockprobe.formatting import percent
@@ -28,6 +28,7 @@ from lockprobe.storage.atomic_file import atomic_file
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study_options import parse_p
+from lockprobe.terminal_text import printable
 
 __all__ = ["fit"]
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.call import Usage
 from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.dollars import dollars as in_words
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import load
 from lockprobe.studies.spending import Spending, hosted
+from lockprobe.studies.spending import dollars as in_words
 from lockprobe.studies.study import Study
 
 __all__ = [

@@ -13,7 +13,7 @@ from rich.markup import escape
 
 from lockprobe.cli.agents import AsJson, list_all
 from lockprobe.cli.table import new_table, print_table
-from lockprobe.errors import printable
+from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
     from lockprobe.analysis.measures import Measured

@@ -57,7 +57,7 @@ def show(
     json: AsJson = False,
 ) -> None:
     """What is known of a hosted model, and what it would be sent. No key is needed, and nothing is asked."""
-    name, settings = read_settings(spec.removeprefix("llm:"))
+    name, settings = read_settings(spec)
     facts = facts_of(name)
     known = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:

@@ -1,4 +1,4 @@
-"""What can be asked of ``lockprobe run`` and ``lockprobe serve``: the options of a study, and how it is played."""
+"""The command-line options of ``lockprobe run`` and ``lockprobe serve``."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.call import Call
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.run_state import Tally, count, invalid_in_words
-from lockprobe.errors import BudgetReached, printable
+from lockprobe.errors import BudgetReached
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.spec import PEOPLE
@@ -21,6 +21,7 @@ from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.spending import Budget, Ledger, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid import Invalid
+from lockprobe.terminal_text import printable
 
 __all__ = ["Plain", "minutes", "told"]
 
@@ -69,7 +70,7 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
         return [left_out] if study.name == "modalities" else []
     said, settings = f"Plant: {study.plant}", resolve_plant(study.plant).settings
     if study.has_pictures and owed and settings is not None:
-        from lockprobe.plants.rendering.renderers import chosen_renderer
+        from lockprobe.plants.rendering.choose_renderer import chosen_renderer
 
         said += f"; pictures by {chosen_renderer(settings.renderer)}"
     robot = "; the paper's robot is --plant twin" if study.name == "modalities" and study.plant == ROBOT else ""

@@ -7,8 +7,8 @@ import sys
 from rich.console import Console
 from rich.text import Text
 
-from lockprobe.errors import printable
 from lockprobe.lockbox.sketch import ascii_only
+from lockprobe.terminal_text import printable
 
 __all__ = ["Screen"]
 

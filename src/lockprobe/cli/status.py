@@ -14,7 +14,6 @@ import typer
 from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.run_state import count, foreign_in_words, in_boundaries, invalid_in_words
-from lockprobe.errors import printable
 from lockprobe.record import Trial
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import read_calls, unanswered
@@ -25,6 +24,7 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid import Invalid, invalid_conditions
+from lockprobe.terminal_text import printable
 
 __all__ = ["status"]
 

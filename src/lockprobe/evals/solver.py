@@ -16,21 +16,23 @@ from dataclasses import fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-from urllib.parse import urlencode
 
 import numpy as np
 
 from lockprobe.agents.llm.client import Answer, refuse_overflow, sent, usage_of
 from lockprobe.agents.llm.connect import WITH_BATCHES
+from lockprobe.agents.llm.inspect_internals import active_generate_config
 from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import Settings, read_settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault, without_keys
+from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault
 from lockprobe.evals.conversation import told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.scoring import TRIAL, marked, told_of
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.redaction import without_keys
+from lockprobe.spec import Spec
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.settings import study_from
 from lockprobe.trial_json import trial_to_json
@@ -44,7 +46,6 @@ try:
         ResponseSchema,
         get_model,
     )
-    from inspect_ai.model._generate_config import active_generate_config
     from inspect_ai.solver import Generate, Solver, TaskState, solver
     from inspect_ai.util import JSONSchema
 except ImportError as error:
@@ -82,9 +83,9 @@ def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfi
         for field in fields(Settings)
         if (value := given.get(field.name)) not in (None, field.default)
     }
-    spec = f"{model}?{urlencode(named)}" if named else model
+    spec = str(Spec("llm", model, named))
     read_settings(spec)
-    return f"llm:{spec}"
+    return spec
 
 
 @solver
@@ -104,7 +105,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
         place = state.metadata
         repetition = place["repetition"] + (state.epoch - 1) * study.repetitions
         plan = study.plan(spec, study.condition_said(place["condition"]), repetition, place["trial"])
-        player = _ModelOfTheEval(model, spec.removeprefix("llm:"), config, state)
+        player = _ModelOfTheEval(model, spec, config, state)
         with TemporaryDirectory(prefix="lockprobe-") as pictures:
             trial, _ = await play_timed(plan, player, player.note, Path(pictures))
             _finish(state, trial, Path(pictures))

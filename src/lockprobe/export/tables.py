@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.errors import readable
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
-from lockprobe.people.diary import Broken, Did, Released
-from lockprobe.people.diary_archive import Kept, kept_diaries
+from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
+from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.people.withdrawal import withdrawing
@@ -23,6 +22,7 @@ from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
+from lockprobe.terminal_text import readable
 
 __all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
 
@@ -70,7 +70,7 @@ class PeopleRecords:
     directory: Path
     study: Study
     trials: tuple[Trial, ...]
-    diaries: tuple[Kept, ...]
+    diaries: tuple[Diary, ...]
     experiment: Experiment | None = None
 
     @classmethod
@@ -80,7 +80,7 @@ class PeopleRecords:
         Raises:
             BadFile: If it is none, or something in it is damaged.
         """
-        trials, diaries, leaves = load(directory), kept_diaries(directory), withdrawing(directory)
+        trials, diaries, leaves = load(directory), read_diaries(directory), withdrawing(directory)
         return cls(
             directory,
             read_study(directory),
@@ -214,12 +214,11 @@ def _times(did: Did) -> dict[str, Cell]:
     return times
 
 
-def _participant(kept: Kept, experiment: Experiment | None) -> dict[str, Cell]:
+def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, Cell]:
     joined, boxes = kept.joined, range(1, len(kept.joined.slots) + 1)
-    endings = {line.box: "error" for line in kept.lines if isinstance(line, Broken)}
-    endings |= {act.box: act.ended for act in kept.acts if act.box is not None and act.ended is not None}
+    journey = Journey.of(kept)
+    endings, checks = journey.endings, journey.checks
     language, _, texts = joined.words.partition(" ")
-    checks = [act.right for act in kept.acts if act.right is not None]
     row: dict[str, Cell] = {
         "participant": joined.identity,
         "language": language,
@@ -227,11 +226,11 @@ def _participant(kept: Kept, experiment: Experiment | None) -> dict[str, Cell]:
         "boxes_assigned": len(boxes),
         "boxes_finished": sum(endings.get(box) in ("solved", "budget") for box in boxes),
         "boxes_broken": sum(endings.get(box) == "error" for box in boxes),
-        "released": int(any(isinstance(line, Released) for line in kept.lines)),
+        "released": int(journey.released),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
         "conditions": "; ".join(f"{slot.modality} p={slot.p:g}" for slot in joined.slots),
-        "finished": int(all(box in endings for box in boxes) and _asked(kept, experiment) <= _answered(kept)),
+        "finished": int(journey.boxes_done and _asked(kept, experiment) <= _answered(kept)),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
@@ -240,7 +239,7 @@ def _participant(kept: Kept, experiment: Experiment | None) -> dict[str, Cell]:
     return row
 
 
-def _asked(kept: Kept, experiment: Experiment | None) -> set[tuple[str, str]]:
+def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
     """Checks and questions on the way of a participant, as far as the settings are kept."""
     if experiment is None:
         return set()
@@ -249,11 +248,11 @@ def _asked(kept: Kept, experiment: Experiment | None) -> set[tuple[str, str]]:
     return checks | {("ask", question.name) for question in experiment.questions}
 
 
-def _answered(kept: Kept) -> set[tuple[str, str]]:
+def _answered(kept: Diary) -> set[tuple[str, str]]:
     return {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
 
 
-def _device(kept: Kept) -> dict[str, Cell]:
+def _device(kept: Diary) -> dict[str, Cell]:
     """With what joints were chosen, and the first window; empty where the study does not keep it."""
     attempts = [did.act for did in kept.acts if isinstance(did.act, Attempt)]
     used = Counter(act.pointer for act in attempts if act.pointer)

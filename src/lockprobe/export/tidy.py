@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
-from lockprobe.errors import readable
 from lockprobe.record import Trial
+from lockprobe.terminal_text import readable
 
 __all__ = ["COLUMNS", "NO_TIMES", "Cell", "Times", "tidy", "tidy_columns", "tidy_rows"]
 

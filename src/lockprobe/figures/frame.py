@@ -21,6 +21,7 @@ from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.palette import Dash
+from lockprobe.spec import spec_name
 
 __all__ = [
     "BEYOND",
@@ -95,10 +96,10 @@ def shortened(name: str, longest: int) -> str:
     """
     if _width(name) <= longest:
         return name
-    head, mark, options = name.partition("?")
+    head = spec_name(name)
     *_, last = re.split(r"(?<=[:/])", head)
     if last != head and _width(last) < longest:
-        return f"…{shortened(last + mark + options, longest - 1)}"
+        return f"…{shortened(last + name.removeprefix(head), longest - 1)}"
     fits = max(n for n in range(len(name)) if _width(name[:n]) < longest)
     ends = [found.start() for found in re.finditer(r"[^\w.]", name[: fits + 1]) if found.start() > fits // 3]
     return f"{name[: ends[-1] if ends else fits]}…"

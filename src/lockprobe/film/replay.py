@@ -21,13 +21,13 @@ from lockprobe.film.files import RATES, FilmFile, open_film
 from lockprobe.lockbox.box import bits
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.settings import RendererChoice, TwinSettings
+from lockprobe.plants.twin_settings import RendererChoice, TwinSettings
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot, Trial
 from lockprobe.studies.study import Study
 
 if TYPE_CHECKING:
-    from lockprobe.plants.rendering.renderers import Renderer
+    from lockprobe.plants.rendering.renderer import Renderer
 
 __all__ = ["FASTEST", "STAND_IN", "Film", "film_trial", "plan_of"]
 
@@ -221,7 +221,7 @@ class _Shooting:
         assert self._running is not None
         model, data = self._running
         if self._renderer is None:
-            from lockprobe.plants.rendering.renderers import open_renderer
+            from lockprobe.plants.rendering.choose_renderer import open_renderer
 
             self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT, choice=self._choice)
         return self._renderer.render(data, "oblique")[0]

@@ -32,6 +32,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.protocols import Agent
 from lockprobe.record import Trial
+from lockprobe.spec import Spec
 from lockprobe.trial import play
 
 __all__ = [
@@ -181,7 +182,7 @@ def recover_parameters(
         seed: Of the first; the others follow.
     """
     model = "softmax-memory"
-    spec = f"cognitive:{model}?{'&'.join(f'{name}={value!r}' for name, value in truth.items())}"
+    spec = str(Spec("cognitive", model, {name: repr(value) for name, value in truth.items()}))
     known = {"decay": 1.0, "reset": 1.0} | dict(truth)
     found = []
     for trials in _studies(spec, sets, design or Design(), seed):

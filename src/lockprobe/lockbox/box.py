@@ -118,7 +118,7 @@ class Lockbox:
 
     @property
     def target_index(self) -> int:
-        """Place of the target joint in panel order."""
+        """Index of the target joint in panel order."""
         return self.names.index(self.target)
 
     def alternatives(self, joint: str) -> tuple[Clause, ...]:
@@ -127,7 +127,7 @@ class Lockbox:
         return tuple(clauses) if all(clauses) else ()
 
     def may_move(self, configuration: Configuration, joint: int) -> bool:
-        """Whether the interlock lets a joint (by place in panel order) move in a configuration."""
+        """Whether the interlock lets a joint (by index in panel order) move in a configuration."""
         return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])
 
     def attempt(self, configuration: Configuration, joint: int) -> tuple[Configuration, bool]:

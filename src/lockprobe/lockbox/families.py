@@ -17,7 +17,7 @@ from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.generate import random_box
 from lockprobe.lockbox.structures import STRUCTURES
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
-from lockprobe.spec import read_options
+from lockprobe.spec import Spec, spec_kind, spec_name
 
 __all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
 
@@ -69,11 +69,11 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
         return asked
     if not isinstance(asked, str | Path):
         raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
-    if isinstance(asked, Path) or (not asked.startswith("python:") and (asked.endswith(".toml") or "/" in asked)):
+    if isinstance(asked, Path) or (spec_kind(asked) != "python" and (asked.endswith(".toml") or "/" in asked)):
         from lockprobe.lockbox.boxfile import read_box  # pydantic: not for a box by name
 
         return read_box(Path(asked))
-    name = asked.partition("?")[0]
+    name = spec_name(asked)
     if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", name)) is None:
         return box(asked)
     return _of_another_package(asked, plugin)
@@ -83,7 +83,7 @@ def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
     """A box that Lockprobe does not have itself."""
     from lockprobe.lockbox.check import fault_of
 
-    found = plugin.make(read_options(asked, "box")[1])
+    found = plugin.make(Spec.parse(asked, "box").options)
     if not isinstance(found, Lockbox):
         raise BadValue("box", asked, "a Lockbox, or a function that returns one")
     if fault := fault_of(found):

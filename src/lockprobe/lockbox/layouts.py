@@ -126,14 +126,14 @@ def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
 
 
 def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (by place in panel order, the first first) of which one is named in the other's interlock."""
+    """Pairs of joints (by index in panel order, the first first) of which one is named in the other's interlock."""
     index = {name: i for i, name in enumerate(box.names)}
     named = ((index[j], index[o]) for j in box.names for clause in box.alternatives(j) for o in clause)
     return {(min(pair), max(pair)) for pair in named}
 
 
 def neighbours(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (by place in panel order, the first first) of which one is nearest to the other, or as near."""
+    """Pairs of joints (by index in panel order, the first first) of which one is nearest to the other, or as near."""
     spots = np.array([joint.place for joint in box.joints])
     far = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
     np.fill_diagonal(far, np.inf)

@@ -23,7 +23,7 @@ class Space:
 
     Attributes:
         joints: Number of joints n.
-        target: Place of the target in panel order.
+        target: Index of the target in panel order.
         start: The initial configuration.
         may_move: Whether the interlock lets a joint move in a configuration, shape (2**n, n).
         steps: The fewest moves from the start to a configuration, none of them of the target, shape (2**n,); -1 where

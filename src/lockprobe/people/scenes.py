@@ -14,15 +14,15 @@ __all__ = [
     "LONGEST_ANSWER",
     "Ask",
     "Box",
+    "BoxJoint",
+    "BoxPanel",
     "Check",
     "Closed",
     "Consent",
     "Debrief",
     "Example",
-    "Joint",
-    "Page",
-    "Panel",
-    "Report",
+    "InstructionPage",
+    "PastStep",
     "Scene",
     "TrialOver",
 ]
@@ -50,7 +50,7 @@ class Consent(_Part):
     ask_code: bool = False
 
 
-class Joint(_Part):
+class BoxJoint(_Part):
     """One joint as a participant knows it.
 
     Attributes:
@@ -71,7 +71,7 @@ class Joint(_Part):
     handle: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
-class Report(_Part):
+class PastStep(_Part):
     """One finished step: what was attempted, and what was told of it. Nothing of that where pictures are shown.
 
     Attributes:
@@ -89,7 +89,7 @@ class Report(_Part):
     ones: tuple[str, ...] | None = None
 
 
-class Panel(_Part):
+class BoxPanel(_Part):
     """What the agent's channel shows now.
 
     Attributes:
@@ -102,7 +102,7 @@ class Panel(_Part):
     """
 
     view: Literal["text", "panel", "pictures"]
-    joints: tuple[Joint, ...]
+    joints: tuple[BoxJoint, ...]
     told: str
     last: str | None = None
     outcome: Literal["moved", "blocked"] | None = None
@@ -117,11 +117,11 @@ class Example(_Part):
         ask: Whether the question what the last action did stands there too.
     """
 
-    panel: Panel
+    panel: BoxPanel
     ask: bool = False
 
 
-class Page(_Part):
+class InstructionPage(_Part):
     """A page of instructions, or what stands before the first box.
 
     Attributes:
@@ -163,8 +163,8 @@ class Box(_Part):
     step: int
     budget: int
     ask: bool
-    panel: Panel
-    history: tuple[Report, ...] = ()
+    panel: BoxPanel
+    history: tuple[PastStep, ...] = ()
     history_open: bool = True
     device: bool = False
 
@@ -261,6 +261,5 @@ class Closed(_Part):
 
 
 Scene = Annotated[
-    Consent | Page | Box | TrialOver | Check | Ask | Debrief | Closed,
-    Field(discriminator="kind"),
+    Consent | InstructionPage | Box | TrialOver | Check | Ask | Debrief | Closed, Field(discriminator="kind")
 ]

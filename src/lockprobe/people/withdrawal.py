@@ -1,6 +1,6 @@
-"""Somebody withdraws: all that is kept of them is deleted. It is noted first, so that what is killed can be finished.
+"""Withdrawal: all data of a participant is deleted, and only the number of withdrawals stays.
 
-It is finished at the next opening, or before somebody else's deletion. What stays is how many have withdrawn.
+A note is written first, so that a deletion that was killed is finished at the next opening or before the next deletion.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def finish_withdrawal(journal: Journal) -> str | None:
     try:
         remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
-        journal.strike(agent)
+        journal.delete_agent(agent)
         put(people / _COUNT, {"withdrawn": note["withdrawn"]})
         remove_file(people / _UNDER_WAY)
         sync_directory(people)

@@ -14,7 +14,7 @@ from lockprobe.report.misread_claims import hallucinated, misread
 from lockprobe.report.modality_claims import MODALITY_MEASURES
 from lockprobe.report.noise_claims import NOISE_MEASURES
 from lockprobe.report.paper import CLAIMS, PaperClaim
-from lockprobe.spec import spec_name
+from lockprobe.spec import spec_kind, spec_name
 
 __all__ = ["ClaimRow", "claim_rows"]
 
@@ -56,7 +56,7 @@ def claim_rows(summary: StudySummary) -> tuple[ClaimRow, ...]:
 def _by_agent(claim: PaperClaim, summary: StudySummary) -> list[tuple[str, Found]]:
     """What every agent that was shown the box as the claim has it says to it."""
     reference = claim.measure in ("reference", "reference-steps")
-    agents = [a for a in summary.agents if a.agent.startswith("human-inspired")] if reference else summary.subjects
+    agents = [a for a in summary.agents if spec_kind(a.agent) == "human-inspired"] if reference else summary.subjects
     return [(agent.name, _measure(claim, agent)) for agent in agents if spec_name(agent.modality) == claim.modality]
 
 

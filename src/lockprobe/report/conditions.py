@@ -36,7 +36,7 @@ from lockprobe.report.results import (
 )
 from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, labelled, test_rows
 from lockprobe.report.sample_pictures import seen
-from lockprobe.spec import spec_name
+from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.study import Study
@@ -129,7 +129,7 @@ def read_conditions(
 def _arm(condition: Condition) -> Arm:
     """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
     shown, doses = modality_doses(condition.modality)
-    pictured = tuple(f"{spec_name(shown)}?{option}={value}" for option, value in doses.items())
+    pictured = tuple(str(Spec(spec_name(shown), options={option: value})) for option, value in doses.items())
     return Arm(
         label=condition.label,
         specs=(*condition.specs, *pictured),

@@ -7,7 +7,7 @@ import io
 import re
 from collections.abc import Sequence
 
-from lockprobe.errors import printable
+from lockprobe.terminal_text import printable
 
 __all__ = ["EVERY", "Table", "as_csv", "as_tex"]
 

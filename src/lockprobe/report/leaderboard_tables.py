@@ -7,7 +7,7 @@ from typing import Any
 
 from lockprobe.formatting import NONE, bracketed, minus, percent, share
 from lockprobe.report.format import EVERY, Table
-from lockprobe.studies.dollars import dollars
+from lockprobe.studies.spending import dollars
 
 __all__ = [
     "comparison_by_p_table",

@@ -26,7 +26,7 @@ from lockprobe.report.claim_tests import (
     same_step,
     verdict_of,
 )
-from lockprobe.spec import spec_name
+from lockprobe.spec import spec_kind
 
 __all__ = ["MODALITY_MEASURES"]
 
@@ -170,7 +170,7 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Foun
 
 
 def _is_reference(both: tuple[str, str]) -> bool:
-    return spec_name(both[0]).partition(":")[0] == "human-inspired" and both[1] in UNNAMED
+    return spec_kind(both[0]) == "human-inspired" and both[1] in UNNAMED
 
 
 MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], Measured]] = {

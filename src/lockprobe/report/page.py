@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.errors import printable
 from lockprobe.formatting import minus
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
@@ -54,6 +53,7 @@ from lockprobe.report.tables import (
 )
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
+from lockprobe.terminal_text import printable
 
 __all__ = ["content_of", "write_report"]
 

@@ -12,7 +12,7 @@ from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.formatting import NONE, percent, share
-from lockprobe.people.completion import Flow
+from lockprobe.people.progress import Flow
 from lockprobe.report.format import Table
 from lockprobe.spec import PEOPLE
 

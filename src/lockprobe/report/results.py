@@ -15,7 +15,7 @@ from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.shipped_rates import shipped
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.people.completion import Flow, flow_of
+from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.prose.agent_comparison import comparison_said, ranking_said
 from lockprobe.prose.hypothesis_tests import conclusions

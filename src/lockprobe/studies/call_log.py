@@ -20,8 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile, BadValue, Missing
-from lockprobe.storage.checksum import with_checksum, without_checksum
-from lockprobe.storage.jsonl import LineFile, whole_lines
+from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.spending import Budget
 
 __all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]

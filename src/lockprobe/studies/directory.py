@@ -25,6 +25,7 @@ from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.study import LATER, Study, joined_agents
 
 __all__ = [
+    "PEOPLE_DIRECTORY",
     "RECORDS",
     "SETTINGS",
     "TIMINGS",
@@ -45,7 +46,8 @@ _KEPT = (RECORDS, CALLS, ASKED)
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
 """Files that a start makes."""
 
-_PEOPLE = "people"
+PEOPLE_DIRECTORY = "people"
+"""Holds a file of JSON lines for each participant, which other rooms write. Who has joined plays the settings there."""
 
 
 class StudyDirectory:
@@ -84,7 +86,7 @@ class StudyDirectory:
             raise DirectoryBusy(self._path) from None
         except OSError:  # a file system that locks no directories; the records are locked all the same
             pass
-        self._there = {name for name in (*_MADE, _PEOPLE) if (self._path / name).exists()}
+        self._there = {name for name in (*_MADE, PEOPLE_DIRECTORY) if (self._path / name).exists()}
         settings = self._path / SETTINGS
         self._settings = settings.read_bytes() if settings.is_file() else None
         return self
@@ -102,7 +104,7 @@ class StudyDirectory:
     def _undo(self) -> None:
         """Leave the directory as it was found, unless it is another one now or the first people were invited."""
         with suppress(OSError, BadFile):
-            invited = _PEOPLE not in self._there and (self._path / _PEOPLE).exists()
+            invited = PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists()
             if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
                 return
             for name in _MADE:
@@ -182,7 +184,7 @@ def claim(directory: Path, study: Study) -> None:
     path, played = directory / SETTINGS, _played(directory)
     if not path.exists() and played:
         raise BadFile(directory, f"holds {played} but no {SETTINGS}: put it back, or give another --out")
-    somebody = path.exists() and any((directory / _PEOPLE).glob("*.jsonl"))  # who has joined plays this study
+    somebody = path.exists() and any((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))  # who has joined plays this study
     if not (played or somebody):
         write_settings(directory, study)
         return

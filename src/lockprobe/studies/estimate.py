@@ -93,7 +93,7 @@ def most_of_one_call(study: Study, agent: str) -> float:
         study: The study.
         agent: One of its agents that ask a provider.
     """
-    name, settings = read_settings(agent.removeprefix("llm:"))
+    name, settings = read_settings(agent)
     facts = facts_of(name)
     if facts.price is None:
         return 0.0
@@ -106,7 +106,7 @@ class _Agent:
 
     def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
         self._study, self._agent = study, agent
-        name, self._settings = read_settings(agent.removeprefix("llm:"))
+        name, self._settings = read_settings(agent)
         self._facts = facts_of(name)
         self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
         self._done = {

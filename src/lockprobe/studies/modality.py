@@ -1,4 +1,4 @@
-"""How a box is shown: from a modality's spec to the channels of a trial (paper, Sec. 2.2).
+"""The modalities by spec: how the box is shown to an agent (paper, Sec. 2.2).
 
 Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). Options of
 what shows it stand after a question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a
@@ -19,7 +19,7 @@ from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.protocols import Channel, Intervention
-from lockprobe.spec import read_options, spec_name, with_options
+from lockprobe.spec import Spec, spec_name, with_options
 
 __all__ = [
     "MODALITIES",
@@ -48,7 +48,8 @@ def is_pictured(modality: str) -> bool:
 @lru_cache(maxsize=64)
 def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     """What shows the box, and how often its pictures are false."""
-    name, options = read_options(modality, "modality")
+    spec = Spec.parse(modality, "modality")
+    name, options = spec.full_name, spec.options
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
@@ -57,8 +58,8 @@ def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     for option in options:
         if option not in (*known, "p"):
             raise UnknownName(f"option of {name}", option, (*known, "p"))
-    flips = with_options(OutcomeFlip, name, {"p": options.pop("p", "0")})
-    found = with_options(CameraChannel, name, options, {"depth": _DEPTH[name]})
+    flips = with_options(OutcomeFlip, name, {"p": options.get("p", "0")})
+    found = with_options(CameraChannel, name, spec.without(["p"]).options, {"depth": _DEPTH[name]})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
     if found.depth in _WITHOUT_WINDOW and ("near" in options or "far" in options):

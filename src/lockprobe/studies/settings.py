@@ -1,4 +1,4 @@
-"""The settings of a study on disk as the study that they describe. What does not describe one is refused."""
+"""A study read back from the settings on disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A study as data: which agents play which box under which conditions, how often, from which seed."""
+"""A study: which agents play which box under which conditions, how often, and from which seed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.spec import PEOPLE, group_of
+from lockprobe.spec import PEOPLE, group_of, spec_name
 from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
@@ -194,7 +194,7 @@ class Study:
     @property
     def simulated(self) -> bool:
         """Whether its plant takes a processor."""
-        return not self.plant.startswith("symbolic")
+        return spec_name(self.plant) != "symbolic"
 
     def check_agents(self) -> None:
         """Refuse agents that would have nothing to play.

@@ -1,4 +1,4 @@
-"""The options of a study, once: command line, study files, Inspect and Python take their names, types and words here.
+"""The options of a study. Command line, study files, Inspect tasks and Python all derive theirs from here.
 
 A study file holds them as TOML::
 

@@ -1,4 +1,4 @@
-"""The one place where options become a :class:`lockprobe.studies.study.Study`: the paper's where nothing is said.
+"""From options to a :class:`lockprobe.studies.study.Study`; what is left out follows the paper.
 
 :func:`study` makes a whole one, :func:`trial_study` the one to which a single trial belongs.
 """
@@ -29,7 +29,7 @@ from lockprobe.lockbox.check import fault_of
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Intervention
-from lockprobe.spec import spec_name
+from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.study import Study
@@ -152,10 +152,9 @@ def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
         raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
     found, refused = [], ""
     for agent in agents:
-        mark = "&" if "?" in agent else "?"
-        several = [f"{agent}{mark}{option}={value.strip()}" for value in values.split(",")]
+        several = [Spec.parse(agent).appending(option, value.strip()) for value in values.split(",")]
         try:
-            found += [one for one in several if resolve(one)]
+            found += [str(one) for one in several if resolve(one)]
         except UnknownName as error:
             refused = refused or str(error)
             found.append(agent)

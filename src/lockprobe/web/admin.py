@@ -5,22 +5,21 @@ from __future__ import annotations
 import hmac
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, TypeVar
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from lockprobe.people.progress import Progress
-from lockprobe.people.refusals import Refused
-from lockprobe.people.server_state import Reception
+from lockprobe.people.progress import StudyProgress
+from lockprobe.people.server_state import ServerState
 from lockprobe.web.downloads import Downloadable, Downloads
+from lockprobe.web.guard import body_of
+from lockprobe.web.refusals import RequestRefused
 
-__all__ = ["Admin", "AdminDesk"]
+__all__ = ["AdminApi", "AdminPage"]
 
-_progress = TypeAdapter(Progress)
-
-_Body = TypeVar("_Body", bound=BaseModel)
+_progress = TypeAdapter(StudyProgress)
 
 
 class _Withdraw(BaseModel):
@@ -36,7 +35,7 @@ class _Find(BaseModel):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AdminDesk:
+class AdminPage:
     """What the admin page gets from those above.
 
     Attributes:
@@ -50,20 +49,20 @@ class AdminDesk:
     files: Sequence[Downloadable] = ()
 
 
-class Admin:
+class AdminApi:
     """What an experimenter can ask for.
 
     Args:
-        reception: Who is there.
+        state: Who is there.
         token: What has to be shown, as ``Authorization: Bearer TOKEN``.
         url: Where participants go.
         desk: What comes from those above.
     """
 
-    def __init__(self, reception: Reception, token: str, url: str = "", desk: AdminDesk | None = None) -> None:
-        self._reception, self._token = reception, token
-        self._desk = desk or AdminDesk()
-        self._downloads = Downloads(self._desk.files, reception.withdrawals)
+    def __init__(self, state: ServerState, token: str, url: str = "", desk: AdminPage | None = None) -> None:
+        self._state, self._token = state, token
+        self._desk = desk or AdminPage()
+        self._downloads = Downloads(self._desk.files, state.withdrawals)
         self._facts = {
             "study_url": self._desk.study_url(url),
             "reminders": self._desk.reminders,
@@ -78,7 +77,7 @@ class Admin:
     async def find(self, request: Request) -> Response:
         """Who has an ID of the recruitment platform: the IDs that were made up here."""
         self._check(request)
-        found = self._reception.with_platform_id((await _taken(request, _Find)).id.strip())
+        found = self._state.with_platform_id((await body_of(request, _Find)).id.strip())
         return JSONResponse({"participants": found})
 
     async def data(self, request: Request) -> Response:
@@ -89,20 +88,13 @@ class Admin:
     async def withdraw(self, request: Request) -> Response:
         """Delete everything that was kept of one participant; answered with how the study stands then."""
         self._check(request)
-        await self._reception.withdraw_participant((await _taken(request, _Withdraw)).participant)
+        await self._state.withdraw_participant((await body_of(request, _Withdraw)).participant)
         return self._answer()
 
     def _answer(self) -> Response:
-        return JSONResponse({**_progress.dump_python(self._reception.progress(), mode="json"), **self._facts})
+        return JSONResponse({**_progress.dump_python(self._state.progress(), mode="json"), **self._facts})
 
     def _check(self, request: Request) -> None:
         kind, _, shown = request.headers.get("authorization", "").partition(" ")
         if kind.lower() != "bearer" or not hmac.compare_digest(shown.strip().encode(), self._token.encode()):
-            raise Refused("forged", "the admin page needs its token")
-
-
-async def _taken(request: Request, kind: type[_Body]) -> _Body:
-    try:
-        return kind.model_validate_json(await request.body())
-    except ValidationError:
-        raise Refused("malformed", "the body is no such JSON object") from None
+            raise RequestRefused("forged", "the admin page needs its token")

@@ -19,7 +19,7 @@ from typing import IO, Protocol
 from starlette.responses import Response, StreamingResponse
 
 from lockprobe.errors import UserMistake
-from lockprobe.people.refusals import Refused
+from lockprobe.web.refusals import RequestRefused
 
 __all__ = ["Downloadable", "Downloads"]
 
@@ -74,11 +74,11 @@ class Downloads:
         """The answer that holds a file.
 
         Raises:
-            Refused: As ``unknown`` if there is no such file, or it cannot be written; as ``busy`` if people withdraw
-                all the while.
+            RequestRefused: As ``unknown`` if there is no such file, or it cannot be written; as ``busy`` if people keep
+                withdrawing.
         """
         if name not in self._files:
-            raise Refused("unknown", f"no such file; there are {', '.join(self._files) or 'none'}")
+            raise RequestRefused("unknown", f"no such file; there are {', '.join(self._files) or 'none'}")
         async with self._writing:
             file = await self._written(self._files[name])
         size = os.fstat(file.fileno()).st_size
@@ -93,7 +93,7 @@ class Downloads:
                 await _elsewhere(wanted.write, file, mistake)
                 if self._withdrawals() == before:
                     return _as_written(file, mistake)
-        raise Refused("busy", "people are withdrawing; try again")
+        raise RequestRefused("busy", "people are withdrawing; try again")
 
 
 async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -> None:
@@ -108,7 +108,7 @@ async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -
 
 def _as_written(file: Path, mistake: Path) -> IO[bytes]:
     if mistake.exists() or not file.exists():
-        raise Refused("unknown", mistake.read_text("utf-8") if mistake.exists() else "it could not be written")
+        raise RequestRefused("unknown", mistake.read_text("utf-8") if mistake.exists() else "it could not be written")
     return file.open("rb")
 
 

@@ -17,17 +17,17 @@ import uvicorn
 
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
 from lockprobe.studies.study import Study
 from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
-from lockprobe.web.admin import Admin, AdminDesk
+from lockprobe.web.admin import AdminApi, AdminPage
 from lockprobe.web.app import application
-from lockprobe.web.connections import Connections, Limits, raise_file_limit
+from lockprobe.web.connections import ConnectionLimits, Connections, raise_file_limit
 from lockprobe.web.files import page_version
-from lockprobe.web.log import Log
+from lockprobe.web.log import ServerLog
 
-__all__ = ["Door", "Where", "opened", "serve"]
+__all__ = ["RunningServer", "ServerOptions", "opened", "serve"]
 
 SECONDS_BETWEEN_CHECKS = 1.0
 """How often the server looks whether the records are as it left them."""
@@ -40,7 +40,7 @@ _ACCEPTED_AT_ONCE = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Door:
+class ServerOptions:
     """How the server is reached.
 
     Attributes:
@@ -61,7 +61,7 @@ class Door:
     public: str = ""
     allowed: tuple[str, ...] = ()
     token: str | None = None
-    limits: Limits = field(default_factory=Limits)
+    limits: ConnectionLimits = field(default_factory=ConnectionLimits)
 
     def __post_init__(self) -> None:
         check_exposure(self.host, self.token, self.public, self.allowed)
@@ -70,7 +70,7 @@ class Door:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Where:
+class RunningServer:
     """Where it is.
 
     Attributes:
@@ -88,8 +88,13 @@ class Where:
 
 @asynccontextmanager
 async def opened(
-    directory: Path, study: Study, experiment: Experiment, words: Words, door: Door, desk: AdminDesk | None = None
-) -> AsyncIterator[Where]:
+    directory: Path,
+    study: Study,
+    experiment: Experiment,
+    words: Words,
+    door: ServerOptions,
+    desk: AdminPage | None = None,
+) -> AsyncIterator[RunningServer]:
     """The server while participants can come; afterwards what is under way has been finished.
 
     Args:
@@ -108,17 +113,17 @@ async def opened(
         port = listening.getsockname()[1]
         address = Address(host=door.host, port=port, public=door.public, allowed=door.allowed)
         token = door.token or secrets.token_urlsafe(24)
-        async with Reception.open(directory, study, experiment, words, page=page_version()) as reception:
-            with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"), log.hears("asyncio"):
-                app = application(reception, words, address, log, admin=Admin(reception, token, address.url, desk))
+        async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
+            with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
+                app = application(state, words, address, log, admin=AdminApi(state, token, address.url, desk))
                 limits = door.limits.within(raise_file_limit())
                 server = _Server(app, Connections(limits, log, proxied=bool(door.public)))
                 async with _running(server, server.serve(sockets=[listening])):
                     listening.listen(QUEUE)
                     fragment = "" if door.token else f"#token={token}"
                     admin = f"{address.url}admin{fragment}"
-                    reception.invite()
-                    yield Where(url=address.url, admin_url=admin, directory=directory, check=reception.check)
+                    state.invite()
+                    yield RunningServer(url=address.url, admin_url=admin, directory=directory, check=state.check)
 
 
 async def serve(
@@ -126,10 +131,10 @@ async def serve(
     study: Study,
     experiment: Experiment,
     words: Words,
-    door: Door,
+    door: ServerOptions,
     *,
-    announce: Callable[[Where], None],
-    desk: AdminDesk | None = None,
+    announce: Callable[[RunningServer], None],
+    desk: AdminPage | None = None,
 ) -> None:
     """The same until Ctrl-C or SIGTERM, or until somebody else changes the records.
 

@@ -16,17 +16,19 @@ from functools import partial
 
 from lockprobe.agents.access import Access
 from lockprobe.agents.llm.connect import config_of, mistake, opened
+from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
 from lockprobe.agents.llm.settings import Settings
 from lockprobe.agents.prompt import Message
 from lockprobe.call import Usage
-from lockprobe.errors import Missing, ModelFault, printable, without_keys
+from lockprobe.errors import Missing, ModelFault
 from lockprobe.record import Fact
+from lockprobe.redaction import without_keys
+from lockprobe.terminal_text import printable
 
 try:
     import inspect_ai
-    from inspect_ai._util.error import PrerequisiteError
     from inspect_ai.model import (
         ChatMessage,
         ChatMessageAssistant,

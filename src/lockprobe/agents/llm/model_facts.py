@@ -17,8 +17,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, ValidationError
 
 from lockprobe.call import Usage
-from lockprobe.errors import BadFile, printable
+from lockprobe.errors import BadFile
 from lockprobe.inputs import read_toml
+from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]

@@ -17,7 +17,8 @@ from collections.abc import Awaitable, Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
 from lockprobe.agents.access import Access
-from lockprobe.errors import LockprobeError, Missing, ModelFault, without_secrets
+from lockprobe.errors import LockprobeError, Missing, ModelFault
+from lockprobe.redaction import without_secrets
 
 try:
     from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
-from lockprobe.spec import read_options, with_options
+from lockprobe.spec import Spec, with_options
 
 __all__ = ["MOST_PLAIN", "MOST_REASONED", "Settings", "read_settings"]
 
@@ -156,16 +156,17 @@ class Settings:
 
 
 def read_settings(spec: str) -> tuple[str, Settings]:
-    """The model's name and how it is asked, from its spec without ``llm:``.
+    """The model's name and how it is asked, from its spec, with or without ``llm:``.
 
     Raises:
         UnknownName: If there is no such option.
         BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
         BadFile: If one's own file of facts cannot be used.
     """
-    name, options = read_options(spec)
+    asked = Spec.parse(spec.removeprefix("llm:"))
+    name = asked.full_name
     if len(parts := name.split("/")) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
         raise BadValue("language model", name, "PROVIDER/MODEL as Inspect AI names it, for example openai/gpt-4o")
-    settings = with_options(Settings, f"llm:{name}", options)
+    settings = with_options(Settings, f"llm:{name}", asked.options)
     settings.check(f"llm:{name}", facts_of(name))
     return name, settings
