@@ -67,7 +67,7 @@ def said(*rivals, own=None, lead=None):
 
 def test_what_predicts_comes_first_with_its_gain():
     assert said(MEMORY, RANDOM).startswith(
-        "llm:local is best described by failure-memory: it avoids what failed. On trials that it was not fitted to, that "
+        "llm:local is best described by failure-memory: it avoids, or returns to, what failed, as far as it remembers. On trials that it was not fitted to, that "
         "predicts 0.31 bits per choice of the 2.00 that random leaves (95 % interval 0.25 to 0.37); the joint chosen is "
         "the likeliest in 46 % of choices (random: 25 %)."
     )
