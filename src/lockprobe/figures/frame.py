@@ -30,6 +30,7 @@ __all__ = [
     "INK",
     "SMALL",
     "agent_label",
+    "axis_label",
     "blank",
     "counts",
     "heading",
