@@ -15,6 +15,7 @@ from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_curve
+from lockprobe.prose.hypothesis_tests import note_said, why_missing
 
 CHAIN = box("chain-4")
 TARGET = CHAIN.target_index
@@ -143,7 +144,7 @@ def test_without_an_odds_ratio_of_the_twin_there_is_no_test():
     never, _ = played(np.zeros((50, 20), dtype=np.int64), np.zeros(50))
     effect = loop_hazard(found, never)
     assert (effect.p_value, effect.blind, effect.direction) == (None, None, 0)
-    assert "No test" in effect.note
+    assert why_missing(effect.note).startswith("No test")
     assert loop_hazard(found).p_value is not None
 
 
@@ -151,7 +152,7 @@ def test_a_summary_names_the_twin_where_the_box_is_known():
     trials = play_study(small_study(["human-inspired"], trials=15))
     (known,), (unknown,) = summarise(trials, CHAIN).agents, summarise(trials).agents
     one, two = ([t for t in agent.inference.tests if t.question == "harm"][:2] for agent in (known, unknown))
-    assert all(test.baseline > 0 and f"{test.baseline:.2f}" in test.note for test in one)
+    assert all(test.baseline > 0 and f"{test.baseline:.2f}" in note_said(test) for test in one)
     assert [test.baseline for test in two] == [None, None]
-    assert all("odds ratio of 1" in test.note for test in two)
+    assert all("odds ratio of 1" in note_said(test) for test in two)
     assert summarise(trials, CHAIN) == summarise(trials[::-1], CHAIN)

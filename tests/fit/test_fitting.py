@@ -13,6 +13,7 @@ from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.model_comparison import contest
 from lockprobe.fit.recovery import Design, simulate
 from lockprobe.lockbox.families import box
+from lockprobe.prose.model_fit import finding
 
 FEW = Design(p=(0.0, 0.5), repetitions=1, trials=4)
 QUICK = ["no-repeat", "human-inspired"]
@@ -104,7 +105,7 @@ def test_a_single_trial_is_fitted_and_predicts_no_other(joints):
     (one,) = fitted([make_trial(joints)])
     assert (one.trials, one.clusters, one.repeats) == (1, 1, 1)
     assert all(rival.held_out is None for rival in one.rivals)
-    assert "No model here is shown" in one.finding
+    assert "No model here is shown" in finding(one)
 
 
 def test_each_p_on_its_own_is_the_fit_of_its_trials():
@@ -138,7 +139,7 @@ def test_probabilities_that_an_agent_recorded_are_the_most_that_can_be_predicted
     trials = simulate("cognitive:softmax-memory?position=2&target=1", Design(p=(0.0,), repetitions=2, trials=10), 3)
     (one,) = fitted(trials, models=["softmax-memory"])
     assert one.own.gain > one.rivals[0].held_out.gain > 0.1
-    assert "no model can be expected to do better" in one.finding
+    assert "no model can be expected to do better" in finding(one)
     assert fitted(RANDOM, models=QUICK)[0].own is None
 
 

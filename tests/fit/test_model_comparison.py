@@ -4,10 +4,10 @@ import pytest
 
 from lockprobe.fit.candidate_models import chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.finding import CLOSE
 from lockprobe.fit.known_agents import Favourites, FirstFour
 from lockprobe.fit.model_comparison import contest, lead_by_reports
 from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.result import CLOSE
 
 SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 

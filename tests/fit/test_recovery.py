@@ -9,6 +9,7 @@ from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, World
 from lockprobe.fit.optimise import SharedLuck, maximum
 from lockprobe.fit.recovery import Design, recover_findings, recover_models, recover_parameters, simulate
+from lockprobe.prose.model_fit import finding
 
 SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 TRUTH = {"target": 1.0, "failure": 2.0, "decay": 0.8, "reset": 0.5, "stay": -1.0}
@@ -75,8 +76,8 @@ def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_tha
     """The first, second and last heed no report; the third leaves what just failed, which looks like the opposite."""
     (one,) = fit_agents(simulate(agent, SMALL, 1), folds=4).agents
     assert one.described is not None
-    assert "joint that has just failed" not in one.finding
-    assert "still where it was" not in one.finding
+    assert "joint that has just failed" not in finding(one)
+    assert "still where it was" not in finding(one)
 
 
 def test_what_findings_claim_is_held_against_the_truth():

@@ -10,8 +10,8 @@ from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.call import Usage
+from lockprobe.formatting import NONE
 from lockprobe.report import costs, write_report
-from lockprobe.report.format import NONE
 
 P = (0.0, 0.4)
 SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}

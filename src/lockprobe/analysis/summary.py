@@ -32,7 +32,6 @@ from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.robot import Verdicts, verdicts
-from lockprobe.analysis.speaking import called
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import UNNAMED, Trial
@@ -101,11 +100,6 @@ class AgentSummary:
     def name(self) -> str:
         """Its spec, and how the box was shown where that has to be said."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
-
-    @property
-    def called(self) -> str:
-        """The same in a sentence, in which people are called that."""
-        return called(self.agent, self.shown)
 
     @property
     def points(self) -> tuple[Point, ...]:

@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Annotated
 
@@ -21,8 +20,10 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.model_comparison import Tell
+from lockprobe.formatting import percent
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
+from lockprobe.prose.model_fit import CAUTION, finding, fit_row
 from lockprobe.storage.atomic_file import atomic_file
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
@@ -98,7 +99,7 @@ def _progress() -> Tell:
 
 def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
     if json:
-        print(json_.dumps({"schema": 1} | asdict(report), indent=1, allow_nan=False), file=file)
+        print(json_.dumps(fit_row(report), indent=1, allow_nan=False), file=file)
         return
     console = Console(file=file, highlight=False, width=None if file.isatty() else WIDTH)
     for one in report.agents:
@@ -108,7 +109,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
         "as much as one: those of a trial, and of trials with equal labels, flips and draws, may repeat each other. "
         "Bits per choice better than chance, the probability of the joint chosen (geometric mean) and "
         "the share of choices that were the likeliest are those of trials left out, one part of "
-        f"{report.folds} at a time. {report.caution}"
+        f"{report.folds} at a time. {CAUTION}"
     )
 
 
@@ -120,7 +121,7 @@ def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
         f"{one.repeats:.1f} choices say as much as one" if one.repeats > 1.05 else "",
     ]
     console.print(f"\n[bold]{escape(printable(one.agent))}[/bold]  {'; '.join([counted, *filter(None, said)])}")
-    console.print(escape(printable(one.finding)))
+    console.print(escape(printable(finding(one))))
     print_table(_table(one), file)
     if one.described is not None:
         _print_best(console, one.rivals[0])
@@ -156,7 +157,7 @@ def _row(rival: RivalFit) -> list[str]:
         f"{rival.behind:.1f}",
         "-" if aside is None else f"{_two(aside.gain)}{escape(interval)}",
         "-" if aside is None else f"{aside.probability:.2f}",
-        "-" if aside is None else f"{100 * aside.hits:.0f} %",
+        "-" if aside is None else percent(aside.hits),
     ]
 
 

@@ -17,16 +17,14 @@ from lockprobe.figures.frame import (
     counts,
     heading,
     label_right,
-    minus,
     p_axis,
-    p_value,
-    percent,
     share_axis,
     step_axis,
     title,
 )
 from lockprobe.figures.palette import SUBJECTS, Style, styles
 from lockprobe.figures.primitives import band, bars, staircase
+from lockprobe.formatting import minus, p_value, percent
 
 __all__ = [
     "draw_relative_success",
@@ -91,7 +89,7 @@ def relative_rows(result: StudySummary) -> list[ForestRow]:
     for agent, style in styles(result):
         condition = next((condition for condition in agent.conditions if condition.curve.n), None)
         found = condition.relative if condition else None
-        said = minus(f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]") if found else "not defined"
+        said = minus(f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]", zeros=True) if found else "not defined"
         rows.append(
             ForestRow(
                 name=agent_label(agent),
@@ -193,7 +191,7 @@ def _rises_and_falls(agent: AgentSummary) -> str:
     found = agent.inference.lines.p_value
     if found is None:
         return f"rises and then falls? not tested: that takes three {agent.axis.name}s"
-    return f"rises and then falls? two-lines test: {p_value(found)}"
+    return f"rises and then falls? two-lines test: {p_value(found, '$P$')}"
 
 
 def _peak(axes: Axes, agent: AgentSummary) -> None:

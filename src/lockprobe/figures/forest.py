@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 
-from lockprobe.figures.frame import FAINT, INK, SMALL, minus
+from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.palette import Dash, Marker
+from lockprobe.formatting import minus
 
 __all__ = ["ForestRow", "differences", "forest", "height", "interval"]
 
@@ -130,7 +131,7 @@ def differences(axes: Axes, rows: Sequence[ForestRow], label: str = "difference,
     axes.set_xlabel(label, fontsize=SMALL)
     ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]
     ticks = [tick for tick in ticks if abs(tick) <= reach]
-    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0") for tick in ticks])
+    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0", zeros=True) for tick in ticks])
 
 
 def interval(value: float, low: float | None, high: float | None) -> str:
@@ -140,7 +141,7 @@ def interval(value: float, low: float | None, high: float | None) -> str:
     '+27 [+2, +50]'
     """
     said = f"{100 * value:+.0f}"
-    return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]")
+    return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]", zeros=True)
 
 
 def _write(axes: Axes, i: int, row: ForestRow, left: float, inches: float) -> None:

@@ -10,7 +10,8 @@ from matplotlib.patches import Rectangle
 
 from lockprobe.analysis.grid import GridCell, GridSummary
 from lockprobe.figures.forest import interval
-from lockprobe.figures.frame import FAINT, INK, SMALL, p_value, percent, safe_name, shortened, title
+from lockprobe.figures.frame import FAINT, INK, SMALL, axis_label, safe_name, shortened, title
+from lockprobe.formatting import p_value, percent
 
 __all__ = ["GridPanel", "cell_lines", "draw_grid", "grid_height"]
 
@@ -70,8 +71,8 @@ def draw_grid(axes: Axes, panel: GridPanel) -> None:
     axes.set_ylim(len(grid.row_doses) - 0.5, -0.5)
     axes.set_xticks(range(columns), [f"{dose:g}" for dose in grid.column_doses])
     axes.set_yticks(range(len(grid.row_doses)), [f"{dose:g}" for dose in grid.row_doses])
-    axes.set_xlabel(grid.columns.label, fontsize=SMALL, color=INK)
-    axes.set_ylabel(grid.rows.label, fontsize=SMALL, color=INK)
+    axes.set_xlabel(axis_label(grid.columns), fontsize=SMALL, color=INK)
+    axes.set_ylabel(axis_label(grid.rows), fontsize=SMALL, color=INK)
     axes.spines[:].set_visible(False)
     axes.tick_params(labelcolor=INK, labelsize=SMALL, length=0)
     title(axes, safe_name(shortened(name, _LONGEST)), _interaction(found))
@@ -81,4 +82,4 @@ def _interaction(found: GridSummary) -> str:
     change = found.interaction
     if change is None:
         return "interaction not told"
-    return f"interaction {interval(change.value, change.low, change.high)} points, {p_value(change.p_value)}"
+    return f"interaction {interval(change.value, change.low, change.high)} points, {p_value(change.p_value, '$P$')}"

@@ -116,7 +116,7 @@ class World:
 
     Attributes:
         agent: The agent, or its spec.
-        pulls: What acts on it, by the names that :func:`lockprobe.fit.finding.claims` gives: 1 if a joint becomes
+        pulls: What acts on it, by the names that :class:`lockprobe.fit.result.Claim` gives: 1 if a joint becomes
             likelier by it, -1 if less likely, None if that cannot be said. What is not named does not act on it.
     """
 

@@ -18,13 +18,12 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.finding import CLOSE, Claim, claims
 from lockprobe.fit.fitting import fit_agent
 from lockprobe.fit.intervals import parameters
 from lockprobe.fit.known_agents import WORLDS, World
 from lockprobe.fit.model_comparison import Competitor, contest
 from lockprobe.fit.optimise import maximum
-from lockprobe.fit.result import Parameter
+from lockprobe.fit.result import CLOSE, Claim, Parameter
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
@@ -263,7 +262,7 @@ def recover_findings(
         described = misled = 0
         for trials in _studies(world.agent, sets, asked, seed):
             fit = fit_agent(name, trials, chosen_rivals(), boxes={asked.box.name: asked.box}, within=CLOSE)
-            found = claims(fit)
+            found = fit.claims
             wrong = [claim for claim in found if not _true(claim, world)]
             best[fit.rivals[0].model] += 1
             described += fit.described is not None

@@ -10,9 +10,9 @@ from typing import Literal
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
-from lockprobe.analysis.speaking import test_said
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.report.format import minus
+from lockprobe.formatting import minus
+from lockprobe.prose.hypothesis_tests import name_of_test, unit_said
 from lockprobe.report.paper_reanalysis import share
 
 __all__ = [
@@ -111,8 +111,8 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
         (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
         if test.p_value is None or agent.blind:
             return NOT_MEASURED
-        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({test.unit})")
-        return said, borne_out(pattern(test.p_value, sign * test.direction)), test_said(test.name), test.p_value
+        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({unit_said(test)})")
+        return said, borne_out(pattern(test.p_value, sign * test.direction)), name_of_test(test.name), test.p_value
 
     return measure
 

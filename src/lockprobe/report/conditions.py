@@ -10,17 +10,18 @@ from operator import call
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.conclusions import conclusions, courses_said, loop_finding
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.effects import Effects, effects
-from lockprobe.analysis.finding import finding
 from lockprobe.analysis.grid import grids
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
 from lockprobe.interventions.condition import Condition, modality_doses
+from lockprobe.prose.effects import effects_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
-from lockprobe.report.effects_said import effects_said
 from lockprobe.report.examples import ExampleTrial, example
 from lockprobe.report.grids import grid_rows
 from lockprobe.report.installed_measures import measure_rows
@@ -282,7 +283,7 @@ def _interplay_rows(found: Effects) -> list[CrossingResult]:
 
 def _series_row(series: Series, summary: StudySummary) -> SeriesResult:
     """The numbers over one dose; sentences name it."""
-    agents, say = summary.agents, series.axis.said
+    agents = summary.agents
     return SeriesResult(
         intervention=series.axis.kind,
         dose=series.axis.dose,
@@ -290,17 +291,12 @@ def _series_row(series: Series, summary: StudySummary) -> SeriesResult:
         modality=series.modality,
         name=series.axis.name,
         conditions=dict(series.doses),
-        findings=[say(finding(agent)) for agent in summary.subjects],
-        loop_findings=[say(loop_finding(agent)) for agent in summary.subjects],
-        conclusions=[[say(one) for one in conclusions(agent)] for agent in summary.subjects],
-        courses_said=say(courses_said(summary)),
+        findings=[finding(agent) for agent in summary.subjects],
+        loop_findings=[loop_finding(agent) for agent in summary.subjects],
+        conclusions=[conclusions(agent) for agent in summary.subjects],
+        courses_said=courses_said(summary),
         fits=[fit_row(agent) for agent in agents],
-        tests=[
-            replace(row, asks=say(row.asks), unit=say(row.unit), note=say(row.note))
-            for agent in agents
-            if not agent.blind
-            for row in test_rows(agent)
-        ],
+        tests=[row for agent in agents if not agent.blind for row in test_rows(agent)],
         contrasts=[contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
         courses=[row for agent in agents if (row := course_row(agent))],
     )

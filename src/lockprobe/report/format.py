@@ -1,19 +1,15 @@
-"""How numbers and cells are written: for the page, as CSV and as TeX."""
+"""Tables as CSV and as TeX."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
 import re
 from collections.abc import Sequence
 
 from lockprobe.terminal_text import printable
 
-__all__ = ["EVERY", "NONE", "TextTable", "as_csv", "as_tex", "minus", "p_cell", "percent", "points_cell", "share_cell"]
-
-NONE = "\N{EN DASH}"
-"""A cell without a value."""
+__all__ = ["EVERY", "TextTable", "as_csv", "as_tex"]
 
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""
@@ -41,37 +37,6 @@ _TEX = {
 _P = re.compile(r"flip rate|^P$")
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-
-
-def percent(value: float | None, digits: int = 1) -> str:
-    """A share in per cent, or a dash where there is none."""
-    return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
-
-
-def p_cell(value: float | None) -> str:
-    """A p-value, or a dash where there is none."""
-    return NONE if value is None or math.isnan(value) else f"{value:.2g}"
-
-
-def share_cell(value: float | None, low: float | None, high: float | None) -> str:
-    """A share in per cent with its interval."""
-    if value is None or low is None or high is None or math.isnan(value):
-        return NONE
-    return f"{percent(value, 0)} [{100 * low:.0f}, {100 * high:.0f}]"
-
-
-def points_cell(value: float | None, low: float | None, high: float | None) -> str:
-    """A difference of shares in percentage points, with its interval where there is one."""
-    if value is None or math.isnan(value):
-        return NONE
-    interval = "" if low is None or high is None else f" [{100 * low:+.0f}, {100 * high:+.0f}]"
-    return minus(f"{100 * value:+.0f}{interval}")
-
-
-def minus(text: str) -> str:
-    """The text with minus signs for hyphens, but for those between letters, and none before a nought."""
-    text = re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text)
-    return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:

@@ -1,4 +1,4 @@
-"""Grids of crossed doses: their rows of ``results.json``, their tables, and the sentence on each interaction."""
+"""Grids of crossed doses: their rows of ``results.json`` and their tables."""
 
 from __future__ import annotations
 
@@ -6,14 +6,11 @@ from collections.abc import Sequence
 
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.grid import GridSummary
-from lockprobe.analysis.speaking import p_said, points_said
-from lockprobe.report.format import NONE, TextTable, p_cell, percent, points_cell
+from lockprobe.formatting import NONE, bracketed, p_cell, percent
+from lockprobe.report.format import TextTable
 from lockprobe.report.schema import GridAxis, GridCellResult, GridResult
 
-__all__ = ["grid_rows", "grid_said", "grid_table", "trend_table"]
-
-_TWO_BY_TWO = 4
-"""Cells of the smallest grid, in which the interaction is the difference of differences."""
+__all__ = ["grid_rows", "grid_table", "trend_table"]
 
 
 def grid_rows(found: Effects) -> list[GridResult]:
@@ -53,36 +50,6 @@ def _row(found: Effects, one: GridSummary) -> GridResult:
     )
 
 
-def grid_said(one: GridSummary) -> str:
-    """Whether one intervention does something else at other doses of the other, in a sentence."""
-    grid, change = one.grid, one.interaction
-    first, second = grid.rows.name, grid.columns.name
-    beside = f", with {grid.rows.rest}" if grid.rows.rest else ""
-    if change is None:
-        why = "no trial has ended under every combination" if grid.complete else "some combinations are not played"
-        return f"Whether {second} does something else at other values of {first}{beside} is not told: {why}."
-    interval = (
-        ""
-        if change.low is None or change.high is None
-        else f"{_level(one)} interval {points_said(change.low)} to {points_said(change.high)}; "
-    )
-    test = "not tested" if change.p_value is None else p_said(change.p_value)
-    lines = (
-        "" if len(grid.conditions) == _TWO_BY_TWO else f"; on straight lines through {len(grid.conditions)} conditions"
-    )
-    lowest, highest = grid.row_doses[0], grid.row_doses[-1]
-    size = f"{points_said(change.value)} points ({interval}{test}{lines})"
-    doses = f"{grid.column_doses[0]:g} to {grid.column_doses[-1]:g}"
-    what = f"what {second} from {doses} does at {highest:g} less at {lowest:g}"
-    if one.detectable:
-        return f"What {second} does changes with {first}{beside}: {what} is {size}."
-    return f"That {second} does something else at other values of {first}{beside} is not detectable: {what} is {size}."
-
-
-def _level(one: GridSummary) -> str:
-    return "95 %" if one.choices == 1 else f"{100 - 5 / one.choices:.3g} %"
-
-
 def grid_table(grids: Sequence[GridResult]) -> TextTable:
     """Every cell of every grid, from the rows of ``results.json``."""
     head = ["agent", "grid", "first dose", "second dose", "condition", "solved", "success"]
@@ -110,7 +77,7 @@ def trend_table(grids: Sequence[GridResult]) -> TextTable:
             row.name,
             row.rest or NONE,
             str(row.trials),
-            points_cell(row.difference, row.difference_low, row.difference_high),
+            bracketed(row.difference, row.difference_low, row.difference_high),
             p_cell(row.p_value),
             NONE if row.difference is None else "shown" if row.detectable else "not shown",
         ]

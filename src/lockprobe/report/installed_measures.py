@@ -7,9 +7,10 @@ from functools import partial
 
 from lockprobe.analysis.measures import find_measure, measured
 from lockprobe.errors import UserMistake
+from lockprobe.formatting import NONE, minus
 from lockprobe.plugins import plugin_names
 from lockprobe.record import Trial
-from lockprobe.report.format import NONE, TextTable, minus
+from lockprobe.report.format import TextTable
 from lockprobe.report.schema import MeasureResult
 
 __all__ = ["measure_rows", "measure_table"]

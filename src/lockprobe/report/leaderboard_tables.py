@@ -9,7 +9,8 @@ from lockprobe.analysis.agent_comparison.leaderboard_row import Regret
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.proportions import Paired, Proportion
-from lockprobe.report.format import EVERY, NONE, TextTable, minus, p_cell, percent, points_cell, share_cell
+from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
+from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.leaderboard import (
     ComparisonResult,
     InteractionResult,
@@ -123,7 +124,7 @@ def _measures(row: LeaderboardResult | LeaderboardByDose) -> list[str]:
         _share(row.success),
         "not reached" if row.steps_to_80 is None else f"{row.steps_to_80}",
         NONE if row.regret is None else _scaled(row.regret, "{:.2f}"),
-        points_cell(row.loops_above_chance, None, None),
+        bracketed(row.loops_above_chance, None, None),
         _misread(row),
     ]
 
@@ -152,12 +153,12 @@ def _count(tokens: int | None) -> str:
     return NONE if tokens is None else str(tokens)
 
 
-def _share(share: Proportion | ClusteredProportion) -> str:
-    return share_cell(share.value, share.low, share.high)
+def _share(found: Proportion | ClusteredProportion) -> str:
+    return share(found.value, found.low, found.high)
 
 
 def _points(found: BlockMean | Paired) -> str:
-    return points_cell(found.value, found.low, found.high)
+    return bracketed(found.value, found.low, found.high)
 
 
 def _signed(found: BlockMean) -> str:

@@ -14,6 +14,7 @@ from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import Difference, Proportion, difference
 from lockprobe.analysis.published import CORRELATION, CORRELATION_POINTS, LOOPS_AT_0, LOOPS_AT_40, PEAK
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import minus
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -28,7 +29,6 @@ from lockprobe.report.claim_tests import (
     tested,
     verdict_of,
 )
-from lockprobe.report.format import minus
 
 __all__ = ["LOOP_MEASURES"]
 

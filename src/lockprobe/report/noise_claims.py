@@ -10,6 +10,7 @@ from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference, ratio
 from lockprobe.analysis.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import minus
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -23,7 +24,6 @@ from lockprobe.report.claim_tests import (
     same_share,
     verdict_of,
 )
-from lockprobe.report.format import minus
 
 __all__ = ["NOISE_MEASURES"]
 

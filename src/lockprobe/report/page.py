@@ -18,14 +18,14 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.analysis.inference.verdict import QUESTIONS
-from lockprobe.analysis.speaking import test_said
 from lockprobe.analysis.summary import Each
+from lockprobe.formatting import minus
+from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
 from lockprobe.report.conditions import condition_results, read_conditions
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
-from lockprobe.report.format import TextTable, as_csv, as_tex, minus
+from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.grids import grid_table, trend_table
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.leaderboard_tables import (
@@ -202,7 +202,7 @@ def _templates() -> Any:
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
     environment.globals["unnamed"] = UNNAMED
-    environment.filters |= {"minus": minus, "test_said": test_said, "breakable": _breakable}
+    environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 

@@ -12,8 +12,9 @@ from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
+from lockprobe.formatting import NONE, percent, share
 from lockprobe.people.progress import Flow
-from lockprobe.report.format import NONE, TextTable, minus, share_cell
+from lockprobe.report.format import TextTable
 from lockprobe.spec import PEOPLE
 
 __all__ = [
@@ -100,14 +101,14 @@ def people_said(summary: StudySummary) -> list[str]:
 def _solved(found: People) -> str:
     share, first = found.success, found.first
     each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
-    interval = f", 95 % interval {_percent(share.low)} to {_percent(share.high)}" if share.clusters > 1 else ""
-    opened = f"{share.count} of {share.n} boxes ({_percent(share.value)}{interval})"
+    interval = f", 95 % interval {percent(share.low)} to {percent(share.high)}" if share.clusters > 1 else ""
+    opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{interval})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
     if not first.n or found.most == 1:
         return said
     return (
-        f"{said} Of their first boxes they opened {first.count} of {first.n} ({_percent(first.value)}, 95 % interval "
-        f"{_percent(first.low)} to {_percent(first.high)}): people remember from box to box, models do not."
+        f"{said} Of their first boxes they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
+        f"{percent(first.low)} to {percent(first.high)}): people remember from box to box, models do not."
     )
 
 
@@ -256,13 +257,9 @@ def _beyond(steps: int | None) -> str:
     return "beyond the budget" if steps is None else f"{steps}"
 
 
-def _share(share: Proportion | ClusteredProportion) -> str:
-    return minus(share_cell(share.value, share.low, share.high))
+def _share(found: Proportion | ClusteredProportion) -> str:
+    return share(found.value, found.low, found.high)
 
 
 def _people(number: int) -> str:
     return "One person" if number == 1 else f"{number} people"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"

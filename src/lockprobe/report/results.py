@@ -10,23 +10,19 @@ from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
-from lockprobe.analysis.conclusions import (
-    beside,
-    conclusions,
-    courses_said,
-    loop_finding,
-    modality_finding,
-    verdicts_said,
-)
-from lockprobe.analysis.finding import finding
-from lockprobe.analysis.panel import panel_said
 from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.shipped_rates import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
+from lockprobe.prose.agent_comparison import comparison_said, ranking_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.modalities import modality_finding
+from lockprobe.prose.panel import panel_said
+from lockprobe.prose.robot import verdicts_said
+from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
@@ -174,7 +170,7 @@ def flip_results(study: LoadedStudy) -> Results:
         conclusions=[conclusions(agent) for agent in summary.subjects],
         ranking_said=ranking_said(summary),
         comparisons_said=[comparison_said(one, summary) for one in summary.comparisons],
-        beside=beside(summary),
+        beside=baselines_said(summary),
         courses_said=courses_said(summary),
         box=summary.reference,
         conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields
-from typing import Any
+from dataclasses import asdict, fields, replace
+from typing import Any, ClassVar, Protocol, TypeVar
 
+from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.detectors import share_flagged
-from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.shipped_rates import false_positives
+from lockprobe.prose.hypothesis_tests import asked, note_said, unit_said, why_missing
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow
 from lockprobe.report.details import (
@@ -132,6 +133,23 @@ def _claims(said: Misinterpretations) -> dict[str, Any]:
     }
 
 
+class _Noted(Protocol):
+    """A result with a short code for why it is missing, in a dataclass."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def note(self) -> str: ...
+
+
+_N = TypeVar("_N", bound=_Noted)
+
+
+def _worded(result: _N, axis: Axis) -> _N:
+    """The result with its note in words."""
+    return replace(result, note=why_missing(result.note, axis))
+
+
 def fit_row(agent: AgentSummary) -> FitResult:
     """What runs over p for one agent: the paper's fits, the binomial ones, the peak, the onset of loops."""
     found, first = agent.inference, agent.inference.onset.primary
@@ -140,21 +158,21 @@ def fit_row(agent: AgentSummary) -> FitResult:
         modality=agent.modality,
         reference=agent.reference,
         blind=agent.blind,
-        success=agent.success_fit,
-        loop_rate=agent.loop_fit,
+        success=_worded(agent.success_fit, agent.axis),
+        loop_rate=_worded(agent.loop_fit, agent.axis),
         correlation=agent.correlation,
-        binomial=found.orders,
-        two_lines=found.lines,
-        lind_mehlum=found.bend,
-        peak=agent.peak,
-        difference_from_lowest=found.difference,
+        binomial=_worded(found.orders, agent.axis),
+        two_lines=_worded(found.lines, agent.axis),
+        lind_mehlum=_worded(found.bend, agent.axis),
+        peak=_worded(agent.peak, agent.axis),
+        difference_from_lowest=_worded(found.difference, agent.axis),
         steps_to_solve=found.speed,
         loop_onset=found.onset,
         looped_by_step_12=LoopedByStep(lowest=first.lowest.by_step(12), higher=first.higher.by_step(12))
         if first
         else None,
-        after_a_loop=found.hazard,
-        after_a_loop_by_step_10=found.landmark,
+        after_a_loop=_worded(found.hazard, agent.axis),
+        after_a_loop_by_step_10=_worded(found.landmark, agent.axis),
         looped_against_solved=found.whole,
         broken=BrokenByCondition(
             at=[BrokenAt(p=p, **asdict(share)) for p, share in found.broken.at],
@@ -176,8 +194,9 @@ def test_rows(agent: AgentSummary) -> list[TestRow]:
             TestRow(
                 agent=agent.agent,
                 modality=agent.modality,
-                asks=QUESTIONS[test.question],
-                **asdict(test),
+                asks=asked(test.question, agent.axis),
+                unit=unit_said(test, agent.axis),
+                **asdict(test) | {"note": note_said(test, agent.axis)},
                 rejects=test.rejects,
                 false_positives_low=rates[0].rate if rates else None,
                 false_positives_high=rates[1].rate if rates else None,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.proportions import Proportion
+from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
 from lockprobe.report.details import (
     ClaimResult,
     CountOf,
@@ -15,7 +16,7 @@ from lockprobe.report.details import (
     PaceResult,
     RationalityResult,
 )
-from lockprobe.report.format import EVERY, NONE, TextTable, minus, p_cell, percent, points_cell, share_cell
+from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult
 
 __all__ = [
@@ -50,7 +51,7 @@ def table1(conditions: Sequence[ConditionResult]) -> TextTable:
     return table + [
         [
             _named(row, asked),
-            percent(row.misinterpretation_rate) + _plus_minus(row.misinterpretation_rate_sd),
+            percent(row.misinterpretation_rate, 1) + _plus_minus(row.misinterpretation_rate_sd),
             f"{row.misinterpretations}, in {affected} of {of} trials",
         ]
         for row, (affected, of) in zip(asked, counts, strict=True)
@@ -144,7 +145,7 @@ def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
         [
             row.label,
             p,
-            share_cell(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
+            share(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
             percent(row.loop_rate_chance, 0),
             percent(row.loop_rate_chance_no_repeat, 0),
             percent(row.loop_rate_chance_markov, 0),
@@ -185,8 +186,8 @@ def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
             f"{row.p:g}",
             str(row.trials),
             str(row.solved),
-            share_cell(row.success, row.success_low, row.success_high),
-            share_cell(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
+            share(row.success, row.success_low, row.success_high),
+            share(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
             f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
             percent(row.coverage, 0),
             percent(row.redundant_share, 0),
@@ -278,15 +279,15 @@ def _one_p(rows: Sequence[ConditionResult]) -> bool:
 
 
 def _plus_minus(value: float | None) -> str:
-    return "" if value is None else f" ± {percent(value)}"
+    return "" if value is None else f" ± {percent(value, 1)}"
 
 
 def _step(step: float | None) -> str:
     return NONE if step is None else f"{step:g}"
 
 
-def _interval(share: Proportion | ClusteredProportion) -> str:
-    return share_cell(share.value, share.low, share.high)
+def _interval(found: Proportion | ClusteredProportion) -> str:
+    return share(found.value, found.low, found.high)
 
 
 def _of(count: CountOf | Proportion | ClusteredProportion) -> str:
@@ -303,7 +304,7 @@ def effect_table(effects: Sequence[EffectResult]) -> TextTable:
             row.control,
             f"{row.control_solved} of {row.trials}",
             f"{row.solved} of {row.trials}",
-            points_cell(row.difference, row.difference_low, row.difference_high),
+            bracketed(row.difference, row.difference_low, row.difference_high),
             p_cell(row.p_value),
             "shown" if row.detectable else "not shown",
         ]
@@ -320,7 +321,7 @@ def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
             row.first,
             row.second,
             row.both,
-            points_cell(row.difference, row.difference_low, row.difference_high),
+            bracketed(row.difference, row.difference_low, row.difference_high),
             p_cell(row.p_value),
             "shown" if row.detectable else "not shown",
         ]
@@ -343,8 +344,8 @@ def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
             NONE if row.mean_steps_all is None else f"{row.mean_steps_all:.1f}",
             _share_with_signs(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
             f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
-            percent(row.misread.value) if row.claims else NONE,
-            percent(row.false_report_of_all_steps.value),
+            percent(row.misread.value, 1) if row.claims else NONE,
+            percent(row.false_report_of_all_steps.value, 1),
             str(row.broken),
         ]
         for row in conditions

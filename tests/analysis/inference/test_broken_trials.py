@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.finding import finding
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.broken_trials import agreed_difference, broken_shares, completed
 from lockprobe.analysis.inference.difference import any_difference
@@ -12,6 +11,7 @@ from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate_columns
 from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.prose.success import finding
 from lockprobe.seeds import generator
 
 AGENT = "llm:local"

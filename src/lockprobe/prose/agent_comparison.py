@@ -1,16 +1,15 @@
-"""What the comparisons of agents say, in plain words: who solves more, what noise does to whom, who is faster."""
+"""Sentences on comparisons of agents: who solves more, whom false reports help more, who needs fewer steps."""
 
 from __future__ import annotations
 
 from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.speaking import begun, p_said, percent, verb
 from lockprobe.analysis.summary import StudySummary
+from lockprobe.formatting import minus, p_value, percent, points, range_said
+from lockprobe.prose.subject import Subject, subjects_by_name
 
 __all__ = ["comparison_said", "ranking_said"]
-
-Name = tuple[str, str]
 
 
 def ranking_said(summary: StudySummary) -> str:
@@ -26,9 +25,9 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
     placed = [row for row in summary.standings if row.ranks and row.modality == modality]
     if len(placed) < 2:
         return ""
-    names = _names(summary)
+    names = subjects_by_name(summary)
     said = [
-        f"{names[row.agent, row.modality]} {percent(row.success.value)} ({_rank(*row.ranks)})"
+        f"{names[row.agent, row.modality].name} {percent(row.success.value)} ({_rank(*row.ranks)})"
         for row in placed
         if row.ranks
     ]
@@ -43,7 +42,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
 
 def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
     """One pair: who solves the box more often; whether noise helps one more; who needs fewer steps."""
-    names, pairs = _names(summary), sum(other.among == one.among for other in summary.comparisons)
+    names, pairs = subjects_by_name(summary), sum(other.among == one.among for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
     broken = ", the largest p-value over what became of broken trials" if one.bounded else ""
     shares = (
@@ -51,16 +50,16 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
         f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
     )
     if one.verdict:
-        solves = verb(one.second[0], "solves", "solve")
-        said = [f"{second} {solves} the box {'more' if one.verdict > 0 else 'less'} often than {first}: {shares}."]
+        solves, often = second.form("solves", "solve"), "more" if one.verdict > 0 else "less"
+        said = [f"{second.first} {solves} the box {often} often than {first.name}: {shares}."]
     else:
-        said = [f"{second} and {first} cannot be told apart by how often they solve the box: {shares}."]
+        said = [f"{second.first} and {first.name} cannot be told apart by how often they solve the box: {shares}."]
     if one.interaction:
         said.append(_changes(one, second, first, pairs))
-    return [*map(begun, said), begun(_steps(one, second, first, pairs))]
+    return [*said, _steps(one, second, first, pairs)]
 
 
-def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
+def _changes(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
     moved = one.interaction
     if moved is None:
         return ""
@@ -71,8 +70,8 @@ def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
     if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
         more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
         return (
-            f"False reports do not do the same to both: {where} the success of {second} {more} than that of {first} "
-            f"({_points(clearest.change)}, the clearest change; {test})."
+            f"False reports do not do the same to both: {where} the success of {second.name} {more} than that of "
+            f"{first.name} ({_points(clearest.change)}, the clearest change; {test})."
         )
     return (
         f"That false reports help one of them more than the other is not detectable: {where} their changes differ "
@@ -80,17 +79,15 @@ def _changes(one: Comparison, second: str, first: str, pairs: int) -> str:
     )
 
 
-def _steps(one: Comparison, second: str, first: str, pairs: int) -> str:
+def _steps(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
     found = one.steps
-    interval = (
-        "" if found.low is None or found.high is None else f", 95 % interval {found.low:+.1f} to {found.high:+.1f}"
-    )
-    test = f"{found.value:+.1f} steps{interval}; {_p(one.steps_adjusted, pairs)}".replace("-", "\N{MINUS SIGN}")
+    interval = range_said(found.low, found.high, "{:+.1f}", 1)
+    test = f"{minus(f'{found.value:+.1f}', zeros=True)} steps{interval}; {_p(one.steps_adjusted, pairs)}"
     if one.steps_verdict:
-        needs = verb(one.second[0], "needs", "need")
+        needs = second.form("needs", "need")
         return (
-            f"{second} {needs} {'fewer' if one.steps_verdict < 0 else 'more'} steps than {first}, an unsolved trial "
-            f"counted with its whole budget ({test})."
+            f"{second.first} {needs} {'fewer' if one.steps_verdict < 0 else 'more'} steps than {first.name}, "
+            f"an unsolved trial counted with its whole budget ({test})."
         )
     return f"That one needs fewer steps than the other is not detectable ({test})."
 
@@ -99,25 +96,16 @@ def _test(one: Comparison) -> str:
     return "people and luck taken together" if one.people else "agents exchanged within luck"
 
 
-def _names(summary: StudySummary) -> dict[Name, str]:
-    return {(agent.agent, agent.modality): agent.called for agent in summary.agents}
-
-
 def _rank(low: int, high: int) -> str:
     return f"rank {low}" if low == high else f"rank {low} to {high}"
 
 
 def _points(found: BlockMean) -> str:
-    interval = (
-        ""
-        if found.low is None or found.high is None
-        else (f", 95 % interval {100 * found.low:+.0f} to {100 * found.high:+.0f}")
-    )
-    return f"{100 * found.value:+.0f} points{interval}".replace("-", "\N{MINUS SIGN}")
+    return f"{points(found.value)} points{range_said(found.low, found.high)}"
 
 
 def _p(value: float | None, pairs: int, beside: str = "") -> str:
     if value is None:
         return "not tested"
     looked = [beside] * bool(beside) + [f"{pairs} pairs"] * (pairs > 1)
-    return p_said(value) + (f", corrected for {' and '.join(looked)}" if looked else "")
+    return p_value(value) + (f", corrected for {' and '.join(looked)}" if looked else "")

@@ -6,13 +6,13 @@ from dataclasses import replace
 import pytest
 from builders import play_study, played_by_people, small_study
 
-from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
-from lockprobe.analysis.conclusions import _BESIDE_BLIND, _SAID, conclusions, courses_said
-from lockprobe.analysis.finding import finding
-from lockprobe.analysis.speaking import begun, called, of_people, verb
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
 from lockprobe.audit.worlds import WORLDS
+from lockprobe.prose.agent_comparison import comparison_said, ranking_said
+from lockprobe.prose.hypothesis_tests import conclusions, conclusions_of
+from lockprobe.prose.subject import Subject, subject_of
+from lockprobe.prose.success import courses_said, finding
 from lockprobe.seeds import generator
 
 
@@ -32,8 +32,8 @@ def test_no_sentence_calls_people_by_their_spec(summary):
     assert not [sentence for sentence in said for many in ("eople solves", "eople needs") if many in sentence]
     (people,) = (agent for agent in summary.agents if agent.agent == "participant")
     assert not [sentence for sentence in conclusions(people) if "the agent" in sentence]
-    assert (people.called, people.name) == ("people", "participant")
-    assert replace(people, shown="reports").called == "people (reports)"
+    assert (subject_of(people).name, people.name) == ("people", "participant")
+    assert subject_of(replace(people, shown="reports")).name == "people (reports)"
 
 
 def test_who_needs_more_or_solves_more_is_said_of_people_in_the_plural(summary):
@@ -47,19 +47,18 @@ def test_who_needs_more_or_solves_more_is_said_of_people_in_the_plural(summary):
 
 
 def test_specs_stay_as_they_are():
-    assert (called("random"), begun("people: none"), begun("peopled")) == ("random", "people: none", "peopled")
-    assert (verb("random", "it", "they"), verb("participant", "it", "they")) == ("it", "they")
-    assert of_people("That the agent solves the box less often after a loop is not detectable") == (
-        "That people solve the box less often after a loop is not detectable"
-    )
+    random, people = Subject.of("random"), Subject.of("participant")
+    assert (random.name, random.first, Subject.of("peopled").first) == ("random", "random", "peopled")
+    assert (random.form("it", "they"), people.form("it", "they")) == ("it", "they")
+    assert conclusions_of(people, "harm")[2] == ("That people solve the box less often after a loop is not detectable")
 
 
 def test_every_conclusion_can_be_said_of_people():
     """With no pronoun or verb that stands for one."""
-    pairs = [*_SAID.values(), _BESIDE_BLIND]
-    every = [said for yes, no in pairs for said in ((yes, no) if isinstance(yes, str) else (*yes, no))]
-    assert len(every) == 14
-    of_many = [of_people(sentence) for sentence in every]
+    people = Subject.of("participant")
+    every = [conclusions_of(people, question) for question in ("speed", "shape", "looping", "harm")]
+    of_many = [sentence for three in (*every, conclusions_of(people, "harm", blind=True)) for sentence in three]
+    assert len(of_many) == 15
     assert not [said for said in of_many if re.search(r"\b(its?|the agent)\b|people (is|has|\w+s)\b", said)]
     assert [said for said in of_many if "beyond what their action habits and the mechanics" in said]
 

@@ -1,4 +1,4 @@
-"""What the panel of a study tells those who see it, and how much of the lock it gives away.
+"""The sentence on the panel of a study with pictures, and how much of the lock it gives away.
 
 Pictures show where each joint sits; reports in words do not. On the panel of ``chain-4`` joints that lock each other
 sit side by side, so that one who tries the nearest joint next is right more often than by chance. Where joints are

@@ -4,8 +4,8 @@ import re
 
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
 from lockprobe.analysis.summary import summarise
+from lockprobe.prose.agent_comparison import comparison_said, ranking_said
 
 
 def trials(agent, solved, of=20):

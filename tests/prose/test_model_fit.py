@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.fit import AgentFit, Parameter, Predicted, RivalFit
-from lockprobe.fit.finding import claims, finding
+from lockprobe.prose.model_fit import finding
 
 
 def aside(gain, low, high):
@@ -18,7 +18,6 @@ def parameter(name, value, low, high, *, at_bound=False):
 
 RANDOM = RivalFit(
     model="random",
-    says="takes any joint",
     version="random",
     versions=1,
     spec="random",
@@ -34,7 +33,6 @@ MEMORY = replace(
     RANDOM,
     model="failure-memory",
     version="failure-memory",
-    says="avoids what failed",
     parameters=(
         parameter("failure", 2.0, 1.0, 3.0),
         parameter("decay", 0.8, 0.6, 0.9),
@@ -60,7 +58,6 @@ def fit_of(*rivals, own=None, lead=None):
         described=rivals[0].model,
         lead_by_reports=lead,
         own=own,
-        finding="",
     )
 
 
@@ -70,7 +67,7 @@ def said(*rivals, own=None, lead=None):
 
 def test_what_predicts_comes_first_with_its_gain():
     assert said(MEMORY, RANDOM).startswith(
-        "llm:local is best described by failure-memory: it avoids what failed. On trials that it was not fitted to, that "
+        "llm:local is best described by failure-memory: it avoids, or returns to, what failed, as far as it remembers. On trials that it was not fitted to, that "
         "predicts 0.31 bits per choice of the 2.00 that random leaves (95 % interval 0.25 to 0.37); the joint chosen is "
         "the likeliest in 46 % of choices (random: 25 %)."
     )
@@ -108,7 +105,6 @@ WINNER = replace(
     MEMORY,
     model="favourite-labels",
     version="favourite-labels",
-    says="prefers some labels",
     parameters=(parameter("label B beside A", -1.0, -1.2, -0.8),),
 )
 
@@ -120,14 +116,14 @@ def test_nothing_is_told_of_the_parameters_of_a_model_that_lost(behind):
     assert text.startswith("llm:local is best described by favourite-labels: it prefers some labels. On trials")
     assert "times" not in text
     assert "failed" not in text
-    assert claims(fit_of(WINNER, replace(MEMORY, behind=behind), RANDOM)) == []
+    assert fit_of(WINNER, replace(MEMORY, behind=behind), RANDOM).claims == ()
 
 
 def test_nothing_is_told_of_parameters_where_the_best_is_not_shown_to_predict():
     best = replace(WINNER, held_out=aside(0.04, -0.01, 0.09))
     for rivals in ((best, replace(MEMORY, behind=8.0), RANDOM), (replace(MEMORY, held_out=None), RANDOM)):
         assert "times" not in said(*rivals)
-        assert claims(fit_of(*rivals, lead=100.0)) == []
+        assert fit_of(*rivals, lead=100.0).claims == ()
 
 
 def test_reports_are_said_to_act_only_where_the_model_needs_them():
@@ -150,12 +146,12 @@ def test_pulls_that_depend_on_no_report_are_told_all_the_same():
         parameter(name, 1.0, 0.5, 1.5) for name in ("target", "closed", "failure", "recent", "stay", "position")
     )
     best = replace(MEMORY, parameters=(*pulls, *MEMORY.parameters[1:]))
-    assert [(one.about, one.direction) for one in claims(fit_of(best, RANDOM, lead=-7.0))] == [
+    assert [(one.about, one.direction) for one in fit_of(best, RANDOM, lead=-7.0).claims] == [
         ("target", 1),
         ("recent", 1),
         ("position", 1),
     ]
-    assert [(one.about, one.direction) for one in claims(fit_of(best, RANDOM, lead=7.0))] == [
+    assert [(one.about, one.direction) for one in fit_of(best, RANDOM, lead=7.0).claims] == [
         ("reports", 1),
         ("target", 1),
         ("closed", 1),

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lockprobe.analysis.panel import panel_said
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.layouts import laid_out, locking_pairs, neighbours, redealt
+from lockprobe.prose.panel import panel_said
 
 
 def test_one_panel_in_the_order_of_the_lock():
