@@ -17,7 +17,7 @@ MONEY = {
 }  # fmt: skip
 ROW = {
     "rank_low": 2, "rank_high": 2, "label": "a", "trials": 10, "success": SHARE, "steps_to_80": None,
-    "regret": {"value": 1.2, "low": None, "high": None, "high": None}, "loops_above_chance": -0.204, "misread": SHARE | {"n": 0},
+    "regret": {"value": 1.2, "low": None, "high": None}, "loops_above_chance": -0.204, "misread": SHARE | {"n": 0},
     "not_asked": 3, "money": MONEY,
 }  # fmt: skip
 
@@ -46,7 +46,16 @@ def test_money_is_a_lower_bound_where_some_replies_were_not_counted_and_empty_wh
 
 
 def test_two_that_play_alike_at_every_p_have_one_row():
-    found = {"n": 10, "only_first": 1, "only_second": 2, "value": 0.1, "low": None, "high": None, "p_value": 1.0, "p_adjusted": 1.0}
+    found = {
+        "n": 10,
+        "only_first": 1,
+        "only_second": 2,
+        "value": 0.1,
+        "low": None,
+        "high": None,
+        "p_value": 1.0,
+        "p_adjusted": 1.0,
+    }
     by_p = [{"p": p, "success": found, "steps": {"value": -1.0, "low": None, "high": None}} for p in (0.0, 0.3)]
     pair = {"first_label": "a", "second_label": "b", "by_p": by_p}
     table = comparison_by_p_table([pair | {"same_at_every_p": True}, pair | {"same_at_every_p": False}])
