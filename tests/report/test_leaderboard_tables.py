@@ -59,23 +59,9 @@ def test_money_is_a_lower_bound_where_some_replies_were_not_counted_and_empty_wh
 
 
 def test_two_that_play_alike_at_every_p_have_one_row():
-<<<<<<< HEAD
     found = AdjustedPairs(n=10, only_first=1, only_second=2, value=0.1, low=-0.1, high=0.3, p_value=1.0, p_adjusted=1.0)
     steps = BlockMean(value=-1.0, low=None, high=None, p_value=None, pairs=10, blocks=10)
     by_p = [ComparisonByDose(p=p, success=found, steps=steps) for p in (0.0, 0.3)]
-=======
-    found = {
-        "n": 10,
-        "only_first": 1,
-        "only_second": 2,
-        "value": 0.1,
-        "low": None,
-        "high": None,
-        "p_value": 1.0,
-        "p_adjusted": 1.0,
-    }
-    by_p = [{"p": p, "success": found, "steps": {"value": -1.0, "low": None, "high": None}} for p in (0.0, 0.3)]
->>>>>>> h-prose
     pair = {"first_label": "a", "second_label": "b", "by_p": by_p}
     table = comparison_by_p_table([SimpleNamespace(**pair, same_at_every_p=same) for same in (True, False)])
     assert [row[2] for row in table[1:]] == ["every flip rate", "0", "0.3"]
