@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from lockprobe.analysis.agent_comparison.leaderboard_row import Regret
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import Proportion
-from lockprobe.report.format import NONE
+from lockprobe.formatting import NONE
 from lockprobe.report.leaderboard import AdjustedPairs, ComparisonByDose, MoneyResult
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
