@@ -33,7 +33,7 @@ from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["play", "relabelled"]
+__all__ = ["OTHERS", "play", "relabelled", "tell"]
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
 """Who plays the same trial afterwards."""
