@@ -197,7 +197,7 @@ QUOTED = [
      lambda: [100 * bound for count in (78, 27) for bound in both(count, 100)]),
     ("docs/cognitive-models.md", "it called 2 random ({:.0f} to {:.0f} %), and all 12",
      lambda: [100 * bound for bound in both(2, 12)]),
-    ("docs/twin.md", "None of 4000 is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
+    ("docs/twin.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
     ("docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
      lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]
      + [100 * bound for count in (179, 142) for bound in both(count, 200)]),

@@ -217,7 +217,8 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
     printed = []
     with here(repeating(echo)) as server:
         plant(monkeypatch, server.url)
-        printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ([], ["--json"], [])]
+        for more in (["--no-report"], ["--no-report", "--json"], []):
+            printed.append(command(capfd, *run, "--connections", "2", "--out", study, *more))
     assert any(KEY in line for line in server.headers)
     assert any(ORGANISATION in line for line in server.headers)
     printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]

@@ -96,7 +96,7 @@ def test_labels_and_places_in_the_list_are_read_from_the_trial():
 def test_a_blind_agent_is_not_told_apart_from_its_twin(share, at, after_last):
     """It was told apart from an odds ratio of 1: the target with .4, the last joint again with .5, round robin."""
     against_one, against_twin, p = 0, 0, np.repeat(P, 200)
-    for number in range(12):
+    for number in range(6):
         rng = np.random.default_rng([number, at])
         found, actions = played(walks(share, at, len(p), rng, after_last=after_last), p)
         against_one += loop_hazard(found).p_value < 0.05
@@ -104,8 +104,8 @@ def test_a_blind_agent_is_not_told_apart_from_its_twin(share, at, after_last):
         against_twin += effect.p_value < 0.05
         assert effect.blind.error < 0.05
         assert effect.low < effect.odds_ratio < effect.high
-    assert against_one >= 6
-    assert against_twin <= 3
+    assert against_one >= 3
+    assert against_twin <= 2
 
 
 def test_harm_beyond_habits_is_found():

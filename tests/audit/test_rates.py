@@ -34,10 +34,10 @@ def test_counts_are_those_of_the_tests_one_by_one():
 
 
 def test_neither_records_nor_processes_change_a_rate(rates):
-    few = measure([TRAP], studies=12, seed=2)
-    assert few == measure([TRAP], studies=12, seed=2, records=False)
-    assert few == measure([TRAP], studies=12, seed=2, records=False, processes=2)
-    assert few != measure([TRAP], studies=12, seed=3, records=False)
+    few = measure([TRAP], studies=6, seed=2)
+    assert few == measure([TRAP], studies=6, seed=2, records=False)
+    assert few == measure([TRAP], studies=6, seed=2, records=False, processes=2)
+    assert few != measure([TRAP], studies=6, seed=3, records=False)
 
 
 def test_the_papers_correlation_finds_harm_where_there_is_none(rates):

@@ -32,6 +32,13 @@ NAMES = ["fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected", "ratio
 NAMES += ["fig5a", "fig5a-corrected", "fig5b", "fig5b-corrected"]
 
 
+def laid_out(figure):
+    """Puts everything where it is drawn, ticks too, and draws nothing."""
+    figure.get_layout_engine().execute(figure)
+    for axes in figure.axes:
+        axes.get_tightbbox()
+
+
 def written(figure):
     """Every text that is to be read, and where it stands in pixels."""
     found = [figure._supxlabel] if figure._supxlabel else []
@@ -53,7 +60,7 @@ def written(figure):
 @pytest.mark.parametrize("case", CASES)
 def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
     for name, figure in figures.pictures(studies[case]).items():
-        figure.draw_without_rendering()
+        laid_out(figure)
         texts = written(figure)
         assert texts
         for text, place in texts:

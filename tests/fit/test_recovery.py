@@ -26,20 +26,20 @@ def share(found):
 
 
 def test_the_true_model_wins():
-    """At least 13 of 15 small studies; by the full figures 95 % and more win."""
-    found = recover_models(AGENTS, sets=3, design=SMALL, seed=11)
+    """At least 8 of 10 small studies; by the full figures 95 % and more win."""
+    found = recover_models(AGENTS, sets=2, design=SMALL, seed=11)
     assert [one.model for one in found] == list(AGENTS)
-    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 3 for one in found)
-    assert sum(one.bic.get(one.model, 0) for one in found) >= 13
+    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 2 for one in found)
+    assert sum(one.bic.get(one.model, 0) for one in found) >= 8
 
 
 def test_parameters_are_found_and_intervals_hold_them():
-    """96 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.88."""
-    found = recover_parameters(TRUTH, sets=12, design=SMALL, seed=21)
+    """48 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.86."""
+    found = recover_parameters(TRUTH, sets=6, design=SMALL, seed=21)
     assert {one.name: one.truth for one in found} == dict.fromkeys(("closed", "recent", "position"), 0.0) | TRUTH
-    assert share(found) >= 0.88
+    assert share(found) >= 0.86
     for one in found:
-        assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 12**0.5
+        assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 6**0.5
 
 
 def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(monkeypatch):

@@ -109,12 +109,12 @@ def test_tables_say_the_same(directory):
 
 def test_the_page_shows_models_side_by_side(directory):
     page = (directory / "report.html").read_text("utf-8")
-    assert "Models side by side" in page
+    assert "Models compared" in page
     assert "cannot be told apart" in page
     assert "False reports do not do the same to both" in page
     assert "as of 2026-01-02 (acme.test/prices)" in page
     assert "<code>llm:acme/two</code>: no price is known" in page
-    assert "data:image/svg" in page[page.index("Every two on the same boxes") :]
+    assert "data:image/svg" in page[page.index("Pairs of agents on the same boxes") :]
 
 
 def test_replies_that_nobody_counted_are_said_on_the_page_and_cost_nothing_that_is_known(tmp_path):
@@ -146,8 +146,8 @@ def test_one_model_is_held_against_the_baselines(tmp_path):
     path = write_study(tmp_path / "study", small_study(["llm:acme/one", "random"], P, 1, 10), made)
     write_report(path)
     page = (path / "report.html").read_text("utf-8")
-    assert "Beside agents to compare with" in page
-    assert "Models side by side" not in page
+    assert ">Baselines<" in page
+    assert "Models compared" not in page
     assert "llm:acme/one solves the box more often than random" in page
 
 

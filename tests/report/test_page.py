@@ -13,7 +13,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
-from lockprobe.report import content_of, write_report
+from lockprobe.report import results, write_report
 from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.page import _page
 from lockprobe.studies.study import Study
@@ -81,7 +81,7 @@ def test_all_files_are_there_and_no_draft(reported):
 
 
 def test_results_have_the_promised_fields(reported, content):
-    assert content == json.loads(json.dumps(content_of(reported)))
+    assert content == results(reported).plain()
     assert content["schema_version"] == 3
     assert content["progress"] == {"planned": 48, "finished": 48, "partial": False}
     assert [c["key"] for c in content["conditions"][:2]] == ["flips/random/p=0", "flips/random/p=0.3"]
@@ -194,17 +194,15 @@ def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
     """A target that needs two joints open is in none of the priors."""
     both = {"revolute-left": ({"slider-1": True, "slider-2": True},)}
     study = replace(small_study(["random"], (0.0,), 1, 6), box=replace(box("chain-4"), name="both", interlock=both))
-    content = content_of(write_study(tmp_path / "both", study))
+    content = results(write_study(tmp_path / "both", study))
     assert "On this box true reports contradict this prior" in _page("report", content, {})
-    assert not content_of(write_study(tmp_path / "fine", small_study(["random"], (0.0,), 1, 6)))["judged"][
-        "prior_contradicted"
-    ]
+    assert not results(write_study(tmp_path / "fine", small_study(["random"], (0.0,), 1, 6))).judged.prior_contradicted
 
 
 def test_every_best_flip_rate_says_whose_it_is(tmp_path):
     agents = ["cognitive:perseverant", "cognitive:random-map?window=1&avoid=last"]
-    content = content_of(write_study(tmp_path, small_study(agents, (0.0, 0.2, 0.4, 0.6), 1, 10)))
-    assert None in [fit["binomial"]["order"] for fit in content["fits"]]  # one without a model has its name too
+    content = results(write_study(tmp_path, small_study(agents, (0.0, 0.2, 0.4, 0.6), 1, 10)))
+    assert None in [fit.binomial.order for fit in content.fits]  # one without a model has its name too
     page = _page("report", content, {"fig4-corrected": {"svg": b"<svg/>"}})
     caption = page.partition("may be the best.")[2].partition("</figcaption>")[0]
     named = re.findall(r"<code>(.*?)</code>:(?: AICc prefers order \d\.)? Success is highest", caption)
@@ -213,9 +211,9 @@ def test_every_best_flip_rate_says_whose_it_is(tmp_path):
 
 def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
     study = replace(small_study(["random"], (0.0,), 1, 3), box=box("chain-7"))
-    content = content_of(write_study(tmp_path / "study", study))
-    assert content["rationality"] == []
-    assert content["judged"]["left_out_for_want_of_a_prior"] == 3
+    content = results(write_study(tmp_path / "study", study))
+    assert content.rationality == []
+    assert content.judged.left_out_for_want_of_a_prior == 3
     assert "no prior is stated for boxes of so many joints (3 trials)" in _page("report", content, {})
 
 
@@ -246,7 +244,7 @@ def test_a_partial_study_says_so(tmp_path):
 def test_a_study_that_has_only_begun_can_be_reported(tmp_path):
     directory = write_study(tmp_path / "study", small_study(), [])
     assert "No trial has been played yet." in write_report(directory).read_text("utf-8")
-    assert content_of(directory)["conditions"] == []
+    assert results(directory).conditions == []
 
 
 def test_only_errors_can_be_reported(tmp_path):

@@ -4,11 +4,13 @@ import csv
 import io
 import json
 import statistics
+from types import SimpleNamespace
 
 import pytest
 from builders import play_study, played_by_people, small_study, write_study
 from taking_part import take_part
 
+from lockprobe.analysis.relative_steps import RelativeSteps
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
 from lockprobe.report import write_report
@@ -94,10 +96,11 @@ def test_tables_for_papers(directory):
 
 
 def test_bounds_are_written_as_bounds():
-    row = {"agent": "llm:a", "modality": "symbolic", "p": None, "trials": 3, "steps": None, "people": 8}
-    row |= {"ratio": None, "least": 2.625, "most": None, "low": 1.5, "high": None}
-    row |= {"mean_ratio": 1.5, "mean_low": 1.25, "mean_high": 2.0}
-    _, cells = people_steps_table({"relative": [row]}, {})
+    row = RelativeSteps(
+        agent="llm:a", modality="symbolic", p=None, trials=3, steps=None, people=8,
+        ratio=None, least=2.625, most=None, low=1.5, high=None, mean_ratio=1.5, mean_low=1.25, mean_high=2.0,
+    )  # fmt: skip
+    _, cells = people_steps_table(SimpleNamespace(relative=[row]), {})
     assert cells == ["llm:a", "all", "3", "beyond the budget", "8", "at least 2.62 [1.50, open]", "1.50 [1.25, 2.00]"]
 
 

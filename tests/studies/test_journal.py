@@ -138,7 +138,7 @@ def test_killed_while_writing(tmp_path, whole, at, part):
 
 def test_killed_at_any_moment(tmp_path, whole):
     """A real command, killed from outside again and again until it gets through."""
-    command = ["run", "flips", "--agent", "random", "--trials", "400",
+    command = ["run", "flips", "--agent", "random", "--trials", "150",
                "--repetitions", "1", "--p", "0,0.4", "--no-report", "--out", str(tmp_path / "d")]  # fmt: skip
     kept = 0
     for attempt in range(60):
@@ -147,7 +147,7 @@ def test_killed_at_any_moment(tmp_path, whole):
             if "trials to play" in line:
                 break
         try:
-            process.wait(timeout=0.02 + 0.04 * attempt)
+            process.wait(timeout=0.01 + 0.015 * attempt)
         except subprocess.TimeoutExpired:
             process.kill()
         process.communicate()
@@ -159,7 +159,7 @@ def test_killed_at_any_moment(tmp_path, whole):
     assert process.returncode == 0
     content = (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()
     keys = [json.loads(line)["key"] for line in content]
-    assert len(keys) == len(set(keys)) == 800
+    assert len(keys) == len(set(keys)) == 300
     again = forked.run([*command[:-1], tmp_path / "e"])
     assert again.returncode == 0
     assert (tmp_path / "e" / "trials.jsonl").read_bytes().splitlines() == content

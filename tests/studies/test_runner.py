@@ -39,14 +39,14 @@ def shares(trials, agent):
 
 def test_reference_agents_at_every_p(tmp_path):
     agents = ["random", "random-no-repeat", "round-robin"]
-    trials = played(tmp_path, agent=agents, trials=300, seed=1, p=[0, 0.3, 0.6])
-    assert all(0.33 <= share <= 0.46 for share in shares(trials, "random"))
-    assert all(0.63 <= share <= 0.75 for share in shares(trials, "random-no-repeat"))
+    trials = played(tmp_path, agent=agents, trials=100, seed=1, p=[0, 0.3, 0.6])
+    assert all(0.28 <= share <= 0.51 for share in shares(trials, "random"))
+    assert all(0.58 <= share <= 0.80 for share in shares(trials, "random-no-repeat"))
     assert shares(trials, "round-robin") == [1, 1, 1]
 
 
 def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
-    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1)
+    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1, p=[0, 0.2, 0.4, 0.6])
     honest = [len(trial.steps) for trial in trials if trial.p == 0]
     assert 0.80 <= sum(steps <= 9 for steps in honest) / len(honest) <= 0.86
     assert max(honest) <= 10
@@ -139,7 +139,7 @@ def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
 
 def shown(directory, workers):
     planned = study(
-        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=2, max_steps=3,
+        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=1, max_steps=3,
                 plant="fast-twin?width=160&height=120")
     )  # fmt: skip
     with Journal.open(directory, planned) as journal:
@@ -150,8 +150,8 @@ def shown(directory, workers):
 def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
     pytest.importorskip("mujoco")
     one, two = shown(tmp_path / "one", 1), shown(tmp_path / "two", 2)
-    assert len(one) == 8
-    assert [trial.error for trial in one] == [None] * 8
+    assert len(one) == 4
+    assert [trial.error for trial in one] == [None] * 4
     in_order = [sorted(trials, key=lambda trial: trial.key) for trials in (one, two)]
     assert in_order[0] == in_order[1]
     albums = [{path.name: path.read_bytes() for path in (tmp_path / n / "pictures").iterdir()} for n in ("one", "two")]
@@ -186,8 +186,8 @@ def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
 
 def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
-    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=16, connections=3)
-    assert [trial.ending for trial in trials] == ["solved"] * 16
+    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=9, connections=3)
+    assert [trial.ending for trial in trials] == ["solved"] * 9
     assert server.peak == 3
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
 

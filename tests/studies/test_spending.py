@@ -17,7 +17,7 @@ from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadValue, BudgetReached, ReplyFault
 from lockprobe.record import Situation
 from lockprobe.studies.call_log import Calls, read_calls
-from lockprobe.studies.request_sizes import HYPOTHESIS, made_up, reply
+from lockprobe.studies.request_sizes import HYPOTHESIS, made_up_steps, reply
 from lockprobe.studies.spending import Budget, Ledger, Owners, dollars, most_dollars, price_of
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
@@ -199,7 +199,7 @@ def test_what_was_sent_before_is_what_the_request_before_held():
 @pytest.mark.parametrize("repairs", [0, 1])
 def test_what_was_sent_before_is_that_of_the_requests_themselves(repairs):
     plan = next(planned(DEAR).plans(DEAR))
-    whole = made_up(plan, reply(HYPOTHESIS))
+    whole = made_up_steps(plan, reply(HYPOTHESIS))[-1]
     calls, requests = [], []
     for step in range(1, 21):
         situation = Situation(

@@ -1,4 +1,4 @@
-"""How hosted models are reached. None of it changes what they are asked."""
+"""How hosted models are reached: connections, retries, batches. It changes no request."""
 
 from __future__ import annotations
 

@@ -22,11 +22,11 @@ from lockprobe.agents.access import Access
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.modalities import Senses
 from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
-from lockprobe.agents.viewer import Sight, Viewer
+from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Agent
@@ -60,11 +60,11 @@ _OTHERS = {
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
-    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Sight))}, and its strategy's.",
+    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
-    f"Options: {', '.join(field.name for field in fields(Settings))}.",
+    f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
@@ -168,13 +168,13 @@ def _viewer(spec: Spec, access: Access) -> AgentSource:
     strategy = Spec.parse(spec.name or _VIEWED)
     if spec.name not in ("", *_STRATEGIES) and strategy.kind not in _PARAMETRIC:
         raise UnknownName("strategy of viewer", spec.name, [*_STRATEGIES, *_PARAMETRIC])
-    seeing = sorted(field.name for field in fields(Sight))
+    seeing = sorted(field.name for field in fields(Eyesight))
     plain = resolve(strategy).make()
     deciding: list[str] = [field.name for field in fields(plain)] if is_dataclass(plain) else []
     for option in spec.options:
         if option not in {*seeing, *deciding}:
             raise UnknownName(f"option of {spec.full_name}", option, [*seeing, *deciding])
-    sight = with_options(Sight, spec.kind, {name: text for name, text in spec.options.items() if name in seeing})
+    sight = with_options(Eyesight, spec.kind, {name: text for name, text in spec.options.items() if name in seeing})
     strategy = strategy.adding(spec.without(seeing).options)
     viewer = Viewer(strategy=resolve(strategy).make(), name=str(strategy), sight=sight)
     return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=lambda: viewer)

@@ -1,9 +1,9 @@
-"""Local language models: the embedded one, and any GGUF file.
+"""Local language models: the embedded model, and any GGUF file.
 
-They play from a growing log, in which everything they are told stands as the record has it, and are not asked to
-generate: at each place where a reply leaves a choice, the allowed answers are scored exactly and one is drawn from
-the trial's own stream. Replies are always well formed, the probability of every joint is known, and the same seed
-gives the same trial on one machine. Figures and alternatives stand in ``docs/embedded-model.md``.
+They play from a growing log of everything they are told, worded as in the record. They do not generate text: wherever a
+reply leaves a choice, the allowed answers are scored exactly and one is drawn from the random stream of the trial.
+Replies are always well formed, the probability of every joint is known, and the same seed gives the same trial on one
+machine. Figures and alternatives stand in ``docs/embedded-model.md``.
 """
 
 from __future__ import annotations

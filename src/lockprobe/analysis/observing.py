@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 from lockprobe.beliefs.planning import expected_steps, information, least
-from lockprobe.beliefs.posterior import Belief, Report, entropy, opened, update
+from lockprobe.beliefs.posterior import Belief, ReportedAttempt, entropy, opened, update
 
 __all__ = ["MANY", "Moment", "Worth", "moment"]
 
@@ -48,7 +48,7 @@ class Moment:
 
     def __init__(self, belief: Belief) -> None:
         self._belief = belief
-        self._after: dict[Report | None, tuple[Moment, int]] = {}
+        self._after: dict[ReportedAttempt | None, tuple[Moment, int]] = {}
 
     @cached_property
     def entropy(self) -> float:
@@ -72,7 +72,7 @@ class Moment:
             by_chance={name: float(found.sum()) / len(bits) for name, found in values.items()},
         )
 
-    def after(self, report: Report | None) -> tuple[Moment, int]:
+    def after(self, report: ReportedAttempt | None) -> tuple[Moment, int]:
         """What is known after a report, or after the box has opened, and how often the observer had to begin again."""
         found = self._after.get(report)
         if found is None:

@@ -1,4 +1,4 @@
-"""``lockprobe audit`` and ``lockprobe power``."""
+"""``lockprobe audit`` and ``lockprobe power``: error rates and power of the statistics."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.shipped_rates import as_data
 from lockprobe.audit.worlds import WORLDS, P, world
-from lockprobe.cli.table import new_table, plain_console, print_table
+from lockprobe.cli.printing import new_table, plain_console, print_table
 from lockprobe.errors import BadValue
 from lockprobe.studies.study_options import parse_p
 
@@ -27,7 +27,7 @@ __all__ = ["audit", "power"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one a core).")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core).")]
 
 
 def audit(

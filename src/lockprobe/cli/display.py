@@ -1,4 +1,4 @@
-"""A run shown as a live table on a terminal, as JSON lines for machines, as plain lines elsewhere."""
+"""The progress of a run as a live table on a terminal, as JSON lines, or as plain lines."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.call import Call
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
-from lockprobe.cli.progress import Plain, told
-from lockprobe.cli.run_state import invalid_in_words
+from lockprobe.cli.progress import Plain, invalid_in_words, told
 from lockprobe.errors import BudgetReached
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate

@@ -1,4 +1,4 @@
-"""What works on this machine: ``lockprobe doctor``."""
+"""``lockprobe doctor``: reports what works on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``lockprobe fit``."""
+"""``lockprobe fit``: fits cognitive models to trials."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from lockprobe.cli.export import refuse_study_file
-from lockprobe.cli.table import new_table, print_table
+from lockprobe.cli.printing import new_table, print_table
 from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.model_comparison import Tell
@@ -40,8 +40,8 @@ def fit(
     agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
     p: Annotated[str | None, typer.Option(help="Only these flip rates, for example 0,0.4.")] = None,
     models: Annotated[str | None, typer.Option(help=f"Only these, with commas between: {', '.join(RIVALS)}.")] = None,
-    folds: Annotated[int, typer.Option(help="Parts of the trials that are left out in turn.")] = 10,
-    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate on its own.")] = False,
+    folds: Annotated[int, typer.Option(help="Number of parts; each is held out in turn.")] = 10,
+    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate separately.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
     out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise, or with -.")] = None,
 ) -> None:

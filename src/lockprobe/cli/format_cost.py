@@ -1,4 +1,4 @@
-"""Money and tokens in words, and what a study would cost."""
+"""Money and tokens in words, and the estimated cost of a study."""
 
 from __future__ import annotations
 

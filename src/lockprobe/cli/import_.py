@@ -1,4 +1,4 @@
-"""``lockprobe import``: trials that were played elsewhere."""
+"""``lockprobe import``: imports trials that were played elsewhere."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.people.import_diaries import DiaryImport
-from lockprobe.studies.merge import Source, gather, source_of_directory
+from lockprobe.studies.merge import MergeSource, gather, source_of_directory
 from lockprobe.terminal_text import printable
 
 __all__ = ["take"]
@@ -56,7 +56,7 @@ def take(
     print(printable(said))
 
 
-def _sources(path: Path, directory: Path) -> list[Source]:
+def _sources(path: Path, directory: Path) -> list[MergeSource]:
     if path.resolve() == directory.resolve():
         raise BadValue("SOURCE", str(path), "another directory than DIR")
     if not path.exists():

@@ -1,4 +1,4 @@
-"""``lockprobe loops``."""
+"""``lockprobe loops``: measures loops in action sequences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Language models on this machine, and what is known of others: ``lockprobe models``."""
+"""``lockprobe models``: language models on this machine, and facts about others."""
 
 from __future__ import annotations
 

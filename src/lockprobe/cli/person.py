@@ -14,7 +14,7 @@ from typing import Literal, Self
 
 import numpy as np
 
-from lockprobe.cli.screen import Screen
+from lockprobe.cli.printing import Screen
 from lockprobe.errors import LockprobeError
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.sketch import panel_lines

@@ -14,7 +14,7 @@ import typer
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.cli.person import Ended, Keys, Left, Person, ViewKind
-from lockprobe.cli.screen import Screen
+from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.flip import FlipKind
@@ -33,7 +33,7 @@ from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["OTHERS", "play", "relabelled", "tell"]
+__all__ = ["play", "relabelled", "tell"]
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
 """Who plays the same trial afterwards."""
@@ -45,15 +45,17 @@ _SEEDS = 10_000
 def play(
     box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
     p: Annotated[float, typer.Option(help="Flip rate: how often reports are false.")] = 0.0,
-    flip: Annotated[FlipKind, typer.Option(help="What becomes of a false report.")] = "transient",
-    seed: Annotated[int | None, typer.Option(help="Seed of everything; drawn where it is left out.")] = None,
+    flip: Annotated[FlipKind, typer.Option(help="How long a false report lasts.")] = "transient",
+    seed: Annotated[int | None, typer.Option(help="Seed of everything (drawn).")] = None,
     max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,
-    layout: Annotated[LayoutKind, typer.Option(help="fixed, or shuffled: joints dealt anew to the panel.")] = "fixed",
+    layout: Annotated[LayoutKind, typer.Option(help="fixed; shuffled: a new panel.")] = "fixed",
     shuffle: Annotated[bool, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing.")] = True,
     assessment: Annotated[
         bool, typer.Option("--assessment/--no-assessment", help="Ask what the last action did.")
     ] = True,
-    view: Annotated[ViewKind, typer.Option(help="Reports drawn, or as the text that models read.")] = "panel",
+    view: Annotated[
+        ViewKind, typer.Option(help="Show reports as a drawing, or as the text that models read.")
+    ] = "panel",
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.jsonl", help="Append the trial to this file, as studies record it.")
     ] = None,

@@ -1,4 +1,4 @@
-"""A finished trial again: step by step in words, or as a film."""
+"""``lockprobe replay``: shows a finished trial step by step, in words or as a film."""
 
 from __future__ import annotations
 

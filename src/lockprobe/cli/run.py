@@ -15,8 +15,7 @@ from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money, print_estimates
 from lockprobe.cli.live_report import LiveReport
-from lockprobe.cli.progress import Plain
-from lockprobe.cli.run_state import foreign_in_words
+from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.interventions.condition import flips
 from lockprobe.record import STATES

@@ -48,18 +48,22 @@ PLACEHOLDERS = {
 }
 """What recruitment platforms fill in, by the parameter that holds it: Prolific, SONA, MTurk."""
 
-_STUDY = "What is played: a study by name or file, or the directory of one in which people are to take part too."
-_PEOPLE = "How people take part (--write-people writes an example), or how many: the trials are worked out. Or both."
-_TEXTS = "What participants read: a language that ships, or a file; --write-texts writes an example."
+_STUDY = "The study: a name, a file, or the directory of a study that people join."
+_PEOPLE = (
+    "Settings for people (--write-people writes an example), or their number, or both; the number sets the trials."
+)
+_TEXTS = "The texts of the page: a shipped language, or a file; --write-texts writes an example."
 _EACH = "Boxes for each participant (each condition once)."
-_HOST = "What is listened on. Other than loopback needs LOCKPROBE_ADMIN_TOKEN."
-_PUBLIC = "Under which origin participants come through a proxy, for example https://study.example.org."
-_ALLOWED = "A name by which this machine is asked for on a local network; may be repeated."
+_HOST = "Address to listen on. Any except loopback needs LOCKPROBE_ADMIN_TOKEN."
+_PUBLIC = "The public origin of a proxy, for example https://study.example.org."
+_ALLOWED = "A name of this machine on a local network; may be repeated."
 
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
 People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
-RequireId = Annotated[bool | None, typer.Option("--require-id", help="Only with an ID of the platform in the URL.")]
-JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="What everybody has to give who joins.")]
+RequireId = Annotated[
+    bool | None, typer.Option("--require-id", help="Admit only people with a platform ID in the URL.")
+]
+JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="The code that participants need to join.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
 View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
 TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]

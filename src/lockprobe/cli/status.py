@@ -1,4 +1,4 @@
-"""``lockprobe status``: how a study stands and what it has cost, while it runs or afterwards."""
+"""``lockprobe status``: progress, errors and cost of a study, during a run or afterwards."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import typer
 
 from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.format_cost import money, share, spent_facts
-from lockprobe.cli.run_state import count, foreign_in_words, in_boundaries, invalid_in_words
+from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
 from lockprobe.record import Trial
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import read_calls, unanswered

@@ -1,9 +1,9 @@
-"""A trial inside an Inspect eval: the same closed loop as everywhere, and the model of the eval decides.
+"""Plays a trial inside an Inspect eval: the usual closed loop, with the eval's model as the agent.
 
-What the model is sent is what :mod:`lockprobe.agents.llm.model` sends, and a trial has the same seeds, labels, flips
-and key as in ``lockprobe run``. The conversation is put into the sample's messages as it goes on, and the truth of
-every step into its transcript, which the model never sees. A fault of provider or plant is the sample's error, for
-Inspect to retry or to report; a reply that stays unusable is the model's own and ends the trial as ``error``.
+The model gets the same requests as from :mod:`lockprobe.agents.llm.model`, and a trial has the same seeds, labels,
+flips and key as in ``lockprobe run``. The conversation goes into the messages of the sample, and the truth of every
+step into its transcript, which the model never sees. A fault of provider or plant is an error of the sample, which
+Inspect retries or reports. A reply that stays unusable is the model's fault and ends the trial as ``error``.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.agents.llm.client import Answer, refuse_overflow, sent, usage_of
+from lockprobe.agents.llm.client import ModelReply, refuse_overflow, sent, usage_of
 from lockprobe.agents.llm.connect import WITH_BATCHES
 from lockprobe.agents.llm.inspect_internals import active_generate_config
 from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.prompt import Message
 from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault
 from lockprobe.evals.conversation import told_last
@@ -80,7 +80,7 @@ def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfi
     given = dict(settings) | {ours: getattr(config, theirs) for ours, theirs in _OURS.items()}
     named = {
         field.name: f"{value:g}" if isinstance(value, float) else str(value)
-        for field in fields(Settings)
+        for field in fields(ModelSettings)
         if (value := given.get(field.name)) not in (None, field.default)
     }
     spec = str(Spec("llm", model, named))
@@ -152,7 +152,7 @@ class _ModelOfTheEval:
         """Ask for the next joint; what Inspect raises is kept, so that its own limits and retries hold."""
         step = len(situation.past) + 1
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             try:
                 return await self._ask(step, turn, messages, schema)
             finally:
@@ -160,7 +160,7 @@ class _ModelOfTheEval:
 
         return await decided(situation, self._settings, ask)
 
-    async def _ask(self, step: int, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+    async def _ask(self, step: int, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
         asked = [self._message(i, message, step, turn) for i, message in enumerate(messages)]
         self._state.messages.append(asked[-1])
         began = time.perf_counter()
@@ -171,7 +171,7 @@ class _ModelOfTheEval:
         reply.id = output.message.id
         self._state.messages.append(output.message.model_copy(update={"metadata": dict(reply.metadata or {})}))
         self._state.output = output
-        return Answer(
+        return ModelReply(
             text=text,
             stop=output.stop_reason,
             served=without_keys(output.model),
@@ -206,7 +206,7 @@ class _ModelOfTheEval:
 def _finish(state: TaskState, trial: Trial, directory: Path) -> None:
     """Put into a sample what its model did not get to see: the last observation, and pictures kept for the record."""
     if trial.error is None:
-        last = sent(told_last(trial, directory), Settings())
+        last = sent(told_last(trial, directory), ModelSettings())
         last.metadata = {"step": len(trial.steps) + 1}
         state.messages.append(last)
     for name, value in beside(trial, state.messages, directory).items():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
-from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
+from lockprobe.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
 from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
@@ -52,7 +52,7 @@ class Table:
 
     name: str
     columns: tuple[str, ...]
-    rows: tuple[Mapping[str, Cell], ...]
+    rows: tuple[Mapping[str, TidyCell], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,7 @@ def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) ->
     return tuple(made[name]() for name in TABLES if name in names)
 
 
-def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, Cell]]) -> Table:
+def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, TidyCell]]) -> Table:
     """A table in which no text is a formula, and no configuration a number."""
     return Table(
         name,
@@ -174,7 +174,7 @@ def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
     return ("participant", *COLUMNS, *more, "position", "view", "told", "rt_ms", "claimed_rt_ms", "at")
 
 
-def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:
+def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
     rows = tidy_rows(records.trials)
     for trial in records.trials:
         for step in trial.steps:
@@ -189,7 +189,7 @@ def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Itera
             }
 
 
-def _trials(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+def _trials(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
     for trial, row in zip(records.trials, trial_rows(records.trials), strict=True):
         more = {"position": _fact(trial, "position"), "view": _fact(trial, "view")}
         yield {"participant": _identity(trial), **row, **more}
@@ -199,14 +199,14 @@ def _identity(trial: Trial) -> str:
     return trial.agent.removeprefix(f"{PEOPLE}:") if group_of(trial.agent) == PEOPLE else ""
 
 
-def _fact(trial: Trial, name: str) -> Cell:
+def _fact(trial: Trial, name: str) -> TidyCell:
     value = trial.facts.get(name)
     return "" if value is None else value
 
 
-def _times(did: Did) -> dict[str, Cell]:
+def _times(did: Did) -> dict[str, TidyCell]:
     act = did.act
-    times: dict[str, Cell] = {"at": did.at}
+    times: dict[str, TidyCell] = {"at": did.at}
     if isinstance(act, Attempt | Answer):
         times["rt_ms"] = act.rt
     if isinstance(act, Attempt) and act.claimed_rt is not None:
@@ -214,12 +214,12 @@ def _times(did: Did) -> dict[str, Cell]:
     return times
 
 
-def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, Cell]:
+def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCell]:
     joined, boxes = kept.joined, range(1, len(kept.joined.slots) + 1)
     journey = Journey.of(kept)
     endings, checks = journey.endings, journey.checks
     language, _, texts = joined.words.partition(" ")
-    row: dict[str, Cell] = {
+    row: dict[str, TidyCell] = {
         "participant": joined.identity,
         "language": language,
         "texts": texts,
@@ -252,7 +252,7 @@ def _answered(kept: Diary) -> set[tuple[str, str]]:
     return {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
 
 
-def _device(kept: Diary) -> dict[str, Cell]:
+def _device(kept: Diary) -> dict[str, TidyCell]:
     """With what joints were chosen, and the first window; empty where the study does not keep it."""
     attempts = [did.act for did in kept.acts if isinstance(did.act, Attempt)]
     used = Counter(act.pointer for act in attempts if act.pointer)
@@ -261,14 +261,14 @@ def _device(kept: Diary) -> dict[str, Cell]:
     return {"pointers": pointers, "window_width": width, "window_height": height}
 
 
-def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:
+def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
     recorded = set(map(id, acts.values()))
     for kept in records.diaries:
         keys = {box: key_of(records.study, kept, box) for box in range(len(kept.joined.slots) + 1)}
         for line in kept.lines:
             if isinstance(line, Released):
                 continue
-            row: dict[str, Cell] = {"participant": kept.joined.identity, "turn": line.turn, "at": line.at}
+            row: dict[str, TidyCell] = {"participant": kept.joined.identity, "turn": line.turn, "at": line.at}
             if line.box is not None:
                 row |= {"position": line.box, "key": keys.get(line.box, "")}
             if isinstance(line, Broken):
@@ -283,7 +283,7 @@ def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterat
             yield row
 
 
-def _checks(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+def _checks(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
     asked = [check.question for check in records.experiment.checks] if records.experiment else []
     for kept in records.diaries:
         for did in kept.acts:
@@ -299,7 +299,7 @@ def _checks(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
                 }
 
 
-def _answers(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+def _answers(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
     asked = (
         {question.name: question.question for question in records.experiment.questions} if records.experiment else {}
     )

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.figures.forest import Row, forest
+from lockprobe.figures.forest import ForestRow, forest
 from lockprobe.figures.frame import (
     EXACT,
     FAINT,
@@ -85,7 +85,7 @@ def _exact_curves(axes: Axes, reference: Reference, budget: int) -> None:
         )
 
 
-def relative_rows(result: StudySummary) -> list[Row]:
+def relative_rows(result: StudySummary) -> list[ForestRow]:
     """Every agent's area at its lowest p."""
     rows = []
     for agent, style in styles(result):
@@ -93,7 +93,7 @@ def relative_rows(result: StudySummary) -> list[Row]:
         found = condition.relative if condition else None
         said = minus(f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]") if found else "not defined"
         rows.append(
-            Row(
+            ForestRow(
                 name=agent_label(agent),
                 said=said,
                 value=found.value if found else None,

@@ -13,7 +13,7 @@ from matplotlib.textpath import TextToPath
 from lockprobe.figures.frame import FAINT, INK, SMALL, minus
 from lockprobe.figures.palette import Dash, Marker
 
-__all__ = ["Row", "differences", "forest", "height", "interval"]
+__all__ = ["ForestRow", "differences", "forest", "height", "interval"]
 
 _BAR, _LINE = 0.17, 0.165
 """Height of a bar and of a line of text, in inches."""
@@ -23,7 +23,7 @@ _ROOM, _BETWEEN = 2.8, 0.12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class ForestRow:
     """One estimate.
 
     Attributes:
@@ -47,16 +47,16 @@ class Row:
     face: str
 
 
-def height(rows: Sequence[Row]) -> float:
+def height(rows: Sequence[ForestRow]) -> float:
     """How high axes with these rows have to be, in inches, with a title and a named axis."""
     return 0.85 + len(rows) * _row(rows)
 
 
-def _row(rows: Sequence[Row]) -> float:
+def _row(rows: Sequence[ForestRow]) -> float:
     return _BAR + _LINE * max((_lines(row) for row in rows), default=1)
 
 
-def _lines(row: Row) -> int:
+def _lines(row: ForestRow) -> int:
     """Lines above a bar: the name's, and one more where there is no room for the numbers."""
     names = row.name.split("\n")
     return len(names) + (max(map(_width, names)) + _BETWEEN + _width(row.said) > _ROOM)
@@ -71,7 +71,7 @@ def _width(text: str) -> float:
 
 def forest(
     axes: Axes,
-    rows: Sequence[Row],
+    rows: Sequence[ForestRow],
     limits: tuple[float, float],
     *,
     left: float = 0.0,
@@ -116,7 +116,7 @@ def forest(
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
 
 
-def differences(axes: Axes, rows: Sequence[Row], label: str = "difference, points") -> None:
+def differences(axes: Axes, rows: Sequence[ForestRow], label: str = "difference, points") -> None:
     """Draw differences of shares around a line at none, on an axis in points.
 
     Args:
@@ -143,7 +143,7 @@ def interval(value: float, low: float | None, high: float | None) -> str:
     return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]")
 
 
-def _write(axes: Axes, i: int, row: Row, left: float, inches: float) -> None:
+def _write(axes: Axes, i: int, row: ForestRow, left: float, inches: float) -> None:
     """The name of a row on its left, and its numbers on its right."""
     numbers = FAINT if row.face == "white" else INK
     name = _LINE * (_lines(row) - row.name.count("\n") - 1)

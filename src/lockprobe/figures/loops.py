@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 from lockprobe.analysis.inference.hazard import LoopEffect
 from lockprobe.analysis.inference.logrank import EventGroup
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.forest import Row, forest
+from lockprobe.figures.forest import ForestRow, forest
 from lockprobe.figures.frame import (
     EXACT,
     FAINT,
@@ -47,7 +47,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     rows = [
         _effect("step by step", found.hazard),
         _effect("after step 10", found.landmark),
-        Row(
+        ForestRow(
             name="naive: whole trials",
             said=_said(found.whole.odds_ratio, None, None, found.whole.p_value),
             value=found.whole.odds_ratio,
@@ -76,8 +76,8 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals", blind)
 
 
-def _effect(name: str, found: LoopEffect) -> Row:
-    return Row(
+def _effect(name: str, found: LoopEffect) -> ForestRow:
+    return ForestRow(
         name=name,
         said=_said(found.odds_ratio, found.low, found.high, found.p_value),
         value=found.odds_ratio,

@@ -16,7 +16,7 @@ from lockprobe.lockbox.layouts import LayoutName, laid_out
 from lockprobe.lockbox.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.seeds import generator, integer_seed
 
-__all__ = ["InitialName", "Recipe", "Refused", "generate", "random_box"]
+__all__ = ["InitialName", "Recipe", "RefusedRecipe", "generate", "random_box"]
 
 InitialName = Literal["rest", "random"]
 
@@ -75,14 +75,14 @@ class Recipe:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refused:
+class RefusedRecipe:
     """A recipe that gives no box that can be played, and why."""
 
     recipe: Recipe
     fault: Fault
 
 
-def generate(recipe: Recipe) -> Lockbox | Refused:
+def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
     """The box of a recipe, or why there is none: nothing is drawn again until it fits."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
@@ -94,7 +94,7 @@ def generate(recipe: Recipe) -> Lockbox | Refused:
         start = generator(recipe.seed, "box", "initial").random(len(box.joints)) < 0.5
         box = replace(box, initial=tuple(bool(position) for position in start))
     fault = fault_of(box, recipe.shortest)
-    return Refused(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
+    return RefusedRecipe(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
 
 
 def random_box(joints: int, seed: int) -> Lockbox:

@@ -33,7 +33,7 @@ from lockprobe.studies.journal import Journal
 from lockprobe.studies.play import own_thread
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
-from lockprobe.trial import Place, here
+from lockprobe.trial import Executor, here
 
 __all__ = ["LOG", "OpenStudy", "open_study", "words_to_read"]
 
@@ -74,7 +74,7 @@ class OpenStudy:
     practice: Plan | None
     journal: Journal
     invited: asyncio.Event
-    place: Place
+    place: Executor
     clock: Callable[[], float]
     page: str
 

@@ -18,7 +18,7 @@ from lockprobe.people.responses import Attempt
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Outcome, Situation, Step, Trial
 from lockprobe.studies.play import play_timed
-from lockprobe.trial import Place, here
+from lockprobe.trial import Executor, here
 
 __all__ = ["PausedTrial"]
 
@@ -32,7 +32,7 @@ class PausedTrial:
         trial: Its record once it is over, else None.
     """
 
-    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Place) -> None:
+    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor) -> None:
         self.plan = plan
         self.situation: Situation | None = None
         self.trial: Trial | None = None
@@ -48,7 +48,7 @@ class PausedTrial:
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
-        place: Place = here,
+        place: Executor = here,
     ) -> PausedTrial:
         """Begin a trial, replay its steps so far, and wait at the next decision.
 

@@ -17,7 +17,7 @@ from lockprobe.plan import Names, Plan
 from lockprobe.seeds import integer_seed
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
-from lockprobe.trial import Place, here
+from lockprobe.trial import Executor, here
 
 __all__ = ["ExamplePanels", "example_box", "examples_of", "practice_plan"]
 
@@ -64,7 +64,7 @@ def example_box(study: Study) -> Lockbox:
     return Lockbox(name="example", joints=joints, interlock={}, initial=(False,) * len(joints), target=joints[-1].name)
 
 
-async def examples_of(study: Study, experiment: Experiment, place: Place = here) -> Mapping[str, ExamplePanels]:
+async def examples_of(study: Study, experiment: Experiment, place: Executor = here) -> Mapping[str, ExamplePanels]:
     """The example in each modality in which people see the study's boxes; none where the plant breaks.
 
     It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do.

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from lockprobe.terminal_text import printable
 
-__all__ = ["EVERY", "NONE", "Table", "as_csv", "as_tex", "minus", "percent"]
+__all__ = ["EVERY", "NONE", "TextTable", "as_csv", "as_tex", "minus", "p_cell", "percent", "points_cell", "share_cell"]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""
@@ -18,7 +18,7 @@ NONE = "\N{EN DASH}"
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""
 
-Table = list[list[str]]
+TextTable = list[list[str]]
 """Rows of cells, the first row with the names of the columns."""
 
 _TEX = {
@@ -46,6 +46,26 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 def percent(value: float | None, digits: int = 1) -> str:
     """A share in per cent, or a dash where there is none."""
     return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
+
+
+def p_cell(value: float | None) -> str:
+    """A p-value, or a dash where there is none."""
+    return NONE if value is None or math.isnan(value) else f"{value:.2g}"
+
+
+def share_cell(value: float | None, low: float | None, high: float | None) -> str:
+    """A share in per cent with its interval."""
+    if value is None or low is None or high is None or math.isnan(value):
+        return NONE
+    return f"{percent(value, 0)} [{100 * low:.0f}, {100 * high:.0f}]"
+
+
+def points_cell(value: float | None, low: float | None, high: float | None) -> str:
+    """A difference of shares in percentage points, with its interval where there is one."""
+    if value is None or math.isnan(value):
+        return NONE
+    interval = "" if low is None or high is None else f" [{100 * low:+.0f}, {100 * high:+.0f}]"
+    return minus(f"{100 * value:+.0f}{interval}")
 
 
 def minus(text: str) -> str:

@@ -2,57 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.grid import GridSummary
 from lockprobe.analysis.speaking import p_said, points_said
-from lockprobe.report.format import NONE, Table, minus, percent
+from lockprobe.report.format import NONE, TextTable, p_cell, percent, points_cell
+from lockprobe.report.schema import GridAxis, GridCellResult, GridResult
 
 __all__ = ["grid_rows", "grid_said", "grid_table", "trend_table"]
 
 _TWO_BY_TWO = 4
 """Cells of the smallest grid, in which the interaction is the difference of differences."""
 
-Row = dict[str, Any]
 
-
-def grid_rows(found: Effects) -> list[Row]:
+def grid_rows(found: Effects) -> list[GridResult]:
     """The grids of one agent as rows of ``results.json``."""
     return [_row(found, one) for one in found.grids]
 
 
-def _row(found: Effects, one: GridSummary) -> Row:
+def _row(found: Effects, one: GridSummary) -> GridResult:
     grid, change = one.grid, one.interaction
-    return {
-        "agent": found.agent,
-        "modality": found.modality,
-        "name": grid.name,
-        "rows": {"intervention": grid.rows.kind, "dose": grid.rows.dose, "values": list(grid.row_doses)},
-        "columns": {"intervention": grid.columns.kind, "dose": grid.columns.dose, "values": list(grid.column_doses)},
-        "rest": grid.rows.rest,
-        "cells": [
-            {
-                "row": cell.row,
-                "column": cell.column,
-                "condition": cell.condition,
-                "trials": cell.success.n,
-                "solved": cell.success.count,
-                "success": cell.success.value,
-                "success_low": cell.success.low,
-                "success_high": cell.success.high,
-            }
+    return GridResult(
+        agent=found.agent,
+        modality=found.modality,
+        name=grid.name,
+        rows=GridAxis(intervention=grid.rows.kind, dose=grid.rows.dose, values=list(grid.row_doses)),
+        columns=GridAxis(intervention=grid.columns.kind, dose=grid.columns.dose, values=list(grid.column_doses)),
+        rest=grid.rows.rest,
+        cells=[
+            GridCellResult(
+                row=cell.row,
+                column=cell.column,
+                condition=cell.condition,
+                trials=cell.success.n,
+                solved=cell.success.count,
+                success=cell.success.value,
+                success_low=cell.success.low,
+                success_high=cell.success.high,
+            )
             for cell in one.cells
         ],
-        "trials": change.pairs if change else 0,
-        "difference": change.value if change else None,
-        "difference_low": change.low if change else None,
-        "difference_high": change.high if change else None,
-        "p_value": change.p_value if change else None,
-        "corrected_for": one.choices,
-        "detectable": one.detectable,
-    }
+        trials=change.pairs if change else 0,
+        difference=change.value if change else None,
+        difference_low=change.low if change else None,
+        difference_high=change.high if change else None,
+        p_value=change.p_value if change else None,
+        corrected_for=one.choices,
+        detectable=one.detectable,
+    )
 
 
 def grid_said(one: GridSummary) -> str:
@@ -85,47 +83,38 @@ def _level(one: GridSummary) -> str:
     return "95 %" if one.choices == 1 else f"{100 - 5 / one.choices:.3g} %"
 
 
-def grid_table(grids: Sequence[Mapping[str, Any]]) -> Table:
+def grid_table(grids: Sequence[GridResult]) -> TextTable:
     """Every cell of every grid, from the rows of ``results.json``."""
     head = ["agent", "grid", "first dose", "second dose", "condition", "solved", "success"]
     return [head] + [
         [
-            row["agent"],
-            row["name"],
-            f"{cell['row']:g}",
-            f"{cell['column']:g}",
-            cell["condition"],
-            f"{cell['solved']} of {cell['trials']}",
-            f"{percent(cell['success'], 0)} [{percent(cell['success_low'], 0)}, {percent(cell['success_high'], 0)}]",
+            row.agent,
+            row.name,
+            f"{cell.row:g}",
+            f"{cell.column:g}",
+            cell.condition,
+            f"{cell.solved} of {cell.trials}",
+            f"{percent(cell.success, 0)} [{percent(cell.success_low, 0)}, {percent(cell.success_high, 0)}]",
         ]
         for row in grids
-        for cell in row["cells"]
+        for cell in row.cells
     ]
 
 
-def trend_table(grids: Sequence[Mapping[str, Any]]) -> Table:
+def trend_table(grids: Sequence[GridResult]) -> TextTable:
     """The interaction of every grid, from the rows of ``results.json``."""
     head = ["agent", "grid", "beside", "blocks", "interaction, points", "P", "says"]
     table = [head] + [
         [
-            row["agent"],
-            row["name"],
-            row["rest"] or NONE,
-            str(row["trials"]),
-            _points(row),
-            NONE if row["p_value"] is None else f"{row['p_value']:.2g}",
-            NONE if row["difference"] is None else "shown" if row["detectable"] else "not shown",
+            row.agent,
+            row.name,
+            row.rest or NONE,
+            str(row.trials),
+            points_cell(row.difference, row.difference_low, row.difference_high),
+            p_cell(row.p_value),
+            NONE if row.difference is None else "shown" if row.detectable else "not shown",
         ]
         for row in grids
     ]
-    kept = [i for i in range(len(head)) if i != 2 or any(row["rest"] for row in grids)]
+    kept = [i for i in range(len(head)) if i != 2 or any(row.rest for row in grids)]
     return [[row[i] for i in kept] for row in table]
-
-
-def _points(row: Mapping[str, Any]) -> str:
-    if row["difference"] is None:
-        return NONE
-    value = f"{100 * row['difference']:+.0f}"
-    if row["difference_low"] is None or row["difference_high"] is None:
-        return minus(value)
-    return minus(f"{value} [{100 * row['difference_low']:+.0f}, {100 * row['difference_high']:+.0f}]")

@@ -15,15 +15,17 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import MODALITIES, Condition
+from lockprobe.interventions.condition import MODALITIES, Condition, Recorded
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
+from lockprobe.plants.catalogue import PlantSource
 from lockprobe.protocols import Channel, Intervention
 from lockprobe.spec import Spec, spec_name, with_options
 
 __all__ = [
     "MODALITIES",
     "check_distinct",
+    "check_shown",
     "false_rate",
     "interventions_for",
     "is_pictured",
@@ -88,6 +90,27 @@ def false_rate(modality: str) -> float:
         BadValue: As of :func:`shown`.
     """
     return _read(modality)[1]
+
+
+def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
+    """Refuse conditions that a plant cannot show, and two modalities that show the same.
+
+    Args:
+        conditions: The conditions of a study. Of those read from settings nothing is imported.
+        plant: The plant of the study.
+
+    Raises:
+        UnknownName: If there is no such modality, or it has no such option.
+        BadValue: If pictures are shown without a camera, a modality cannot show what is flipped, or two are the same.
+    """
+    modalities = tuple(dict.fromkeys(one.modality for one in conditions))
+    for modality in modalities:
+        if is_pictured(modality) and not plant.has_camera:
+            raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")
+    for condition in conditions:
+        if not any(isinstance(one, Recorded) for one in condition.interventions):
+            interventions_for(condition)
+    check_distinct(modalities)
 
 
 def check_distinct(modalities: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""Which conditions of a study have no valid trial: every trial of theirs that was played ended as an error."""
+"""Finds the conditions of a study without a valid trial: every trial played ended as an error."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import pytest
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import MAX_JOINTS, Joint
 from lockprobe.lockbox.families import box, named_boxes
-from lockprobe.lockbox.generate import Recipe, Refused, generate
+from lockprobe.lockbox.generate import Recipe, RefusedRecipe, generate
 from lockprobe.plants.scene.mounted_joint import BAR, KNOB_TOP
 from lockprobe.plants.scene.panel import CAMERA_DISTANCE, camera_angle, lay_out_panel, panel_pose
 
@@ -21,7 +21,7 @@ FEW = ("chain-2", "chain-4", "chain-8", "branched", "common-cause-4")
 
 def drawn(layout):
     recipes = (Recipe(family="random-8", layout=layout, dealt=True, seed=seed) for seed in range(1, 50))
-    return [found for found in map(generate, recipes) if not isinstance(found, Refused)][:2]
+    return [found for found in map(generate, recipes) if not isinstance(found, RefusedRecipe)][:2]
 
 
 def fine_paths(panel):

@@ -1,4 +1,4 @@
-"""A provider's model, opened. Keys, packages and servers that it needs and that are not there are said in one line."""
+"""Opens a provider's model. Missing keys, packages and servers are reported in one line."""
 
 from __future__ import annotations
 

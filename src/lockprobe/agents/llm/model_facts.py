@@ -1,7 +1,7 @@
-"""What is known of models: what they accept, what they can see, what they cost. Facts are data (``models.toml``).
+"""Facts about models (``models.toml``): which options they accept, what they see, what they cost.
 
-A file of the same form, named by the environment variable :data:`OWN_FACTS`, adds entries of one's own. What such an
-entry says goes before what is shipped; what it leaves out stays as shipped.
+A second file of the same form, named by the environment variable :data:`OWN_FACTS`, adds and overrides entries. Values
+that it leaves out stay as shipped.
 """
 
 from __future__ import annotations

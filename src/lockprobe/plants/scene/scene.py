@@ -210,15 +210,12 @@ def _add_joint(
         contype=PANEL,
         conaffinity=NOTHING,
     )
-    for middle, radius, top, colour in (
-        (np.zeros(2), 0.0165, 0.013, appearance.bar),
-        (np.zeros(2), 0.0065, 0.016, None),
-    ):
+    for radius, top, colour in ((0.0165, 0.013, appearance.bar), (0.0065, 0.016, (0.2, 0.2, 0.2))):
         part.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CYLINDER,
             size=[radius, top / 2, 0],
-            pos=[middle[0], middle[1], top / 2],
-            rgba=[*(colour or (0.2, 0.2, 0.2)), 1],
+            pos=[0, 0, top / 2],
+            rgba=[*colour, 1],
             mass=0.002,
             contype=NOTHING,
             conaffinity=NOTHING,

@@ -1,4 +1,4 @@
-"""Tables for people. No number is cut: cells wrap between words only, and what does not fit is printed wider."""
+"""Prints tables and lines for people: tables cut no number, lines fit the terminal."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["fit_columns", "new_table", "plain_console", "print_table"]
+from lockprobe.lockbox.sketch import ascii_only
+from lockprobe.terminal_text import printable
+
+__all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table"]
 
 _UNBOUNDED = 10_000
 """Columns where there is no terminal: a line is as long as it has to be."""
@@ -72,3 +75,20 @@ def fit_columns(table: Table, width: int) -> None:
         widths[max(loose, key=widths.__getitem__)] -= 1
     for column, wide in zip(table.columns, widths, strict=True):
         column.width = wide
+
+
+class Screen:
+    """Standard output. Colours only on a terminal, and none where ``NO_COLOR`` is set."""
+
+    def __init__(self) -> None:
+        self._console = Console(highlight=False, soft_wrap=True)
+
+    def say(self, line: str = "", style: str = "", *, end: str = "\n") -> None:
+        """Print one line."""
+        line = printable(line)
+        try:
+            line.encode(sys.stdout.encoding or "ascii")
+        except UnicodeEncodeError:
+            line = ascii_only(line)
+        self._console.print(Text(line, style), end=end)
+        sys.stdout.flush()

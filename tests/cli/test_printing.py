@@ -9,7 +9,7 @@ from lockprobe.analysis.detectors.comparison import Row
 from lockprobe.audit.power import Needed
 from lockprobe.audit.rates import Rate
 from lockprobe.cli import audit, detectors, fit
-from lockprobe.cli.table import new_table, print_table
+from lockprobe.cli.printing import new_table, print_table
 from lockprobe.fit import AgentFit, Predicted, RivalFit
 
 TESTS = ("greatest difference from the lowest p, permutation", "order 2 by AIC and cross-validation, maximum inside")
