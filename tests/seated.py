@@ -15,7 +15,7 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, Consent
-from lockprobe.people.server_state import Reply, ServerState
+from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
@@ -58,7 +58,7 @@ class Player:
         self._past: tuple[Turn, ...] = ()
         self._rng = None
 
-    async def act(self, shown: Reply) -> Act:
+    async def act(self, shown: PageReply) -> Act:
         """What it does."""
         scene = shown.scene
         match scene:
@@ -117,7 +117,7 @@ def percept_of(panel: BoxPanel) -> Percept:
     )  # fmt: skip
 
 
-async def go_on(reception: ServerState, player: Player, shown: Reply, until=lambda shown: False) -> Reply:
+async def go_on(reception: ServerState, player: Player, shown: PageReply, until=lambda shown: False) -> PageReply:
     """Act until the end, or until something is shown."""
     while shown.scene.kind not in ("debrief", "closed") and not until(shown):
         act = await player.act(shown)
@@ -135,10 +135,10 @@ def take_part(
     platform: Mapping[str, str] | None = None,
     until=lambda shown: False,
     clock=None,
-) -> list[Reply]:
+) -> list[PageReply]:
     """So many people take part side by side, until the end or until something is shown; what they are shown last."""
 
-    async def one(reception: ServerState) -> Reply:
+    async def one(reception: ServerState) -> PageReply:
         shown = await reception.enter(None, platform or {})
         act = Agree(agreed=True)
         if until(shown) or shown.scene.kind != "consent":
@@ -146,7 +146,7 @@ def take_part(
         shown = await reception.act(shown.token, shown.lease, shown.turn, act, platform or {})
         return await go_on(reception, Player(directory, study, spec), shown, until)
 
-    async def all_of_them() -> list[Reply]:
+    async def all_of_them() -> list[PageReply]:
         async with opened(directory, study, experiment, clock=clock) as reception:
             return await asyncio.gather(*(one(reception) for _ in range(people)))
 
@@ -195,7 +195,7 @@ def sitting(directory: Path, study: Study, body, *, experiment: Experiment | Non
     return asyncio.run(played())
 
 
-async def to_first(kind, reception: ServerState, shown: Reply) -> Reply:
+async def to_first(kind, reception: ServerState, shown: PageReply) -> PageReply:
     """Go on, with any joint, to the first scene of a kind."""
     while not isinstance(shown.scene, kind):
         scene, act = shown.scene, Next()
@@ -210,7 +210,7 @@ async def to_first(kind, reception: ServerState, shown: Reply) -> Reply:
     return shown
 
 
-async def refused(reception: ServerState, shown: Reply, act: Act) -> str:
+async def refused(reception: ServerState, shown: PageReply, act: Act) -> str:
     """The code with which an act is refused in the scene that is shown."""
     with pytest.raises(ActRefused) as refusal:
         await reception.act(shown.token, shown.lease, shown.turn, act, {})

@@ -200,7 +200,7 @@ class ModelFault(TrialFault):
     Attributes:
         retries: How often the provider was asked again.
         unanswered: Attempts that it may have charged for, though nothing of use came back.
-        usage: What it counted, as :class:`lockprobe.call.Usage` has it; empty where it counted nothing.
+        usage: What it counted, as :class:`lockprobe.model_call.Usage` has it; empty where it counted nothing.
     """
 
     boundary = "model"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from lockprobe.call import Call, Usage
+from lockprobe.model_call import Call, Usage
 from lockprobe.record import Briefing, Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from lockprobe.call import Usage
 from lockprobe.errors import Boundary
+from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import group_of
 

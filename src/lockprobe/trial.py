@@ -14,7 +14,6 @@ from dataclasses import is_dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from lockprobe.call import Usage
 from lockprobe.errors import (
     ChannelFault,
     LockprobeError,
@@ -24,6 +23,7 @@ from lockprobe.errors import (
     TrialFault,
 )
 from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.model_call import Usage
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.audit.power import default_worlds, needed, power, stated_world
 from lockprobe.audit.rates import Rate
-from lockprobe.audit.worlds import WORLDS
+from lockprobe.audit.simulated_agents import WORLDS
 from lockprobe.errors import BadValue
 
 P2 = (0.0, 0.4)

@@ -9,7 +9,7 @@ from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.audit.rates import Rate, measure, within_error
 from lockprobe.audit.simulate import simulate
-from lockprobe.audit.worlds import WORLDS, Design, world
+from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
 

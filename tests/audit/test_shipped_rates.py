@@ -8,7 +8,7 @@ from lockprobe.analysis.inference.battery import infer
 from lockprobe.audit.rates import EARLY, measure
 from lockprobe.audit.shipped_rates import as_data, false_positives, measured, shipped
 from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.seeds import generator
 

@@ -4,8 +4,8 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.call import Call, Usage
 from lockprobe.cli.progress import Tally, in_boundaries
+from lockprobe.model_call import Call, Usage
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions

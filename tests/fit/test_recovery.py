@@ -6,12 +6,12 @@ from lockprobe.errors import UnknownName
 from lockprobe.fit import fit_agents, intervals
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, World
+from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, KnownAgent
 from lockprobe.fit.optimise import SharedLuck, maximum
-from lockprobe.fit.recovery import Design, recover_findings, recover_models, recover_parameters, simulate
+from lockprobe.fit.recovery import RecoveryDesign, recover_findings, recover_models, recover_parameters, simulate
 from lockprobe.prose.model_fit import finding
 
-SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
+SMALL = RecoveryDesign(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 TRUTH = {"target": 1.0, "failure": 2.0, "decay": 0.8, "reset": 0.5, "stay": -1.0}
 AGENTS = {
     "random": "random",
@@ -45,7 +45,7 @@ def test_parameters_are_found_and_intervals_hold_them():
 
 def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(monkeypatch):
     """Agents that act at random have no favourite labels; 36 intervals of each kind."""
-    studies = [simulate("random", Design(repetitions=1, trials=12), seed) for seed in range(12)]
+    studies = [simulate("random", RecoveryDesign(repetitions=1, trials=12), seed) for seed in range(12)]
 
     def held():
         found = []
@@ -93,8 +93,8 @@ def test_what_findings_claim_is_held_against_the_truth():
 def test_a_claim_against_the_truth_is_counted():
     agent = "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8"
     worlds = {
-        "heeds nothing": World(agent=agent, pulls={"failure": None}),
-        "returns to what failed": World(agent=agent, pulls={"reports": 1, "failure": 1}),
+        "heeds nothing": KnownAgent(agent=agent, pulls={"failure": None}),
+        "returns to what failed": KnownAgent(agent=agent, pulls={"reports": 1, "failure": 1}),
     }
     deaf, back = recover_findings(worlds, sets=1, design=SMALL, seed=31)
     assert (deaf.false, deaf.misled) == ({"reports +": 1}, 1)
@@ -102,13 +102,15 @@ def test_a_claim_against_the_truth_is_counted():
 
 
 def test_a_study_is_played_as_any_other():
-    trials = simulate("random", Design(p=(0.0, 0.5), repetitions=2, trials=3, flip="outcome-only", budget=7), seed=4)
+    trials = simulate(
+        "random", RecoveryDesign(p=(0.0, 0.5), repetitions=2, trials=3, flip="outcome-only", budget=7), seed=4
+    )
     assert len(trials) == 12
     assert {trial.flip for trial in trials} == {"outcome-only"}
     assert max(len(trial.steps) for trial in trials) == 7
     assert all(step.told_state is None for trial in trials for step in trial.steps)
-    assert simulate("random", Design(p=(0.5,), repetitions=1, trials=1), seed=4) != simulate(
-        "random", Design(p=(0.5,), repetitions=1, trials=1), seed=5
+    assert simulate("random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=4) != simulate(
+        "random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=5
     )
 
 

@@ -8,7 +8,7 @@ from builders import play_study, played_by_people, small_study
 
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
-from lockprobe.audit.worlds import WORLDS
+from lockprobe.audit.simulated_agents import WORLDS
 from lockprobe.prose.agent_comparison import comparison_said, ranking_said
 from lockprobe.prose.hypothesis_tests import conclusions, conclusions_of
 from lockprobe.prose.subject import Subject, subject_of

@@ -8,7 +8,7 @@ from builders import play_study, small_study
 from lockprobe.analysis.published import CORRELATION
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.paper import CLAIMS
 from lockprobe.report.paper_reanalysis import fisher_z

@@ -9,8 +9,8 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.call import Usage
 from lockprobe.formatting import NONE
+from lockprobe.model_call import Usage
 from lockprobe.report import costs, write_report
 
 P = (0.0, 0.4)

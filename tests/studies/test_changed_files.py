@@ -8,8 +8,8 @@ from contextlib import closing
 import pytest
 from builders import make_trial
 
-from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy
+from lockprobe.model_call import Call, Usage
 from lockprobe.people.diary import DiaryFile, Did, Joined, read_diary
 from lockprobe.people.responses import Next
 from lockprobe.storage.jsonl import LineFile

@@ -14,9 +14,9 @@ import forked
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
-from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.interventions.condition import flips
+from lockprobe.model_call import Call, Usage
 from lockprobe.spec import group_of
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls

@@ -10,10 +10,10 @@ import pytest
 from builders import make_trial, strip_checksums
 from provider_server import Manner, failure, here, truthful
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
-from lockprobe.call import Call
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.model_call import Call
 from lockprobe.studies import play, runner
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.journal import Journal, Timing, left_out, load

@@ -13,8 +13,8 @@ from prefixes import repeated_prefix
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadValue, BudgetReached, ReplyFault
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.record import Situation
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.request_sizes import HYPOTHESIS, made_up_steps, reply

@@ -18,12 +18,12 @@ from dataclasses import dataclass, fields, is_dataclass
 from types import ModuleType
 from typing import Any, Literal
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.modalities import Senses
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer

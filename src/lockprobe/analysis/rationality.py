@@ -26,7 +26,7 @@ from statistics import fmean
 import numpy as np
 
 from lockprobe.analysis.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
-from lockprobe.analysis.observing import Moment, moment
+from lockprobe.analysis.observing import JudgedMoment, moment
 from lockprobe.analysis.outcomes import ended
 from lockprobe.beliefs.posterior import ReportedAttempt, begin, noise_model
 from lockprobe.beliefs.structures import interlocks
@@ -261,7 +261,7 @@ def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> in
     return sum((now != start) << numbers[joint] for joint, now, start in pairs)
 
 
-def _judged(step: int, joint: int, now: Moment, gained: float) -> JudgedStep:
+def _judged(step: int, joint: int, now: JudgedMoment, gained: float) -> JudgedStep:
     values = now.worth
     return JudgedStep(
         step=step,

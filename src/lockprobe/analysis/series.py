@@ -10,14 +10,14 @@ from lockprobe.analysis.axis import AGENT, Axis
 from lockprobe.record import STATES
 from lockprobe.spec import Spec, spec_name
 
-__all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of", "series_of_agents"]
+__all__ = ["Crossing", "Series", "SeriesArm", "control_of", "crossings", "series_of", "series_of_agents"]
 
 _FEWEST = 3
 """Doses, 0 among them, that make a series; two are a difference."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Arm:
+class SeriesArm:
     """A condition as its specs tell it.
 
     Attributes:
@@ -91,15 +91,15 @@ class Crossing:
     both: str
 
 
-def control_of(arms: Sequence[Arm], modality: str = STATES) -> Arm | None:
+def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:
     """What the conditions of a modality are compared with: the truth, or the first where there is none."""
     shown = [arm for arm in arms if arm.modality == modality]
     return next((arm for arm in shown if not arm.acting), shown[0] if shown else None)
 
 
-def series_of(arms: Sequence[Arm]) -> tuple[Series, ...]:
+def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
     """Every series of at least three doses, in the order in which the conditions stand."""
-    families: dict[tuple[object, ...], list[tuple[Arm, int]]] = {}
+    families: dict[tuple[object, ...], list[tuple[SeriesArm, int]]] = {}
     for arm in arms:
         for place in arm.acting:
             if arm.doses[place]:
@@ -146,7 +146,7 @@ def _number(text: str) -> float | None:
         return None
 
 
-def crossings(arms: Sequence[Arm]) -> tuple[Crossing, ...]:
+def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
     """Every two interventions that were played alone, together, and not at all, beside the same others."""
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:

@@ -18,7 +18,7 @@ from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standi
 from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
-from lockprobe.analysis.habits import blind_twin
+from lockprobe.analysis.habit_baseline import blind_twin
 from lockprobe.analysis.heeding import ignores_reports
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import load

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.call import Call
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.errors import BudgetReached
+from lockprobe.model_call import Call
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
 from lockprobe.spec import PEOPLE
@@ -21,7 +21,7 @@ from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.records import LeftOut
 from lockprobe.studies.spending import Budget, Ledger, hosted
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid import Invalid
+from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.terminal_text import printable
 
 __all__ = ["Plain", "Tally", "count", "foreign_in_words", "in_boundaries", "invalid_in_words", "minutes", "told"]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import typer
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money, print_estimates
@@ -30,7 +30,7 @@ from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import STUDIES, study
-from lockprobe.studies.valid import invalid_conditions
+from lockprobe.studies.valid_conditions import invalid_conditions
 from lockprobe.terminal_text import printable
 
 __all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "run"]

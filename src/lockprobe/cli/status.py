@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
+from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import read_calls, unanswered
@@ -23,7 +23,7 @@ from lockprobe.studies.records import read_records
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid import Invalid, invalid_conditions
+from lockprobe.studies.valid_conditions import Invalid, invalid_conditions
 from lockprobe.terminal_text import printable
 
 __all__ = ["status"]

@@ -11,12 +11,12 @@ from pathlib import Path
 from lockprobe.agents.llm.client import sent
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.call import Usage
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.evals.conversation import Exchange, instruction, retold, told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import SCORER, marked, metrics_header, scored, told_of
+from lockprobe.model_call import Usage
 from lockprobe.record import Trial
 from lockprobe.spec import group_of
 from lockprobe.storage.atomic_file import atomic_files

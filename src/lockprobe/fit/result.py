@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-__all__ = ["CLOSE", "PULLS", "AgentFit", "Claim", "FitReport", "Parameter", "Predicted", "RivalFit"]
+__all__ = ["CLOSE", "PULLS", "AgentFit", "FitClaim", "FitReport", "Parameter", "Predicted", "RivalFit"]
 
 CLOSE = 6.0
 """Difference in BIC below which a second model is not told apart from the first: odds of 20 to 1."""
@@ -111,7 +111,7 @@ class RivalFit:
         return bool(self.parameters) and self.held_out is not None and (self.held_out.low or 0.0) > 0
 
 
-class Claim(NamedTuple):
+class FitClaim(NamedTuple):
     """What the best model claims of an agent.
 
     Attributes:
@@ -172,7 +172,7 @@ class AgentFit:
         return self.lead_by_reports is not None and self.lead_by_reports < CLOSE
 
     @property
-    def claims(self) -> tuple[Claim, ...]:
+    def claims(self) -> tuple[FitClaim, ...]:
         """What acts on the agent, by the model that is best by BIC; nothing if it is not shown to predict."""
         best = self.rivals[0]
         if not best.predicts:
@@ -181,8 +181,8 @@ class AgentFit:
         silent = _BY_REPORTS if self.needs_no_reports else ()
         pulls = [one.pull for one in best.parameters if one.name not in silent]
         return (
-            *([Claim("reports", 1)] if heeded else []),
-            *(Claim(one.name, 1 if one.value > 0 else -1, one) for one in pulls if one.shown),
+            *([FitClaim("reports", 1)] if heeded else []),
+            *(FitClaim(one.name, 1 if one.value > 0 else -1, one) for one in pulls if one.shown),
         )
 
 

@@ -14,7 +14,7 @@ from lockprobe.people.journey import Journey
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.study import Study
 
-__all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "StudyProgress", "flow_of", "progress_of"]
+__all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "PeopleProgress", "flow_of", "progress_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ class ParticipantProgress:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudyProgress:
+class PeopleProgress:
     """A study as far as people play it.
 
     Attributes:
@@ -128,7 +128,7 @@ class Flow:
     boxes: tuple[BoxesAt, ...]
 
 
-def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[Slot], gone: int) -> StudyProgress:
+def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[Slot], gone: int) -> PeopleProgress:
     """How far people have come.
 
     Args:
@@ -142,7 +142,7 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
     under_way = Counter(slot.cell for slot in open_ones)
     slots = study.repetitions * study.trials
     people = tuple(map(_participant, journeys))
-    return StudyProgress(
+    return PeopleProgress(
         conditions=tuple(
             ConditionProgress(
                 p=one[0],

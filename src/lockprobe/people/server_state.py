@@ -19,7 +19,7 @@ from lockprobe.people.consent import CODE, Admission
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import OpenStudy, open_study
-from lockprobe.people.progress import StudyProgress, progress_of
+from lockprobe.people.progress import PeopleProgress, progress_of
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
 from lockprobe.people.roster import Roster
@@ -30,13 +30,13 @@ from lockprobe.people.tokens import TOKENS, Tokens
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, withdrawing, withdrawn
 from lockprobe.studies.study import Study
 
-__all__ = ["Reply", "ServerState"]
+__all__ = ["PageReply", "ServerState"]
 
 _LEASE = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reply:
+class PageReply:
     """The answer to a page.
 
     Attributes:
@@ -125,7 +125,7 @@ class ServerState:
         """From now on people can come. Whatever happens, what the start wrote stays."""
         self._opened.invited.set()
 
-    async def enter(self, token: str | None, platform: Mapping[str, str]) -> Reply:
+    async def enter(self, token: str | None, platform: Mapping[str, str]) -> PageReply:
         """Somebody loads the page: they go on where they were, and their other open pages can act no longer.
 
         Args:
@@ -152,7 +152,7 @@ class ServerState:
                     return _outside(token, lease, self._opened.texts.closed("withdrawn"))
         return _outside(token, lease, admission.ask(platform, code))
 
-    async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Reply:
+    async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> PageReply:
         """Somebody does something. It is on disk before this returns.
 
         Args:
@@ -196,7 +196,7 @@ class ServerState:
             session.lease = lease
             return await self._reply(token, lease, session)
 
-    async def withdraw(self, token: str | None, lease: str) -> Reply:
+    async def withdraw(self, token: str | None, lease: str) -> PageReply:
         """Somebody withdraws: all data of theirs is deleted.
 
         Raises:
@@ -228,7 +228,7 @@ class ServerState:
         """The participants with an ID of the recruitment platform."""
         return self._roster.with_platform_id(value)
 
-    def progress(self) -> StudyProgress:
+    def progress(self) -> PeopleProgress:
         """How far people have come, by condition."""
         journeys = [session.journey for session in self._roster]
         return progress_of(self.study, journeys, self._roster.finished(), withdrawn(self._opened.directory))
@@ -237,9 +237,9 @@ class ServerState:
         """How many have withdrawn, and whose deletion is under way: it changes with every withdrawal."""
         return withdrawn(self._opened.directory), withdrawing(self._opened.directory)
 
-    async def _reply(self, token: str, lease: str, session: Session) -> Reply:
+    async def _reply(self, token: str, lease: str, session: Session) -> PageReply:
         scene, journey = await session.show(), session.journey
-        return Reply(
+        return PageReply(
             token=token, lease=lease, turn=journey.turn, scene=scene, identity=journey.identity, may_withdraw=True
         )
 
@@ -272,6 +272,6 @@ class ServerState:
             self._roster.remove(session)
 
 
-def _outside(token: str, lease: str, scene: Scene) -> Reply:
+def _outside(token: str, lease: str, scene: Scene) -> PageReply:
     """The reply to somebody who does not take part."""
-    return Reply(token=token, lease=lease, turn=1, scene=scene, identity=None, may_withdraw=False)
+    return PageReply(token=token, lease=lease, turn=1, scene=scene, identity=None, may_withdraw=False)

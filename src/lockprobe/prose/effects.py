@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.dose_grid import GridSummary
 from lockprobe.analysis.effects import Effect, Effects, Interplay
-from lockprobe.analysis.grid import GridSummary
 from lockprobe.analysis.modalities import spoken
 from lockprobe.formatting import p_value, points, range_said
 from lockprobe.prose.subject import Subject

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from lockprobe.fit.result import AgentFit, Claim, FitReport, Parameter, RivalFit
+from lockprobe.fit.result import AgentFit, FitClaim, FitReport, Parameter, RivalFit
 from lockprobe.formatting import percent
 
 __all__ = ["CAUTION", "finding", "fit_row"]
@@ -120,7 +120,7 @@ def _lapse(best: RivalFit) -> list[str]:
     return [f"It lapses in {_share(one)} of its choices." for one in best.parameters if one.name == "lapse"]
 
 
-def _claimed(fit: AgentFit, claim: Claim) -> str:
+def _claimed(fit: AgentFit, claim: FitClaim) -> str:
     """One claim, and which models that are not told apart from the best say otherwise."""
     if claim.pull is None:
         higher = f"{fit.lead_by_reports:.0f} higher"
@@ -139,7 +139,7 @@ def _memory(found: dict[str, Parameter]) -> str:
     )
 
 
-def _otherwise(rival: RivalFit, claim: Claim) -> str:
+def _otherwise(rival: RivalFit, claim: FitClaim) -> str:
     """What a model says of a pull, unless it is the same."""
     pull = next((one.pull for one in rival.parameters if one.name == claim.about), None)
     if pull is None:

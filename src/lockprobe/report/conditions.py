@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
+from lockprobe.analysis.dose_grid import grids
 from lockprobe.analysis.effects import Effects, effects
-from lockprobe.analysis.grid import grids
 from lockprobe.analysis.reference import Reference, reference_of
-from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
+from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
 from lockprobe.interventions.condition import Condition, modality_doses
 from lockprobe.prose.effects import effects_said
@@ -22,8 +22,8 @@ from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
+from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example
-from lockprobe.report.grids import grid_rows
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.results import (
     RESULTS_VERSION,
@@ -73,7 +73,7 @@ class ConditionStudy:
 
     settings: Mapping[str, Any]
     study: Study
-    arms: tuple[Arm, ...]
+    arms: tuple[SeriesArm, ...]
     trials: tuple[Trial, ...]
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
@@ -131,11 +131,11 @@ def read_conditions(
     )
 
 
-def _arm(condition: Condition) -> Arm:
+def _arm(condition: Condition) -> SeriesArm:
     """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
     shown, doses = modality_doses(condition.modality)
     pictured = tuple(str(Spec(spec_name(shown), options={option: value})) for option, value in doses.items())
-    return Arm(
+    return SeriesArm(
         label=condition.label,
         specs=(*condition.specs, *pictured),
         doses=(*condition.doses, *doses),
@@ -151,7 +151,9 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
     return cells
 
 
-def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], study: Study) -> tuple[Effects, ...]:
+def _effects(
+    cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[SeriesArm], study: Study
+) -> tuple[Effects, ...]:
     """Each modality's conditions against its own control; beside the first modality's stand the others' controls."""
     found = []
     modalities = list(dict.fromkeys(arm.modality for arm in arms))
@@ -172,7 +174,7 @@ def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], 
 
 
 def _series(
-    trials: Sequence[Trial], arms: Sequence[Arm], study: Study, each: Each
+    trials: Sequence[Trial], arms: Sequence[SeriesArm], study: Study, each: Each
 ) -> tuple[tuple[Series, StudySummary], ...]:
     found = []
     for series in series_of(arms):

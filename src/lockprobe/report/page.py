@@ -24,9 +24,9 @@ from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
 from lockprobe.report.conditions import condition_results, read_conditions
 from lockprobe.report.details import AuditedRate
+from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
 from lockprobe.report.format import TextTable, as_csv, as_tex
-from lockprobe.report.grids import grid_table, trend_table
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,

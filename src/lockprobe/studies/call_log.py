@@ -18,8 +18,8 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.spending import Budget
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.agents.llm.settings import read_settings
-from lockprobe.call import Call, Usage
 from lockprobe.lockbox.solve import random_curve
+from lockprobe.model_call import Call, Usage
 from lockprobe.record import Trial
 from lockprobe.studies.request_sizes import PromptSizes, Request
 from lockprobe.studies.spending import hosted, most_dollars

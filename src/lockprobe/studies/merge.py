@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lockprobe.agents.participant import check_participant
-from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.inputs import read_input
+from lockprobe.model_call import Call
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
 from lockprobe.spec import PEOPLE, group_of

@@ -14,8 +14,8 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
-from lockprobe.call import Usage
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant

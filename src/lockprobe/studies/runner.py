@@ -21,10 +21,10 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.call import OWED_ANEW, Call
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.model_call import OWED_ANEW, Call
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Closable

@@ -14,9 +14,9 @@ from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, facts_of
-from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.interventions.condition import MODALITIES
+from lockprobe.model_call import Call, Usage
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
 

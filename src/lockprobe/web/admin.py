@@ -11,7 +11,7 @@ from pydantic import Field, TypeAdapter
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from lockprobe.people.progress import StudyProgress
+from lockprobe.people.progress import PeopleProgress
 from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import ServerState
 from lockprobe.web.downloads import Downloadable, Downloads
@@ -20,7 +20,7 @@ from lockprobe.web.refusals import RequestRefused
 
 __all__ = ["AdminApi", "AdminPage"]
 
-_progress = TypeAdapter(StudyProgress)
+_progress = TypeAdapter(PeopleProgress)
 
 
 class _Withdraw(StrictModel):

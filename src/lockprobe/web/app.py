@@ -24,7 +24,7 @@ from starlette.types import ASGIApp
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
 from lockprobe.people.scenes import StrictModel
-from lockprobe.people.server_state import Reply, ServerState
+from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import Words, page_texts
 from lockprobe.web.address import Address
 from lockprobe.web.admin import AdminApi
@@ -153,7 +153,7 @@ class _ParticipantApi:
         token = request.cookies.get(COOKIE)
         return self._answer(await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
 
-    async def _join(self, request: Request, asked: _Done) -> Reply:
+    async def _join(self, request: Request, asked: _Done) -> PageReply:
         """Somebody agrees to take part. Joining and wrong codes count against the limit of their address."""
         address, counted = whence(request, proxied=self._proxied), False
         self._joins.reserve(address)
@@ -174,7 +174,7 @@ class _ParticipantApi:
         asked = await body_of(request, _Withdraw)
         return self._answer(await self._state.withdraw(request.cookies.get(COOKIE), asked.lease))
 
-    def _answer(self, shown: Reply, **more: object) -> Response:
+    def _answer(self, shown: PageReply, **more: object) -> Response:
         scene = shown.scene.model_dump(mode="json")
         answer = JSONResponse(
             {

@@ -14,8 +14,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 from provider_server import Manner, completion, failure, here
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
 from lockprobe.errors import ModelFault
 

@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 import pytest
 from provider_server import completion, failure, here, pictures, truthful, words
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message, picture_fingerprint
-from lockprobe.call import Usage
 from lockprobe.errors import BadValue, Missing, SettingsChanged, UnknownName
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
+from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant

@@ -9,12 +9,12 @@ import pytest
 from prefixes import repeated_prefix
 
 from lockprobe.agents import weights
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import conversation, parse_reply
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 from lockprobe.record import Percept, Situation, Task, Turn
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.runner import Limits, run_study

@@ -12,7 +12,7 @@ from lockprobe.analysis.inference.hazard import loop_hazard
 from lockprobe.analysis.inference.verdict import TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.errors import BadValue
 from lockprobe.prose.hypothesis_tests import QUESTIONS, note_said
 from lockprobe.seeds import generator

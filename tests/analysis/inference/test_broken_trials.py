@@ -10,7 +10,7 @@ from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate_columns
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.prose.success import finding
 from lockprobe.seeds import generator
 

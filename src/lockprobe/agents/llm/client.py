@@ -14,15 +14,15 @@ from collections.abc import Awaitable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.connect import config_of, mistake, opened
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
 from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.call import Usage
 from lockprobe.errors import Missing, ModelFault
+from lockprobe.model_call import Usage
 from lockprobe.record import Fact
 from lockprobe.redaction import without_keys
 from lockprobe.terminal_text import printable

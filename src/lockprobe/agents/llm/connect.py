@@ -9,10 +9,10 @@ from importlib.util import find_spec
 from typing import Any
 from urllib.parse import urlsplit
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.answer_limits import guard_answers
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, Missing, UserMistake
 
 try:

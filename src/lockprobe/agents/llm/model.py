@@ -14,12 +14,12 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.client import RUNTIME, ModelClient, ModelReply
 from lockprobe.agents.llm.connect import host_of
 from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import at_most
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import (
     Message,
     chat_fingerprint,
@@ -29,8 +29,8 @@ from lockprobe.agents.prompt import (
     repair,
     reply_schema,
 )
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import ModelFault, ReplyFault
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.protocols import CallBook
 from lockprobe.record import Decision, Fact, Situation
 

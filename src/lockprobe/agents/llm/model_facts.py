@@ -16,9 +16,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, ValidationError
 
-from lockprobe.call import Usage
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_toml
+from lockprobe.model_call import Usage
 from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 

@@ -2,9 +2,9 @@
 
 The provider's classification in Inspect AI decides which failures are transient: status 429 and 5xx, dropped
 connections and so on. Two kinds are added: no reply in time, and a reply whose body is cut off or not JSON. Retries
-back off exponentially from :attr:`lockprobe.agents.access.Access.pause` (twice that for rate limits), capped at one
-minute; a provider's own Retry-After takes precedence. With default settings an unreachable provider fails after about
-30 s.
+back off exponentially from :attr:`lockprobe.agents.model_access.Access.pause` (twice that for rate limits), capped at
+one minute; a provider's own Retry-After takes precedence. With default settings an unreachable provider fails after
+about 30 s.
 
 A provider may charge for replies that never arrived. Attempts that were cut off, dropped or unreadable are counted, and
 the budget is checked before such a request is made again.
@@ -17,7 +17,7 @@ import socket
 from collections.abc import Awaitable, Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import LockprobeError, Missing, ModelFault
 from lockprobe.redaction import without_secrets
 

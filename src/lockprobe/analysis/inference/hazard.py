@@ -6,8 +6,8 @@ estimates are the textbook's; the variance allows for luck that trials share ove
 (:mod:`lockprobe.analysis.inference.excess`).
 
 On a box the odds ratio of an agent that ignores all reports is not 1, since an action that comes back may find the box
-as it was. Where trials of a blind agent with the same action habits are given (:mod:`lockprobe.analysis.habits`),
-their odds ratio is the null hypothesis.
+as it was. Where trials of a blind agent with the same action habits are given
+(:mod:`lockprobe.analysis.habit_baseline`), their odds ratio is the null hypothesis.
 """
 
 from __future__ import annotations

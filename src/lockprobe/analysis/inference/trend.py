@@ -3,7 +3,7 @@
 The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, because the
 paper's are. An order of two is *not* evidence of a decline: of 2000 simulated studies in which success only levels
 off, AIC and cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 % (world ``saturating``
-of :mod:`lockprobe.audit.worlds`). :mod:`~lockprobe.analysis.inference.shape` counts trials instead, and
+of :mod:`lockprobe.audit.simulated_agents`). :mod:`~lockprobe.analysis.inference.shape` counts trials instead, and
 :mod:`~lockprobe.analysis.inference.ushape` asks whether there is a decline.
 """
 

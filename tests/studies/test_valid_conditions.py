@@ -4,7 +4,7 @@ from builders import make_trial
 
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
-from lockprobe.studies.valid import invalid_conditions
+from lockprobe.studies.valid_conditions import invalid_conditions
 
 STUDY = study(StudyOptions(agent=["random"], trials=2, p=[0, 0.4, 0.6], repetitions=1, max_steps=2))
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lockprobe.analysis.dose_grid import GridSummary
 from lockprobe.analysis.effects import Effects
-from lockprobe.analysis.grid import GridSummary
 from lockprobe.formatting import NONE, bracketed, p_cell, percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.schema import GridAxis, GridCellResult, GridResult

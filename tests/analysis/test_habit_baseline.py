@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from builders import make_trial, play_study, small_study
 
-from lockprobe.analysis import habits
-from lockprobe.analysis.habits import Actions, actions_of, blind_trials, played_out
+from lockprobe.analysis import habit_baseline
+from lockprobe.analysis.habit_baseline import Actions, actions_of, blind_trials, played_out
 from lockprobe.analysis.inference.hazard import loop_hazard, loop_landmark
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.null_models import chain_walks
@@ -62,7 +62,7 @@ def test_each_p_has_habits_of_its_own_and_its_share_of_trials():
     rows = [make_trial([1] * 20, p=0.0, trial=1), *(make_trial([2, 3] * 10, p=0.3, trial=i) for i in range(3))]
     twin = blind_trials(actions_of(rows, CHAIN), CHAIN, np.random.default_rng(0))
     assert twin is not None
-    assert len(twin) >= habits.SIMULATED
+    assert len(twin) >= habit_baseline.SIMULATED
     assert np.mean(twin.p == 0.0) == pytest.approx(0.25)
     assert not twin.solved.any()
 

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from lockprobe.analysis.grid import GridCell, GridSummary, grids
+from lockprobe.analysis.dose_grid import GridCell, GridSummary, grids
 from lockprobe.analysis.proportions import proportion
-from lockprobe.analysis.series import Arm
-from lockprobe.figures.grid import cell_lines, draw_grid, grid_height
+from lockprobe.analysis.series import SeriesArm
+from lockprobe.figures.dose_grid import cell_lines, draw_grid, grid_height
 from lockprobe.interventions.condition import sweep
 
 
 def summary(rows, columns, *, without=()):
     spec = f"flip?p={','.join(map(str, rows))} + tremble?p={','.join(map(str, columns))}"
-    arms = [Arm(label=one.label, specs=one.specs, doses=one.doses) for one in sweep(spec)]
+    arms = [SeriesArm(label=one.label, specs=one.specs, doses=one.doses) for one in sweep(spec)]
     (grid,) = grids(arms)
     cells = tuple(
         GridCell(row=row, column=column, condition=name, success=proportion(min(i, 20), 20))

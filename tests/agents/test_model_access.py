@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue
 
 

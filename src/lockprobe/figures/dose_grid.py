@@ -8,7 +8,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from lockprobe.analysis.grid import GridCell, GridSummary
+from lockprobe.analysis.dose_grid import GridCell, GridSummary
 from lockprobe.figures.forest import interval
 from lockprobe.figures.frame import FAINT, INK, SMALL, axis_label, safe_name, shortened, title
 from lockprobe.formatting import p_value, percent

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import pairwise
 
-from lockprobe.analysis.loops.free import copies, trial_pieces
+from lockprobe.analysis.loops.exact_cover import copies, trial_pieces
 from lockprobe.analysis.loops.words import Interval, all_loops, whole_copies
 
 __all__ = ["LONGEST_SEARCH", "repeat_pieces", "whole_pieces"]

@@ -21,7 +21,7 @@ from lockprobe.analysis.agent_comparison.paired import BlockMean, block_mean, sh
 from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
-from lockprobe.analysis.series import Arm
+from lockprobe.analysis.series import SeriesArm
 from lockprobe.spec import spec_name
 
 __all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids"]
@@ -100,7 +100,7 @@ class GridSummary:
         return found is not None and found.p_value is not None and found.p_value < ALPHA and found.clear
 
 
-def grids(arms: Sequence[Arm]) -> tuple[Grid, ...]:
+def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
     """Every two interventions with doses that were played together, in the order in which the conditions stand.
 
     Args:
@@ -110,7 +110,7 @@ def grids(arms: Sequence[Arm]) -> tuple[Grid, ...]:
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:
         known.setdefault((arm.modality, arm.without()), arm.label)
-    families: dict[tuple[object, ...], list[tuple[Arm, int, int]]] = {}
+    families: dict[tuple[object, ...], list[tuple[SeriesArm, int, int]]] = {}
     for arm in arms:
         for i, j in combinations(arm.acting, 2):
             if arm.doses[i] and arm.doses[j]:
@@ -120,7 +120,7 @@ def grids(arms: Sequence[Arm]) -> tuple[Grid, ...]:
     return tuple(grid for grid in made if min(len(grid.row_doses), len(grid.column_doses)) > 1)
 
 
-def _grid(members: Sequence[tuple[Arm, int, int]], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:
+def _grid(members: Sequence[tuple[SeriesArm, int, int]], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:
     first, i, j = members[0]
     shown, rest = first.modality, " + ".join(first.without(i, j))
     found: dict[tuple[float, float], str] = {}

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.grid import contrast, grid_summary, grids
+from lockprobe.analysis.dose_grid import contrast, grid_summary, grids
 from lockprobe.analysis.outcomes import outcomes
-from lockprobe.analysis.series import Arm
+from lockprobe.analysis.series import SeriesArm
 from lockprobe.interventions.condition import read_condition, sweep
 
 
 def arms(*specs):
     conditions = [one for spec in specs for one in (sweep(spec) if "," in spec else (read_condition(spec),))]
-    return [Arm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
+    return [SeriesArm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
 
 
 def trials(solved):
