@@ -73,11 +73,11 @@ def test_an_audit(shown):
 
 
 def test_a_fit(shown):
-    rival = RivalFit(model="human-inspired", version="human-inspired:target-first", versions=6, spec=None, parameters=(), says="", charged=0.0,
+    rival = RivalFit(model="human-inspired", version="human-inspired:target-first", versions=6, spec=None, parameters=(), charged=0.0,
                      log_likelihood=-1234.5, aicc=2469.1, bic=2469.9, behind=134.6,
                      held_out=Predicted(log_likelihood=-0.7, gain=0.52, low=0.41, high=0.63, probability=0.71, hits=0.66))  # fmt: skip
     one = AgentFit(agent="random", p=(0.0,), trials=1, choices=1, left_out=0, passed_over=0, repeats=1.0, clusters=1, chance_bits=2.0, lead_by_reports=None, own=None,
-                   finding="", described=None, rivals=(rival,))  # fmt: skip
+                   described=None, rivals=(rival,))  # fmt: skip
     text, width = shown(print_table, fit._table(one))
     assert "…" not in text
     for number in ("-1234.5", "2469.1", "2469.9", "134.6", "0.52", "[0.41,", "0.63]", "0.71", "66"):

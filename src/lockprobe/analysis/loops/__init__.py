@@ -36,7 +36,7 @@ __all__ = [
 _HOMES = {
     "covering": ("LONGEST_ILP", "LoopCover", "cover"),
     "measures": ("LoopMeasures", "measure"),
-    "search": ("LONGEST_SEARCH",),
+    "exact_search": ("LONGEST_SEARCH",),
     "alphabet": ("Symbol", "parse_sequence", "symbols"),
     "words": ("any_loop", "any_loop_batch", "longest_loop", "onset", "onset_batch"),
 }
