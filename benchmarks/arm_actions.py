@@ -20,9 +20,9 @@ import numpy as np
 from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
-from lockprobe.plants.scene.board import TIMESTEP
-from lockprobe.plants.settings import TwinSettings
+from lockprobe.plants.scene.scene import TIMESTEP
 from lockprobe.plants.twin import Twin
+from lockprobe.plants.twin_settings import TwinSettings
 
 CONDITIONS = {
     "as it is": {},

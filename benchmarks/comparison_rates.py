@@ -24,7 +24,7 @@ from lockprobe.analysis.agent_comparison.pair import Comparison, compare, correc
 from lockprobe.analysis.agent_comparison.paired import Sheet, sheets, sign_flip
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.worlds import Design, World
+from lockprobe.audit.simulated_agents import Design, World
 
 FLAT = (0.5,) * 7
 PEAK = (0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5)

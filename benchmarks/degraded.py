@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.agents.viewer import Sight, Viewer
+from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.pictures.frame import Frame
@@ -72,7 +72,7 @@ def misread(trial: Trial, plan: Plan, seen: list[tuple[Percept, Frame]], spec: s
     channel, task = shown(spec), Names(plan).task(plan)
     rng = plan.stream(stream_names([channel])[0])
     percepts = [channel.perceive(replace(percept, look=_photograph(frame)), (), task, rng) for percept, frame in seen]
-    reports = Viewer(strategy=RandomAgent(), name="random", sight=Sight(acuity=acuity)).reports(task, percepts)
+    reports = Viewer(strategy=RandomAgent(), name="random", sight=Eyesight(acuity=acuity)).reports(task, percepts)
     return [(report.outcome == "moved") != step.moved for report, step in zip(reports[1:], trial.steps, strict=True)]
 
 

@@ -29,7 +29,7 @@ from lockprobe.analysis.inference.ushape import two_lines
 from lockprobe.analysis.outcomes import points
 from lockprobe.analysis.proportions import ALPHA, proportion
 from lockprobe.audit.simulate import simulate_columns, simulate_outcomes
-from lockprobe.audit.worlds import WORLDS, Design, World
+from lockprobe.audit.simulated_agents import WORLDS, Design, World
 from lockprobe.seeds import generator
 
 PERMUTATIONS = 400

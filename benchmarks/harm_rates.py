@@ -17,12 +17,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.habits import Actions, blind_trials, played_out
+from lockprobe.analysis.habit_baseline import Actions, blind_trials, played_out
 from lockprobe.analysis.inference.hazard import LoopEffect, loop_hazard
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.null_models import chain_walks
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.worlds import P
+from lockprobe.audit.simulated_agents import P
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 

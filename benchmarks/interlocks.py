@@ -20,9 +20,9 @@ import numpy as np
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Joint, JointKind, Lockbox
 from lockprobe.lockbox.layouts import LayoutName, places
-from lockprobe.plants.scene.board import Scene, compile_scene
 from lockprobe.plants.scene.mechanism import RESTING, Mechanism
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.scene.scene import LockboxScene, build_scene
+from lockprobe.plants.twin_settings import SceneSettings
 
 LAYOUTS: tuple[LayoutName, ...] = ("serial", "zigzag", "ngram", "grid", "scattered")
 KINDS: tuple[JointKind, ...] = ("prismatic", "revolute")
@@ -57,7 +57,7 @@ def random_interlock(number: int, rng: np.random.Generator) -> Lockbox:
 class Watched(Mechanism):
     """A mechanism that remembers how far its joints have been from where they rested."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: Scene) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: LockboxScene) -> None:
         super().__init__(model, data, scene)
         self.rested = self.fractions()
         self.strayed = np.zeros(len(self.rested))
@@ -90,7 +90,7 @@ class Tally:
 def pushed(box: Lockbox, pushes: int, newtons: float, rng: np.random.Generator, tally: Tally) -> None:
     """Push the joints of one box at random, from random configurations."""
     size = len(box.joints)
-    scene = compile_scene(box, labels=tuple("ABCDEFGH"[:size]), settings=SceneSettings(), rng=rng)
+    scene = build_scene(box, labels=tuple("ABCDEFGH"[:size]), settings=SceneSettings(), rng=rng)
     model = scene.spec.compile()
     data = mujoco.MjData(model)
     mechanism = Watched(model, data, scene)
@@ -125,7 +125,7 @@ def buildable(count: int, seed: int) -> Iterator[Lockbox]:
         box = random_interlock(number, np.random.default_rng([seed, number]))
         number += 1
         try:
-            compile_scene(
+            build_scene(
                 box, labels=tuple("ABCDEFGH"[: len(box.joints)]), settings=SceneSettings(), rng=np.random.default_rng(0)
             )
         except BadValue as refusal:
@@ -147,7 +147,7 @@ def main() -> None:
     kinds: Counter[str] = Counter()
     alternatives = 0
     for box in boxes:
-        for gate in compile_scene(
+        for gate in build_scene(
             box, labels=tuple("ABCDEFGH"[: len(box.joints)]), settings=SceneSettings(), rng=np.random.default_rng(0)
         ).gates:
             alternatives += len(gate.literals) > 1

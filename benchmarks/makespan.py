@@ -32,8 +32,8 @@ from inspect_ai.model import ChatMessageAssistant, ChatMessageUser, ResponseSche
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm import model as _  # noqa: F401 - so that nobody is charged for importing it
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
 from lockprobe.record import Decision, Fact, Situation
 from lockprobe.studies.journal import Journal

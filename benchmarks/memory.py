@@ -19,8 +19,8 @@ from tempfile import TemporaryDirectory
 
 from makespan import MODEL, serving
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.model import HostedModel
+from lockprobe.agents.model_access import Access
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions

@@ -37,7 +37,7 @@ from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.people import people
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.worlds import Design, World
+from lockprobe.audit.simulated_agents import Design, World
 from lockprobe.record import Trial
 from lockprobe.studies.single import run_trial
 

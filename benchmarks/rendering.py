@@ -25,10 +25,10 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.fast_twin import FastTwin
-from lockprobe.plants.rendering.plant_camera import Eye
-from lockprobe.plants.rendering.probing import probe
-from lockprobe.plants.scene.board import Scene, compile_scene
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.rendering.camera import FixedCamera
+from lockprobe.plants.rendering.choose_renderer import probe
+from lockprobe.plants.scene.scene import LockboxScene, build_scene
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.record import Percept, Task
 
 TOLERANCE = 0.002
@@ -74,9 +74,7 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, help="where to write a picture of each renderer")
     options = parser.parse_args()
     settings = SceneSettings()
-    scene = compile_scene(
-        lockprobe.box("chain-4"), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(1)
-    )
+    scene = build_scene(lockprobe.box("chain-4"), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(1))
     model = scene.spec.compile()
     step = step_ms(model)
     print(f"one mj_step of the scene: {step:.4f} ms")
@@ -104,7 +102,7 @@ def main() -> None:
 def measure(
     settings: SceneSettings,
     model: mujoco.MjModel,
-    scene: Scene,
+    scene: LockboxScene,
     states: list[mujoco.MjData],
     frames: int,
     step: float,
@@ -113,7 +111,7 @@ def measure(
 ) -> None:
     """Prints the lines of one renderer; the first one's depth becomes the reference."""
     rng = np.random.default_rng(2)
-    eye = Eye(model, scene.camera, settings)
+    eye = FixedCamera(model, scene.camera, settings)
 
     def look(positions: tuple[bool, ...] | None = None, number: int = 0) -> Frame:
         return eye.look(states[number], scene.panel.pose, scene.panel.handles, rng)

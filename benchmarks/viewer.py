@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.agents.viewer import Sight, Viewer
+from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.interventions.camera import CameraChannel, Depth
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
@@ -73,7 +73,7 @@ def main() -> None:
         played, plan, shown = watched(f"fast-twin?looks={asked.looks}", asked.depth, trial)
         truth = np.array([[int(step.state[i]) for i in Names(plan).order] for step in played.steps])
         for acuity in ACUITIES:
-            viewer = Viewer(strategy=RandomAgent(), name="random", sight=Sight(acuity=acuity))
+            viewer = Viewer(strategy=RandomAgent(), name="random", sight=Eyesight(acuity=acuity))
             for depth in (False, True):
                 kinds = ("rgb", "depth") if depth else ("rgb",)
                 seen = [replace(p, pictures=tuple(x for x in p.pictures if x.kind in kinds)) for p in shown]

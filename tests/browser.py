@@ -31,7 +31,7 @@ from lockprobe.pictures.picture import Picture
 from lockprobe.record import Percept, Situation, Task, Turn
 from lockprobe.studies.single import run_trial
 from lockprobe.trial_json import trial_from_json
-from lockprobe.web.serving import Door, opened
+from lockprobe.web.serving import ServerOptions, opened
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
@@ -372,7 +372,7 @@ def _chromium():
 async def served(directory, study, **settings):
     """The server in this process; its address."""
     experiment = Experiment(**{"practice": "", **settings})
-    door = Door(port=0, token=ADMIN_TOKEN)
+    door = ServerOptions(port=0, token=ADMIN_TOKEN)
     async with opened(directory, study, experiment, read_words(experiment.language), door) as where:
         yield where.url
 

@@ -15,7 +15,7 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
 from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
-from lockprobe.storage.checksum import with_checksum
+from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study

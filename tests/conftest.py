@@ -16,7 +16,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # How long an example takes says how busy the machine is.
-settings.register_profile("any machine", deadline=None)
+settings.register_profile("any machine", deadline=None, database=None)
 settings.load_profile("any machine")
 
 ROOMS = Path(__file__).parent
@@ -46,3 +46,4 @@ def pytest_collection_finish():
     """What was imported and collected stays to the end: the collector need not look through it again and again."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 20)  # thousands of trials are made here, and few objects in circles

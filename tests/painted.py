@@ -10,7 +10,7 @@ from seen import PhotographedPlant
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants import catalogue
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.record import Snapshot
 
 __all__ = ["PaintedPlant", "painted_twins"]

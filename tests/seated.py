@@ -10,13 +10,12 @@ from builders import study_of
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.families import box
-from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diary
-from lockprobe.people.diary_archive import kept_diaries
+from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diaries, read_diary
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
-from lockprobe.people.scenes import Ask, Box, Check, Consent, Panel
-from lockprobe.people.server_state import Reception, Shown
+from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, Consent
+from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
@@ -59,7 +58,7 @@ class Player:
         self._past: tuple[Turn, ...] = ()
         self._rng = None
 
-    async def act(self, shown: Shown) -> Act:
+    async def act(self, shown: PageReply) -> Act:
         """What it does."""
         scene = shown.scene
         match scene:
@@ -101,7 +100,7 @@ def _task(scene: Box, study: Study) -> Task:
     )
 
 
-def percept_of(panel: Panel) -> Percept:
+def percept_of(panel: BoxPanel) -> Percept:
     """What is told on a panel, as agents have it."""
     pictures = tuple(
         Picture(kind=kind, png=base64.b64decode(url.partition(",")[2]))
@@ -118,7 +117,7 @@ def percept_of(panel: Panel) -> Percept:
     )  # fmt: skip
 
 
-async def go_on(reception: Reception, player: Player, shown: Shown, until=lambda shown: False) -> Shown:
+async def go_on(reception: ServerState, player: Player, shown: PageReply, until=lambda shown: False) -> PageReply:
     """Act until the end, or until something is shown."""
     while shown.scene.kind not in ("debrief", "closed") and not until(shown):
         act = await player.act(shown)
@@ -136,10 +135,10 @@ def take_part(
     platform: Mapping[str, str] | None = None,
     until=lambda shown: False,
     clock=None,
-) -> list[Shown]:
+) -> list[PageReply]:
     """So many people take part side by side, until the end or until something is shown; what they are shown last."""
 
-    async def one(reception: Reception) -> Shown:
+    async def one(reception: ServerState) -> PageReply:
         shown = await reception.enter(None, platform or {})
         act = Agree(agreed=True)
         if until(shown) or shown.scene.kind != "consent":
@@ -147,7 +146,7 @@ def take_part(
         shown = await reception.act(shown.token, shown.lease, shown.turn, act, platform or {})
         return await go_on(reception, Player(directory, study, spec), shown, until)
 
-    async def all_of_them() -> list[Shown]:
+    async def all_of_them() -> list[PageReply]:
         async with opened(directory, study, experiment, clock=clock) as reception:
             return await asyncio.gather(*(one(reception) for _ in range(people)))
 
@@ -156,7 +155,7 @@ def take_part(
 
 def opened(directory: Path, study: Study, experiment: Experiment, *, clock=None):
     """The reception of a study."""
-    return Reception.open(directory, study, experiment, WORDS, clock=clock or Clock(), page="1")
+    return ServerState.open(directory, study, experiment, WORDS, clock=clock or Clock(), page="1")
 
 
 def diary_of(directory: Path, identity: str):
@@ -166,7 +165,7 @@ def diary_of(directory: Path, identity: str):
 
 def diaries_of(directory: Path):
     """What is written of everybody, in the order in which they joined."""
-    return [[kept.joined, *kept.lines] for kept in kept_diaries(directory)]
+    return [[kept.joined, *kept.lines] for kept in read_diaries(directory)]
 
 
 def without_page(study: Study, trial, spec: str):
@@ -196,7 +195,7 @@ def sitting(directory: Path, study: Study, body, *, experiment: Experiment | Non
     return asyncio.run(played())
 
 
-async def to_first(kind, reception: Reception, shown: Shown) -> Shown:
+async def to_first(kind, reception: ServerState, shown: PageReply) -> PageReply:
     """Go on, with any joint, to the first scene of a kind."""
     while not isinstance(shown.scene, kind):
         scene, act = shown.scene, Next()
@@ -211,8 +210,8 @@ async def to_first(kind, reception: Reception, shown: Shown) -> Shown:
     return shown
 
 
-async def refused(reception: Reception, shown: Shown, act: Act) -> str:
+async def refused(reception: ServerState, shown: PageReply, act: Act) -> str:
     """The code with which an act is refused in the scene that is shown."""
-    with pytest.raises(Refused) as refusal:
+    with pytest.raises(ActRefused) as refusal:
         await reception.act(shown.token, shown.lease, shown.turn, act, {})
     return refusal.value.code

@@ -12,7 +12,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import read_words
 from lockprobe.studies.study import Study
-from lockprobe.web.serving import Door, opened
+from lockprobe.web.serving import ServerOptions, opened
 
 STUDY = Study(
     name="flips",
@@ -35,7 +35,7 @@ def experiment(**changes):
 
 @asynccontextmanager
 async def served(directory, study=STUDY, people=EXPERIMENT, door=None, desk=None):
-    door = door or Door(port=0, token="a-token-for-tests")
+    door = door or ServerOptions(port=0, token="a-token-for-tests")
     async with (
         opened(directory, study, people, read_words("en"), door, desk) as where,
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=20) as http,

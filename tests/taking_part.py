@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.participant import participant_spec
-from lockprobe.people.diary import Diary, Did, Joined, Slot
+from lockprobe.people.diary import DiaryFile, Did, Joined, Slot
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.record import Trial
 from lockprobe.studies.journal import Journal, Timing
@@ -54,7 +54,7 @@ def take_part(
     with Journal.open(directory, study):
         pass  # the settings are there before anybody joins
     places = tuple(Slot(p=p, modality=shown or study.modalities[0], repetition=r, trial=t) for p, r, t in slots)
-    diary = Diary(directory / "people" / f"{identity}.jsonl")
+    diary = DiaryFile(directory / "people" / f"{identity}.jsonl")
     diary.write(
         Joined(
             identity=identity,

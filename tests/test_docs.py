@@ -16,7 +16,8 @@ from lockprobe.studies.study_options import read_options_file
 from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+GENERATED = ROOT / "docs" / "modules.md"
+PAGES = sorted({ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")} - {GENERATED})
 PAGE = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES}
 
 NOT_RUN = {
@@ -104,7 +105,7 @@ def test_a_command_line_parses(line):
 
 
 def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
-    first = PAGE["README.md"].partition("## What the first command shows")[0]
+    first = PAGE["README.md"].partition("## What you get")[0]
     assert all(said in first for said in ("not published", "git clone", "600 MB", "--no-dev", "230 MB"))
     assert "pip install uv && uv run lockprobe run flips" in first
     assert "uv run pytest -n auto --dist worksteal" in first
@@ -121,6 +122,34 @@ def test_toml_is_what_it_says(page, text, tmp_path):
         assert study(read_options_file(tmp_path / "mine.toml")).agents
 
 
+def test_links_lead_to_files_and_headings_that_exist():
+    broken = []
+    for page, text in PAGE.items():
+        prose = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+        for target in re.findall(r"\]\(([^)\s]+)\)", prose):
+            name, _, anchor = target.partition("#")
+            there = (ROOT / page).parent / name if name else ROOT / page
+            if not target.startswith(("http", "mailto:")) and not (
+                there.exists() and (not anchor or anchor in anchors(there))
+            ):
+                broken.append((page, target))
+    assert broken == []
+
+
+def anchors(page):
+    """The names by which a page's headings are linked."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_every_page_is_in_the_index():
+    index = PAGE["docs/README.md"]
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"README.md", "glossary.md"}
+    assert {name for name in pages if f"]({name})" not in index} == set()
+    assert "](docs/README.md)" in PAGE["README.md"]
+    assert "](docs/glossary.md)" in PAGE["README.md"]
+
+
 def test_a_study_in_toml_is_shown():
     assert any(re.search(r"^study = ", parameter.values[1], re.MULTILINE) for parameter in blocks("toml"))
 
@@ -134,7 +163,7 @@ def test_an_agent_that_is_named_exists(spec):
 
 
 def test_the_agents_of_the_readme_are_those_that_are_listed():
-    section = PAGE["README.md"].partition("| agent | what it is |")[2].partition("| command |")[0]
+    section = PAGE["README.md"].partition("| agent | what it is |")[2].partition("\n\n")[0]
     named = {
         name for first in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`(.*?)`", first)
     }

@@ -16,8 +16,8 @@ from lockprobe.lockbox.families import box
 from lockprobe.pictures.png import from_png
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.settings import TwinSettings
 from lockprobe.plants.twin import Twin
+from lockprobe.plants.twin_settings import TwinSettings
 from lockprobe.trial_json import trial_from_json, trial_to_json
 
 SMALL = "fast-twin?renderer=rays&width=160&height=120"

@@ -11,7 +11,7 @@ from lockprobe.cli.sequences import read_sequences
 from lockprobe.errors import BadFile
 from lockprobe.inputs import check_regular, parse_json, read_input, read_lines
 from lockprobe.lockbox.boxfile import read_box
-from lockprobe.people.diary_archive import kept_diaries
+from lockprobe.people.diary import read_diaries
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, read_timings
 from lockprobe.studies.merge import source_of_directory
@@ -88,7 +88,7 @@ def test_pipes_as_boxes_and_diaries_are_refused_and_as_sequences_welcome(tmp_pat
     (tmp_path / "people").mkdir()
     os.mkfifo(tmp_path / "people" / "aaaa01.jsonl")
     with pytest.raises(BadFile, match="file of its own"):
-        kept_diaries(tmp_path)
+        read_diaries(tmp_path)
     reader, writer = os.pipe()
     with os.fdopen(writer, "w") as file:
         file.write("ABAB\n")

@@ -115,8 +115,8 @@ def widest(trials):
 
 
 def doubter_is_done_by():
-    """The last step at which it solves the box in any reading. What it does hangs on what it was told alone, so that
-    all that it can meet at any p it can meet at 0.5."""
+    """The last step at which it solves the box in any reading. It acts on its reports alone, so every course that is
+    possible at some p is possible at 0.5."""
     return max(course("ideal-observer", 0.5, flip).by(1) for flip in READINGS)
 
 
@@ -133,32 +133,32 @@ def told(modality):
 
 
 QUOTED = [
-    ("README.md", "then solves {} of 300 trials at a flip rate of 0.4 (95 % interval {:.0f} to {:.0f} %)",
+    ("docs/limits.md", "then solves {} of 300 trials (95 % interval {:.0f} to {:.0f} %)",
      lambda: told("symbolic")),
-    ("README.md", "instead of {} ({:.0f} to {:.0f} %), and all 300", lambda: told("symbolic?tell=state")),
-    ("README.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
-    ("README.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8. They hurt",
+    ("docs/limits.md", "instead of {} ({:.0f} to {:.0f} %). At a flip rate of 0 it solves all 300", lambda: told("symbolic?tell=state")),
+    ("docs/agents.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
+    ("docs/agents.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8.",
      lambda: success("cognitive:perseverant", 0, 0.8)),
-    ("README.md", "`human-inspired` solves it with probability {:.0f} at a flip rate of 0 and {:.3f} at a flip rate of 0.8.",
+    ("docs/agents.md", "`human-inspired` solves it with probability {:.0f} at a flip rate of 0 and {:.3f} at a flip rate of 0.8.",
      lambda: [course(p=0).success, course(p=0.8).success]),
-    ("README.md", "it solves {} % at a flip rate of 0, {} % at a flip rate of 0.3 and {} % at a flip rate of 1 (of 100 000 trials each",
+    ("docs/agents.md", "it solves {} % at a flip rate of 0, {} % at a flip rate of 0.3 and {} % at a flip rate of 1 (of 100 000 trials each",
      lambda: percent(*(sampled(p).value for p in (0, 0.3, 1)))),
-    ("README.md", "95 % intervals of ±{:.1f} points",
+    ("docs/agents.md", "95 % intervals of ±{:.1f} points",
      lambda: [max(50 * (sampled(p).high - sampled(p).low) for p in (0, 0.3, 1))]),
-    ("README.md", "solves the box with probability {:.9g} at every flip rate.",
+    ("docs/agents.md", "solves the box with probability {:.9g} at every flip rate.",
      lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
-    ("README.md", "all three readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
+    ("docs/limits.md", "all three readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
     ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
-    ("README.md", "how often a blind agent loops: {:.4f};", lambda: [chance_level(20).probability]),
+    ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
     ("README.md", 'holds an "action loop" with probability {:.4f}.', lambda: [chance_level(20).probability]),
-    ("README.md", "needs {} steps on average, on dealt panels {}, as many as without places",
+    ("docs/limits.md", "holds an action loop with probability {:.4f}.", lambda: [chance_level(20).probability]),
+    ("docs/modalities.md", "needs {} steps on average on the fixed panel and {} on dealt panels",
      lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
-    ("README.md", "on dealt panels {}, as many", lambda: pace("human-inspired:target-any")[:1]),
-    ("README.md", "r = -0.68, there -0.69; 95 % interval -{:.2f} to -{:.2f}, as if the 21 repetitions",
+    ("docs/embedded-model.md", "r = -0.68, there -0.69; 95 % interval -{:.2f} to -{:.2f}, as if the 21 repetitions",
      lambda: [math.tanh(math.atanh(0.68) + side * 1.96 / math.sqrt(21 - 3)) for side in (1, -1)]),
-    ("README.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
-    ("README.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
+    ("docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
+    ("docs/twin.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
     ("docs/embedded-model.md", "0 of 61 (95 % interval 0 to {:.0f} %)", lambda: [100 * proportion(0, 61).high]),
     ("docs/embedded-model.md", "10 is {:.0f} to {:.0f} % (95 % Wilson interval), 15 is {:.0f} to {:.0f} %",
      lambda: [100 * bound for count in (10, 15) for bound in both(count, 30)]),
@@ -166,13 +166,13 @@ QUOTED = [
      lambda: [100 * bound for bound in both(22, 30)]),
     ("docs/embedded-model.md", "85 solved (40 %, 95 % Wilson interval {:.0f} to {:.0f} %",
      lambda: [100 * bound for bound in both(85, 210)]),
-    ("docs/embedded-model.md", "26 of 72 so (36 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(26, 72)]),
+    ("docs/embedded-model.md", "26 of 72 (36 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(26, 72)]),
     ("docs/embedded-model.md", "29 of 72 (40 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(29, 72)]),
     ("docs/embedded-model.md", "104 (50 %, {:.0f} to {:.0f} %)", lambda: [100 * bound for bound in both(104, 210)]),
     ("docs/gymnasium.md", "of the optimum (95 % interval {:.1f} to 100 %)", lambda: [100 * both(500, 500)[0]]),
     ("docs/gymnasium.md", "(95 % intervals of at most ±{:.1f} points)",
      lambda: [max(abs(100 * (bound - 0.68)) for bound in both(340, 500))]),
-    ("docs/gymnasium.md", "where random solves {} %,", lambda: percent(course("random").success)),
+    ("docs/gymnasium.md", "Random solves {} %.", lambda: percent(course("random").success)),
     ("docs/embedded-model.md", "Random solves {:.0f} % of such boxes, random without immediate repeats {:.0f} %.",
      lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
     ("docs/detectors.md", "(exactly: {} %)", lambda: percent(chance_level(20, null="no-repeat").probability)),
@@ -181,13 +181,13 @@ QUOTED = [
     ("docs/agents.md", "0.1, 0.2 and 0.3 `target-first` reaches 80 % by step {}, {} and {}.",
      lambda: [course(f"human-inspired?lapse={lapse}").by(0.8) for lapse in (0.1, 0.2, 0.3)]),
     ("docs/ideal-observer.md", "solves the box at *every* flip rate, within {} steps", lambda: [doubter_is_done_by()]),
-    ("docs/ideal-observer.md", "one who believes it needs {} steps (80 % by step {}, all by {})",
+    ("docs/ideal-observer.md", "an observer that believes them needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive")),
     ("docs/ideal-observer.md", "needs {:.1f} steps (`naive`) or {:.1f} (`aware`",
      lambda: [course(f"ideal-observer?plan=information&noise={noise}").steps for noise in ("naive", "aware")]),
     ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
-    ("docs/ideal-observer.md", "under `any-literal` {} steps (80 % by step {}, all by {})",
+    ("docs/ideal-observer.md", "under `any-literal` needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=any-literal")),
     ("docs/detectors.md", "flagged wrongly (95 % intervals of at most ±{:.4f})", lambda: [widest(4000)]),
     ("docs/detectors.md", "95 % intervals of at most ±{:.2f}):", lambda: [widest(100)]),
@@ -197,7 +197,7 @@ QUOTED = [
      lambda: [100 * bound for count in (78, 27) for bound in both(count, 100)]),
     ("docs/cognitive-models.md", "it called 2 random ({:.0f} to {:.0f} %), and all 12",
      lambda: [100 * bound for bound in both(2, 12)]),
-    ("docs/twin.md", "None of 4000 is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
+    ("docs/twin.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
     ("docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
      lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]
      + [100 * bound for count in (179, 142) for bound in both(count, 200)]),
@@ -270,7 +270,7 @@ ROWS = [
 REPORT = "src/lockprobe/report/templates/report.html.jinja"
 
 MEASURED = [
-    ("README.md", "`--full --seed 2 --modality symbolic`", ["src/lockprobe/cli/run.py"]),
+    ("README.md", "lockprobe run flips --full --seed 2 --modality symbolic`", ["src/lockprobe/cli/run.py"]),
     ("README.md", "[benchmarks](benchmarks/README.md)", ["benchmarks/makespan.py"]),
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
     ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),

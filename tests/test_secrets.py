@@ -17,8 +17,9 @@ import pytest
 from provider_server import completion, failure, here, names, truthful
 
 from lockprobe.cli import main
-from lockprobe.errors import BadValue, ModelFault, ReplyFault, without_keys, without_secrets
+from lockprobe.errors import BadValue, ModelFault, ReplyFault
 from lockprobe.record import Decision
+from lockprobe.redaction import without_keys, without_secrets
 from lockprobe.studies.single import run_trial
 
 KEY = "planted/key+0123456789"
@@ -216,12 +217,14 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
     printed = []
     with here(repeating(echo)) as server:
         plant(monkeypatch, server.url)
-        printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ([], ["--json"], [])]
+        ways = (["--no-report"], ["--no-report", "--json"], [])
+        printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ways]
     assert any(KEY in line for line in server.headers)
     assert any(ORGANISATION in line for line in server.headers)
     printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]
-    for kind in typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0]):
-        printed.append(command(capfd, "export", study, "--format", kind, "--out", tmp_path / f"export.{kind}"))
+    kinds = typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0])
+    out = [("--format", kind, "--out", tmp_path / f"export.{kind}") for kind in kinds]
+    printed += [command(capfd, "export", study, *more) for more in out]
     printed.append(
         command(capfd, "replay", study, json.loads((study / "trials.jsonl").read_text().splitlines()[-1])["key"])
     )

@@ -1,36 +1,76 @@
-"""Options in a spec."""
+"""Specs as values, and their options."""
 
 from dataclasses import dataclass, field
 from typing import Literal
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.spec import (
+    Spec,
     arguments_from,
     in_words,
     options_of,
-    read_options,
     settings_of,
+    spec_kind,
     spec_name,
+    split_specs,
     with_options,
 )
 
+NAMES = st.text(st.characters(codec="utf-8", exclude_characters="?"))
+KINDS = st.text(st.characters(codec="utf-8", exclude_characters="?:"))
+OPTIONS = st.dictionaries(st.text(st.characters(codec="utf-8")), st.text(st.characters(codec="utf-8")))
 
-def test_the_name_is_what_stands_before_the_options():
+
+@given(kind=KINDS, name=NAMES, options=OPTIONS)
+def test_a_spec_that_is_written_and_read_is_the_same(kind, name, options):
+    spec = Spec(kind, name, options)
+    assert Spec.parse(str(spec)) == spec
+    assert hash(Spec.parse(str(spec))) == hash(spec)
+
+
+@given(text=st.text(st.characters(codec="utf-8", exclude_characters="?")), query=st.text("ab=&;%2+/: "))
+def test_the_text_of_a_spec_that_was_read_stays_byte_for_byte(text, query):
+    for written in (text, f"{text}?{query}"):
+        try:
+            spec = Spec.parse(written)
+        except BadValue:
+            continue
+        assert str(spec) == written
+        assert spec.full_name == spec_name(written)
+        assert spec.kind == spec_kind(written)
+
+
+def test_a_spec_has_a_kind_a_name_and_options():
+    assert Spec.parse("rgbd?depth=height&near=0.5") == Spec("rgbd", options={"depth": "height", "near": "0.5"})
+    assert Spec.parse("human-inspired:proximity") == Spec("human-inspired", "proximity")
+    assert Spec.parse("viewer:human-inspired:proximity").name == "human-inspired:proximity"
     assert spec_name("rgbd?depth=height&near=0.5?") == "rgbd"
-    assert spec_name("human-inspired:proximity") == "human-inspired:proximity"
+    assert spec_kind("llm:openai/gpt-4o?no options") == "llm"
 
 
-def test_a_spec_without_options_has_none():
-    assert read_options("human-inspired:proximity") == ("human-inspired:proximity", {})
+def test_options_are_added_replaced_and_taken_away():
+    spec = Spec.parse("tremble?p=0,1%2E5")
+    assert str(spec.adding({"p": "4;8"})) == "tremble?p=4;8"
+    assert str(spec.without(["p", "q"])) == "tremble"
+    assert str(spec.appending("path", "a/b")) == "tremble?p=0,1%2E5&path=a/b"
+    assert str(Spec.parse("viewer").appending("acuity", "40")) == "viewer?acuity=40"
+    with pytest.raises(BadValue, match="every option once"):
+        spec.appending("p", "2")
+
+
+def test_several_specs_are_joined_with_plus_signs():
+    assert split_specs("flip?p=0.4 + nudge+rgb") == ["flip?p=0.4", "nudge", "rgb"]
 
 
 @pytest.mark.parametrize("spec", ["a?x", "a?x=1&x=2", "a?=1&", "a?"])
 def test_options_have_a_name_and_a_value_and_come_once(spec):
     with pytest.raises(BadValue, match="^agent: got"):
-        read_options(spec)
+        Spec.parse(spec)
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lockprobe.montecarlo import population, propagate
     from lockprobe.protocols import Actuator, Agent, Channel, Memory, Plant, Prompt
     from lockprobe.record import Decision, Percept, Situation, Snapshot, Step, Trial
-    from lockprobe.report.schema import results
+    from lockprobe.report.page import results
     from lockprobe.studies.journal import load
     from lockprobe.studies.runner import run_study
     from lockprobe.studies.single import run_trial
@@ -93,7 +93,7 @@ _HOMES = {
     "load": "lockprobe.studies.journal",
     "population": "lockprobe.montecarlo",
     "propagate": "lockprobe.montecarlo",
-    "results": "lockprobe.report.schema",
+    "results": "lockprobe.report.page",
     "run_study": "lockprobe.studies.runner",
     "run_trial": "lockprobe.studies.single",
     "study": "lockprobe.studies.studyfile",

@@ -24,13 +24,13 @@ A class makes its message from facts: what was asked, what came, what exists.
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import ClassVar, Literal
 
 from lockprobe.install import advice
 from lockprobe.redaction import without_keys, without_secrets
+from lockprobe.terminal_text import printable
 
 __all__ = [
     "BadFile",
@@ -49,10 +49,6 @@ __all__ = [
     "TrialFault",
     "UnknownName",
     "UserMistake",
-    "printable",
-    "readable",
-    "without_keys",
-    "without_secrets",
 ]
 
 Boundary = Literal["model", "reply", "plant", "channel", "participant"]
@@ -64,22 +60,6 @@ LONGEST_MESSAGE = 1000
 
 LONGEST_MISTAKE = 4000
 """Characters said of a user's mistake."""
-
-
-def printable(text: str) -> str:
-    """The text with a question mark for every character that is not seen itself, or that reorders those beside it."""
-    return "".join(c if c.isprintable() else "?" for c in text)
-
-
-def readable(text: str) -> str:
-    """A text of several lines with a question mark for what steers a terminal or turns the order of writing around.
-
-    Letters of every script stay, with the joiners and marks that they need.
-    """
-    return _STEERING.sub("?", text)
-
-
-_STEERING = re.compile("[\\x00-\\x08\\x0b\\x0c\\x0e-\\x1f\\x7f-\\x9f\\u2028\\u2029\\u202a-\\u202e\\u2066-\\u2069]")
 
 
 class LockprobeError(Exception):
@@ -220,7 +200,7 @@ class ModelFault(TrialFault):
     Attributes:
         retries: How often the provider was asked again.
         unanswered: Attempts that it may have charged for, though nothing of use came back.
-        usage: What it counted, as :class:`lockprobe.call.Usage` has it; empty where it counted nothing.
+        usage: What it counted, as :class:`lockprobe.model_call.Usage` has it; empty where it counted nothing.
     """
 
     boundary = "model"

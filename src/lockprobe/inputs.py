@@ -1,4 +1,4 @@
-"""Files and lines that come from elsewhere are read with bounds: no pipe, no device, nothing without end."""
+"""Bounded reading of files from elsewhere: no pipes, no devices, no file or line above a size limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One trial that is to be played, and by which names its joints go there."""
+"""The plan of one trial, and the names of its joints for the agent."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ LABELS = "ABCDEFGH"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """One trial that is to be played.
+    """The plan of one trial.
 
     Attributes:
         key: Its readable name.
         study: Name of the study.
         agent: Agent spec.
         box: The box.
-        condition: What acts, and how the box is shown.
+        condition: Its interventions, and how the box is shown.
         repetition: From 1.
         trial: From 1.
         seed: Seed of the study.
-        budget: Steps; the paper gives 20.
-        plant: What is acted on, as its spec.
-        shuffle: Whether labels are dealt to joints, and listed, in an order drawn for this trial. Without it the
-            labels run along the panel, and a model's preference for a name or a place is confounded with the box.
+        budget: Steps; 20 in the paper.
+        plant: The plant's spec.
+        shuffle: Whether labels are assigned to joints, and listed, in random order. Without it the labels run along
+            the panel, and a model's preference for a name or a list position is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
-        named: Whether the record says the condition by its name, as in studies of other things than flips.
+        named: Whether the record names the condition, as in studies of other interventions than flips.
     """
 
     key: str
@@ -62,39 +62,39 @@ class Plan:
 
     @property
     def p(self) -> float | None:
-        """Flip probability, [0, 1], where nothing but flips acts."""
+        """Flip probability, [0, 1], if only flips act; else None."""
         return self.condition.p
 
     def stream(self, name: str, ahead: int = 0) -> np.random.Generator:
         """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition.
 
         Args:
-            name: Of the stream.
-            ahead: By how many trials ahead of this one that trial is whose stream it is.
+            name: Name of the stream.
+            ahead: Use the stream of the trial this many later.
         """
         return trial_stream(self.seed, self.repetition, self.trial + ahead, name)
 
 
 def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """What the stream ``labels`` decides: which label each joint gets, and in which order joints are listed.
+    """The random assignment of labels to joints and the order in which joints are listed.
 
     Args:
-        joints: How many there are.
-        rng: The stream.
+        joints: Number of joints.
+        rng: The stream ``labels``.
 
     Returns:
-        For each joint in panel order the number of its label; for each place in the listing a joint in panel order.
+        For each joint in panel order the number of its label; for each list position a joint in panel order.
     """
     dealt, listed = rng.permutation(joints), rng.permutation(joints)
     return tuple(dealt.tolist()), tuple(listed.tolist())
 
 
 class Names:
-    """How the agent's labels and listing correspond to the box's joints in panel order.
+    """Translates between the agent's labels and listing and the box's joints in panel order.
 
     Attributes:
         labels: For each joint in panel order its label.
-        order: For each place in the listing a joint, by place in panel order.
+        order: For each list position a joint, by index in panel order.
         listing: The labels as they are listed to the agent.
     """
 
@@ -118,7 +118,7 @@ class Names:
         )
 
     def index(self, label: str) -> int:
-        """The joint of a label, by place in panel order."""
+        """The joint of a label, by index in panel order."""
         return self.labels.index(label)
 
     def percept(self, snapshot: Snapshot) -> Percept:
@@ -131,7 +131,7 @@ class Names:
         )
 
     def _seen(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
-        """What is seen, or would be if joints stood as told; handles in the order in which joints are listed."""
+        """The picture now, or as if joints stood as told; handles in the order of the listing."""
         told = snapshot.configuration if positions is None else self._configuration(positions)
         if told == snapshot.configuration:
             assert snapshot.look is not None

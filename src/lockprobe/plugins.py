@@ -1,4 +1,4 @@
-"""What other packages add, by an entry point or as ``python:module:Name``: found, imported and called here.
+"""Plug-ins: what other packages add by an entry point, or a user names as ``python:module:Name``.
 
 A package adds an agent, a plant, a box, an intervention or a measure by an entry point in the group of that kind
 (:data:`GROUPS`); the entry point's name is the spec's. ``python:module:Name?option=value`` names a class or a function
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from lockprobe.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, UserMistake
-from lockprobe.spec import arguments_from
+from lockprobe.spec import arguments_from, spec_kind, split_specs
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoints
@@ -208,7 +208,7 @@ def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
         BadFile: If one begins with ``python:``.
     """
     for spec in specs:
-        if isinstance(spec, str) and any(part.strip().startswith(_DIRECT) for part in spec.split("+")):
+        if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
             raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
 
 

@@ -1,11 +1,11 @@
-"""The seams to outside worlds: plants, agents, and interventions at the four places of the loop between them."""
+"""The protocols of plants, agents and interventions: the seams of the loop."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from lockprobe.call import Call, Usage
+from lockprobe.model_call import Call, Usage
 from lockprobe.record import Briefing, Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from lockprobe.call import Usage
 from lockprobe.errors import Boundary
+from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import group_of
 
@@ -103,7 +103,7 @@ class Snapshot:
 
     Attributes:
         configuration: One position per joint in panel order.
-        joint: The joint just attempted, by place in panel order; None before the first attempt.
+        joint: The joint just attempted, by index in panel order; None before the first attempt.
         outcome: What that attempt really did.
         sensed: What a robot measured of it, its own verdict among them; it may be wrong.
         look: Takes a picture now; it has to be called before the next attempt. None where there is no camera.

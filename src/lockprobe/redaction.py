@@ -1,4 +1,4 @@
-"""Secrets are struck out of whatever is written: keys of the environment, and what looks like one."""
+"""Redaction of secrets: keys from the environment, and any text that looks like a key."""
 
 from __future__ import annotations
 

@@ -1,25 +1,32 @@
-"""Options in a spec, of an agent, a plant or a modality: ``human-inspired:proximity?lapse=0.1``."""
+"""Specs: the text that names an agent, a plant, a box, an intervention or a modality, as one value.
+
+A spec is ``KIND[:NAME][?OPTION=VALUE&...]``, for example ``human-inspired:proximity?lapse=0.1``. Options are encoded as
+in a URL. :class:`Spec` is the only reader and the only writer of this text; the functions below it turn the options
+into the fields of a dataclass or the arguments of a function.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
-from urllib.parse import parse_qsl
+from urllib.parse import parse_qsl, urlencode
 
 from lockprobe.errors import BadValue, UnknownName
 
 __all__ = [
     "PEOPLE",
     "Option",
+    "Spec",
     "arguments_from",
     "group_of",
     "in_words",
     "options_of",
-    "read_options",
     "settings_of",
+    "spec_kind",
     "spec_name",
+    "split_specs",
     "with_options",
 ]
 
@@ -29,47 +36,124 @@ PEOPLE = "participant"
 """The spec that stands for all people in a study; one of them is ``participant:ID``."""
 
 
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A spec, read once.
+
+    >>> spec = Spec.parse("human-inspired:proximity?lapse=0.1")
+    >>> spec.kind, spec.name, spec.options
+    ('human-inspired', 'proximity', {'lapse': '0.1'})
+
+    ``str(spec)`` is the text that was parsed, byte for byte, so that records keep it as the user wrote it. A spec that
+    was not parsed is written with its options encoded.
+
+    Attributes:
+        kind: The text in front of the first colon: ``llm``, ``cognitive``, ``twin``, ``flip``.
+        name: The text from there to the question mark: a preset, ``PROVIDER/MODEL``; empty where there is none.
+        options: Option -> its value as text.
+    """
+
+    kind: str
+    name: str = ""
+    options: Mapping[str, str] = field(default_factory=dict, hash=False)
+    _text: str = field(default="", init=False, repr=False, compare=False)
+
+    @classmethod
+    def parse(cls, text: str, what: str = "agent") -> Spec:
+        """Read a spec.
+
+        Args:
+            text: Its text.
+            what: What the spec names, for messages.
+
+        Raises:
+            BadValue: If an option has no value, or comes twice.
+        """
+        full_name, mark, query = text.partition("?")
+        try:
+            pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
+        except ValueError:
+            pairs = []
+        if mark and not pairs:
+            raise BadValue(what, text, "options as name?first=1&second=2")
+        if len(dict(pairs)) < len(pairs):
+            raise BadValue(what, text, "every option once")
+        kind, _, name = full_name.partition(":")
+        spec = cls(kind, name, dict(pairs))
+        object.__setattr__(spec, "_text", text)
+        return spec
+
+    def __str__(self) -> str:
+        if self._text:
+            return self._text
+        name = f"{self.kind}:{self.name}" if self.name else self.kind
+        return f"{name}?{urlencode(self.options, safe=';')}" if self.options else name
+
+    @property
+    def full_name(self) -> str:
+        """Kind and name, without the options: ``human-inspired:proximity``."""
+        return spec_name(str(self))
+
+    def without(self, options: Collection[str]) -> Spec:
+        """The same spec without some of its options, whether it has them or not.
+
+        >>> str(Spec.parse("rgbd?blur=8&depth=height").without(["blur"]))
+        'rgbd?depth=height'
+        """
+        return replace(self, options={name: value for name, value in self.options.items() if name not in options})
+
+    def adding(self, options: Mapping[str, str]) -> Spec:
+        """The same spec with more options; a value given here replaces the one that it has.
+
+        >>> str(Spec.parse("tremble?p=0,0.1").adding({"p": "0.1"}))
+        'tremble?p=0.1'
+        """
+        return replace(self, options={**self.options, **options})
+
+    def appending(self, option: str, value: str) -> Spec:
+        """The same spec with one option behind its text, which stays as it is. Nothing is encoded.
+
+        Raises:
+            BadValue: If it has this option already.
+        """
+        mark = "&" if self.options else "?"
+        return Spec.parse(f"{self}{mark}{option}={value}")
+
+
+def spec_name(text: str) -> str:
+    """Kind and name of a spec, whatever its options are; they need not be well formed.
+
+    >>> spec_name("rgbd?depth=height")
+    'rgbd'
+    """
+    return text.partition("?")[0]
+
+
+def spec_kind(text: str) -> str:
+    """The kind of a spec, whatever its options are; they need not be well formed.
+
+    >>> spec_kind("llm:openai/gpt-4o?temperature=0")
+    'llm'
+    """
+    return spec_name(text).partition(":")[0]
+
+
+def split_specs(text: str) -> list[str]:
+    """The specs in a text that joins them with plus signs.
+
+    >>> split_specs("tremble?p=0.1 + nudge")
+    ['tremble?p=0.1', 'nudge']
+    """
+    return [part.strip() for part in text.split("+")]
+
+
 def group_of(agent: str) -> str:
-    """The agent as whom it plays: itself, or for a person people as one.
+    """The agent as whom it plays: itself, or for one person the people as a whole.
 
     >>> group_of("participant:3f9a01bc"), group_of("llm:local")
     ('participant', 'llm:local')
     """
     return PEOPLE if agent.startswith(f"{PEOPLE}:") else agent
-
-
-def spec_name(spec: str) -> str:
-    """What stands in front of the question mark, whatever the options are.
-
-    >>> spec_name("rgbd?depth=height")
-    'rgbd'
-    """
-    return spec.partition("?")[0]
-
-
-def read_options(spec: str, what: str = "agent") -> tuple[str, dict[str, str]]:
-    """The name in front of the question mark, and the options after it.
-
-    >>> read_options("human-inspired:proximity?lapse=0.1")
-    ('human-inspired:proximity', {'lapse': '0.1'})
-
-    Args:
-        spec: The spec.
-        what: What it is a spec of, for messages.
-
-    Raises:
-        BadValue: If an option has no value, or comes twice.
-    """
-    name, mark, query = spec.partition("?")
-    try:
-        pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
-    except ValueError:
-        pairs = []
-    if mark and not pairs:
-        raise BadValue(what, spec, "options as name?first=1&second=2")
-    if len(dict(pairs)) < len(pairs):
-        raise BadValue(what, spec, "every option once")
-    return name, dict(pairs)
 
 
 class Option(NamedTuple):

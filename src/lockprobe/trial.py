@@ -1,7 +1,7 @@
 """The closed loop: the only place where plant, interventions and agent meet (paper, Sec. 2.2).
 
-One step: what is *remembered* and what is *asked* make the agent's situation; it decides; what is *done* turns its
-choice into an attempt; the plant moves; what is *told* makes the report.
+One step: memories decide what is *remembered* and prompts what is *asked*; the agent decides; actuators turn its choice
+into what is *done*; the plant acts; channels decide what is *told*.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from dataclasses import is_dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from lockprobe.call import Usage
 from lockprobe.errors import (
     ChannelFault,
     LockprobeError,
@@ -22,9 +21,9 @@ from lockprobe.errors import (
     PlantFault,
     ReplyFault,
     TrialFault,
-    without_keys,
 )
 from lockprobe.lockbox.box import Configuration, bits
+from lockprobe.model_call import Usage
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
@@ -46,32 +45,33 @@ from lockprobe.record import (
     TrialError,
     Turn,
 )
+from lockprobe.redaction import without_keys
 from lockprobe.spec import settings_of
 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Place", "broken", "here", "play", "streams_of"]
+__all__ = ["Executor", "broken", "here", "play", "streams_of"]
 
 _T = TypeVar("_T")
 
 
-class Place(Protocol):
-    """Where a plant acts and is looked at; calls of its may block."""
+class Executor(Protocol):
+    """Runs the work of plants and channels, which may block: here, or in another thread or process."""
 
     async def __call__(self, work: Callable[[], _T], /) -> _T:
-        """Have it done there, and return what it returns."""
+        """Run the work there and return its result."""
         ...
 
 
 async def here(work: Callable[[], _T], /) -> _T:
-    """In the thread of whoever asks."""
+    """Run the work in the calling thread."""
     return work()
 
 
 @contextmanager
 def _boundary(fault: type[TrialFault]) -> Iterator[None]:
-    """Attributes whatever breaks inside to one boundary. A user's mistake passes."""
+    """Attribute any error inside to one boundary. Lockprobe's own errors pass unchanged."""
     try:
         yield
     except LockprobeError:
@@ -88,24 +88,24 @@ async def play(
     agent: Agent,
     on_step: Callable[[Step], None] | None = None,
     keep: Callable[[Picture], None] | None = None,
-    place: Place = here,
+    place: Executor = here,
 ) -> Trial:
     """Play one trial to its end.
 
-    The end is decided by the truth: the trial is solved when the target really moves, whatever is told of it.
-    What breaks ends it as ``error`` with the steps played so far; it is never scored as a failure.
+    The truth decides when it ends: the trial is solved when the target really moves, whatever is told of it. An error
+    ends it as ``error`` with the steps played so far; an error is never scored as a failure.
 
     Args:
-        plan: What is to be played.
+        plan: The trial to play.
         plant: A fresh plant that holds ``plan.box``.
-        interventions: In the order in which they act, each at its place of the loop.
-        agent: Who decides.
+        interventions: In the order in which they act.
+        agent: The agent that decides.
         on_step: Called after every step.
-        keep: Called with every picture that the record will name; without it they are lost.
-        place: Where plant and channels do their work.
+        keep: Called with every picture that the record names; without it the pictures are lost.
+        place: Runs the work of plant and channels.
 
     Raises:
-        UserMistake: If the agent cannot be had at all, for example for want of a key.
+        UserMistake: If the agent cannot start at all, for example because a key is missing.
         BudgetReached: If its next call could cost more than is left.
     """
     names = Names(plan)
@@ -137,7 +137,7 @@ async def play(
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
-    """The record of a trial that broke before anything could be written down, for example with its process."""
+    """The record of a trial that broke before its first step, for example because its process died."""
     return replace(_blank(plan, Names(plan), "error"), error=_error(fault, 1))
 
 
@@ -186,13 +186,13 @@ def _fact(value: object) -> Fact:
 
 
 def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
-    """A picture that cannot be taken is the plant's fault, whoever asked for it."""
+    """Take a picture. A failure is the plant's fault, whoever asked for the picture."""
     with _boundary(PlantFault):
         return look(positions)
 
 
 def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
-    """What keeps a decision from being acted on and written down; agents come from anyone."""
+    """Why a decision cannot be executed and recorded; None if it can. Anyone can write an agent."""
     if not isinstance(decision, Decision):
         return f"{type(decision).__name__} is no Decision"
     if decision.joint not in labels:
@@ -209,7 +209,7 @@ def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
 
 
 def _why_out_of_range(decision: Decision) -> str | None:
-    """Which number of a decision is none that it can be."""
+    """Which number of a decision is out of range; None if all are in range."""
     numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
     if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
         return "a probability lies outside 0 to 1"
@@ -222,7 +222,7 @@ def _why_out_of_range(decision: Decision) -> str | None:
 
 
 def _without_keys(decision: Decision) -> Decision:
-    """What an agent says is kept as it is, but for the keys of whoever runs it."""
+    """The decision with API keys removed from its texts."""
     if not decision.hypothesis and not decision.replies:
         return decision
     hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))
@@ -230,16 +230,16 @@ def _without_keys(decision: Decision) -> Decision:
 
 
 def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
-    """An intervention is its own specification: its class and its settings."""
+    """The specification of an intervention: its class and its settings."""
     return _facts({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
 
 
 def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
-    """The random stream of each intervention, by its kind, and by how many of its kind stand before it.
+    """The random stream of each intervention, named after its kind and its number among those of its kind.
 
-    So one intervention has the same luck whatever else is in its condition. What a class calls its ``stream`` goes
-    before its own name: two classes that call it the same have the same luck. With ``ahead`` it has the luck that the
-    trial so many later has.
+    So an intervention has the same luck whatever else is in its condition. If a class has an attribute ``stream``, that
+    names its stream instead: two classes with the same ``stream`` share their luck. With ``ahead`` an intervention has
+    the luck of the trial that many later.
     """
     seen: Counter[str] = Counter()
     streams = []
@@ -264,7 +264,7 @@ class _Loop:
         interventions: Sequence[Intervention],
         agent: Agent,
         keep: Callable[[Picture], None] | None,
-        place: Place,
+        place: Executor,
     ) -> None:
         self.steps: list[Step] = []
         self.opening = ""
@@ -317,7 +317,7 @@ class _Loop:
         return {picture.kind: picture.name for picture in percept.pictures}
 
     def _situation(self) -> Situation:
-        """What the agent may use now: what is remembered, what it was told, and what it is asked."""
+        """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
         turns, briefing = self._turns, _NOTHING_SAID
         with _boundary(ChannelFault) if self._memories or self._prompts else nullcontext():
             for memory, rng in self._memories:
@@ -387,9 +387,10 @@ def _unlooked(percept: Percept) -> Percept:
 
 
 def _told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
-    """What a report says of the joint that it is about, by outcome or by position; None where it says nothing of it.
+    """What a report says of its joint, by outcome or by position; None where it says nothing.
 
-    Positions are compared with those told or pictured last. A picture that was made of no report shows what happened.
+    Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
+    truth.
     """
     told, shown = now.told, now.shown
     if told.outcome is not None:
@@ -401,12 +402,12 @@ def _told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bo
     last = next((known for moment in reversed(before) if (known := moment.shown) is not None), None)
     if last is None:
         return None
-    place = task.joints.index(told.joint)
-    return shown[place] != last[place]
+    joint = task.joints.index(told.joint)
+    return shown[joint] != last[joint]
 
 
 def _told_positions(moment: Moment) -> tuple[bool, ...] | None:
-    """Positions for the record: those told; of pictures those that they show, where they are not the true ones."""
+    """Positions for the record: the told ones, or those that false pictures show; None for true pictures."""
     if moment.told.positions is None and moment.shown == moment.was.positions:
         return None
     return moment.shown

@@ -1,7 +1,7 @@
 """A trial as one line of JSON and back. What is read is checked: an impossible record is refused, not analysed.
 
 A line of a journal ends with two fields more: ``identity``, of which study it is, and ``crc``, its checksum
-(:mod:`lockprobe.storage.checksum`). Older lines have neither.
+(:mod:`lockprobe.storage.jsonl`). Older lines have neither.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from lockprobe.errors import BadValue
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.record import SCHEMA_VERSION, Step, Trial
-from lockprobe.storage.checksum import has_checksum, with_checksum, without_checksum
+from lockprobe.storage.jsonl import has_checksum, with_checksum, without_checksum
 
 __all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
 

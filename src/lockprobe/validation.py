@@ -1,4 +1,4 @@
-"""What is wrong with a value, in plain words: the sentences of pydantic, said as all mistakes are."""
+"""Validation messages: pydantic's sentences in plain words, and the check of a probability."""
 
 from __future__ import annotations
 

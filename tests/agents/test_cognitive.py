@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe import run_trial
+from lockprobe import population, propagate, run_trial
 from lockprobe.agents.cognitive import CHARACTERS, RandomMap, SoftmaxMemory
 from lockprobe.agents.policy import Told, View
 from lockprobe.lockbox.families import box
@@ -24,8 +24,9 @@ def after(agent, reports, view=FOUR):
     return agent.probabilities(view, memory)
 
 
-def share(agent, n=600, **settings):
-    return sum(run_trial(agent=agent, trial=i, seed=5, **settings).solved for i in range(1, n + 1)) / n
+def share(agent, n, **settings):
+    """Of the trials of a study, played without records."""
+    return population(agent, trials=n, seed=5, **settings).success
 
 
 @settings(max_examples=60, deadline=None)
@@ -65,13 +66,12 @@ def test_the_softmax_is_its_formula(pulls, decay, reset, reports):
 
 
 def test_without_pulls_the_softmax_is_a_random_agent():
-    exact = random_success(box())
-    assert abs(share("cognitive:softmax-memory") - exact) < 4 * (exact * (1 - exact) / 600) ** 0.5
+    assert propagate("cognitive:softmax-memory").success == pytest.approx(random_success(box()))
 
 
 def test_a_great_push_away_from_the_last_joint_is_random_without_repeats():
-    exact = random_no_repeat_success(box())
-    assert abs(share("cognitive:softmax-memory?recent=-60") - exact) < 4 * (exact * (1 - exact) / 600) ** 0.5
+    found = propagate("cognitive:softmax-memory?recent=-60")
+    assert found.success == pytest.approx(random_no_repeat_success(box()))
 
 
 @settings(max_examples=60, deadline=None)
@@ -124,7 +124,7 @@ def test_lies_rescue_a_map_and_mislead_it():
 
 
 def test_characters_are_helped_hurt_and_both():
-    at = {name: [share(f"cognitive:{name}", p=p, n=100) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
+    at = {name: [share(f"cognitive:{name}", p=p, n=1000) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
     assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
     assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
     assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15

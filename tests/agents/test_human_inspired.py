@@ -6,14 +6,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe import run_trial
+from lockprobe import propagate, run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.policy import Told, View
 from lockprobe.errors import BadValue
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.solve import random_curve
 
 
-def play(agent, n=300, p=0.0, **settings):
+def play(agent, n, p=0.0, **settings):
     return [run_trial(agent=agent, p=p, trial=i, seed=3, **settings) for i in range(1, n + 1)]
 
 
@@ -23,23 +25,22 @@ def share(trials):
 
 def test_human_inspired_has_the_reference_curve():
     """Exactly 5/6 by step 9, all by step 10 (paper, Sec. 3.1: 80 % within 9 steps, 100 % in all)."""
-    n = 600
-    trials = play("human-inspired", n)
+    course = propagate("human-inspired")
+    assert course.solved[6:11] == pytest.approx([0, 1 / 6, 1 / 2, 5 / 6, 1])
+    assert course.steps == pytest.approx(8.5)
+    trials = play("human-inspired", n := 150)
     assert share(trials) == 1.0
     steps = [len(trial.steps) for trial in trials]
     assert (min(steps), max(steps)) == (7, 10)
     by_nine = sum(s <= 9 for s in steps) / n
     assert abs(by_nine - 5 / 6) < 4 * (5 / 36 / n) ** 0.5
-    assert abs(sum(steps) / n - 8.5) < 0.15
 
 
 @pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
 def test_noise_only_hurts_the_human_inspired_strategy(flip):
-    shares, nines = [], []
-    for p in (0.0, 0.3, 0.6):
-        trials = play("human-inspired", 200, p=p, flip=flip)
-        shares.append(share(trials))
-        nines.append(sum(t.solved and len(t.steps) <= 9 for t in trials))
+    courses = [propagate("human-inspired", p=p, flip=flip) for p in (0.0, 0.3, 0.6)]
+    shares = [course.success for course in courses]
+    nines = [course.solved[9] for course in courses]
     assert shares == sorted(shares, reverse=True)
     assert nines[0] > nines[1] > nines[2]
     assert shares[2] < 0.9
@@ -69,13 +70,13 @@ def test_strategies_say_what_they_were_told():
     [("target-first", 8.5, 9, 10), ("target-last", 5.5, 6, 7), ("target-any", 7.0, 8, 10), ("proximity", 5.5, 7, 7)],
 )
 def test_presets_have_their_figures_on_chain_4(preset, mean, eighty, last):
-    """Mean steps, 80 % by, all by, when told the truth."""
-    n = 400
-    steps = [len(trial.steps) for trial in play(f"human-inspired:{preset}", n)]
+    """Mean steps, 80 % by, all by, when told the truth: exactly, and in trials on record."""
+    course = propagate(f"human-inspired:{preset}")
+    assert (course.by(0.8), course.by(1)) == (eighty, last)
+    assert course.steps == pytest.approx(mean)
+    steps = [len(trial.steps) for trial in play(f"human-inspired:{preset}", 60)]
     assert max(steps) == last
-    assert abs(sum(steps) / n - mean) < 0.25
-    assert sum(s <= eighty for s in steps) / n > 0.76
-    assert sum(s <= eighty - 1 for s in steps) / n < 0.8
+    assert abs(sum(steps) / 60 - mean) < 0.65
 
 
 def told(joint, moved, shifted=None):
@@ -158,14 +159,13 @@ def test_choices_are_never_empty_and_probabilities_are_of_them(preset, lapse, re
 def test_a_lapse_of_one_is_a_random_agent():
     actions = [action for trial in play("human-inspired?lapse=1", 60) for action in trial.actions]
     assert {actions.count(joint) / len(actions) > 0.15 for joint in set(actions)} == {True}
-    assert share(play("human-inspired?lapse=1", 300)) < 0.55
+    assert propagate("human-inspired?lapse=1").solved == pytest.approx(random_curve(box(), 20))
 
 
 def test_lapses_slow_it_down_as_they_should():
     """80 % by step 9, 10, 13 and 15 with lapses in none, 0.1, 0.2 and 0.3 of the steps."""
-    for lapse, eighty in ((0.1, 10), (0.2, 13), (0.3, 15)):
-        trials = play(f"human-inspired?lapse={lapse}", 400)
-        assert abs(sum(t.solved and len(t.steps) <= eighty for t in trials) / 400 - 0.81) < 0.07
+    for lapse, eighty in ((0.0, 9), (0.1, 10), (0.2, 13), (0.3, 15)):
+        assert propagate(f"human-inspired?lapse={lapse}").by(0.8) == eighty
 
 
 def test_its_parameters_are_on_record_except_for_the_default():

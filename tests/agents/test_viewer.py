@@ -11,7 +11,7 @@ from lockprobe.agents import picture_reader
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.agents.viewer import Sight, Viewer
+from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
@@ -73,7 +73,7 @@ def truth(trial):
 
 def test_it_says_what_the_picture_shows_and_acts_on_it():
     """A picture that lies is believed: nothing of the truth reaches it by another way."""
-    agent = Viewer(strategy=HumanInspired(), name=SPEC, sight=Sight(acuity=80))
+    agent = Viewer(strategy=HumanInspired(), name=SPEC, sight=Eyesight(acuity=80))
     honest, fooled = played(agent, [Photographer()]), played(agent, [Photographer(wrong=(1,))])
     assert fooled.steps[1].decision.claimed == ("blocked" if honest.steps[0].moved else "moved")
     assert fooled.actions != honest.actions
@@ -110,7 +110,7 @@ class Listener(RandomAgent):
 
 def heard(monkeypatch, *numbers):
     listener = Listener()
-    agent = Viewer(strategy=listener, name="listener", sight=Sight(doubt=0.1))
+    agent = Viewer(strategy=listener, name="listener", sight=Eyesight(doubt=0.1))
     decision = asyncio.run(agent.decide(readings(monkeypatch, *numbers), np.random.default_rng(1)))
     return [*(turn.percept for turn in listener.heard.past), listener.heard.percept], decision
 
@@ -174,7 +174,7 @@ def test_the_record_says_how_it_saw_and_who_decided():
 @pytest.mark.parametrize(("setting", "value"), [("acuity", 3), ("doubt", -0.1), ("doubt", 1.0)])
 def test_sight_out_of_range_is_refused(setting, value):
     with pytest.raises(BadValue, match=f"^{setting}: got"):
-        Sight(**{setting: value})
+        Eyesight(**{setting: value})
 
 
 def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from builders import make_trial, play_study, small_study
 
-from lockprobe.analysis.finding import finding
 from lockprobe.analysis.summary import summarise
+from lockprobe.prose.success import finding
 
 AGENT = "llm:local"
 

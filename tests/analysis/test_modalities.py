@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.conclusions import modality_finding
 from lockprobe.analysis.modalities import by_fidelity, modality_effect, spoken
 from lockprobe.analysis.summary import summarise
+from lockprobe.prose.modalities import modality_finding
 
 
 def trials_of(modality, waits, agent="viewer"):

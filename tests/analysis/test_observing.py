@@ -7,10 +7,16 @@ from lockprobe.analysis import observing
 from lockprobe.analysis.observing import moment
 from lockprobe.analysis.rationality import judge
 from lockprobe.beliefs.planning import expected_steps, information
-from lockprobe.beliefs.posterior import Report, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
 from lockprobe.beliefs.structures import interlocks
 
-REPORTS = (Report(3, True, 8), Report(1, False, 8), Report(2, True, 12), Report(2, True, 8), Report(0, False, 8))
+REPORTS = (
+    ReportedAttempt(3, True, 8),
+    ReportedAttempt(1, False, 8),
+    ReportedAttempt(2, True, 12),
+    ReportedAttempt(2, True, 8),
+    ReportedAttempt(0, False, 8),
+)
 
 
 def start(noise="aware"):
@@ -35,7 +41,7 @@ def test_what_is_known_after_reports_is_what_the_belief_says(noise):
 def test_the_same_reports_lead_to_the_same_moment():
     one, two = moment(start()), moment(start())
     assert one is two
-    assert one.after(REPORTS[0])[0] is two.after(Report(3, True, 8))[0]
+    assert one.after(REPORTS[0])[0] is two.after(ReportedAttempt(3, True, 8))[0]
     assert one.after(REPORTS[0])[0] is not one.after(REPORTS[1])[0]
 
 

@@ -2,8 +2,8 @@
 
 from builders import make_trial
 
-from lockprobe.analysis.conclusions import verdicts_said
 from lockprobe.analysis.robot import verdicts
+from lockprobe.prose.robot import verdicts_said
 
 
 def test_wrong_verdicts_are_counted_by_kind_and_failures_apart():

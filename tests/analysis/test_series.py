@@ -3,13 +3,14 @@
 import math
 
 from lockprobe.analysis.axis import FLIPS, Axis
-from lockprobe.analysis.series import Arm, control_of, crossings, series_of, series_of_agents
+from lockprobe.analysis.series import SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.interventions.condition import read_condition
+from lockprobe.prose.doses import at_dose, cause_first
 
 
 def arms(*specs):
     conditions = [read_condition(spec) for spec in specs]
-    return [Arm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
+    return [SeriesArm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
 
 
 def test_doses_of_one_intervention_are_a_series_with_the_truth_at_0():
@@ -69,18 +70,9 @@ def test_what_has_no_dose_has_no_number():
     assert arm.dose(1) == 0.1
 
 
-def test_sentences_about_flips_become_sentences_about_any_dose():
-    axis = Axis(kind="tremble", dose="p", rest="nudge")
-    said = "No effect of false reports: 3 of 9 trials when told the truth and 2 of 9 at a flip rate of 0.4."
-    assert FLIPS.said(said) == said
-    assert axis.said(said) == (
-        "No effect of higher doses of tremble: 3 of 9 trials under nudge alone and 2 of 9 at a tremble p of 0.4."
-    )
-
-
 def test_agents_that_differ_in_one_number_are_a_series_too():
     (found,) = series_of_agents(["random", "a:b?t=1&x=2", "a:b?x=2&t=0", "a:b?t=0.5&x=2", "a:b?t=0.5&x=3"])
     assert (found.agent, found.axis.name) == ("a:b?x=2", "t")
     assert list(found.doses.values()) == [0, 0.5, 1]
     assert series_of_agents(["a?t=1", "a?t=2"]) == ()
-    assert found.axis.said("False reports matter when told the truth.") == "Higher values of t matter at a t of 0."
+    assert (cause_first(found.axis), at_dose(0, found.axis)) == ("Higher values of t", "at a t of 0")

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.analysis.conclusions import beside, conclusions, courses_said, loop_finding
-from lockprobe.analysis.finding import finding
 from lockprobe.analysis.summary import summarise
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.families import box
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.success import baselines_said, courses_said, finding
 
 FAILED = (0,) * 20
 AGENT = "llm:local"
@@ -157,9 +158,9 @@ def test_loops_are_held_against_chance():
 
 def test_references_are_named_for_comparison():
     played = [*condition(0.0, 1, 2), *condition(0.0, 1, 2, agent="random")]
-    assert beside(summarise(played)) == "For comparison, when told the truth: random 1 of 2 trials (50 %)."
-    assert beside(summarise(played[2:])) == ""
-    assert beside(summarise([])) == ""
+    assert baselines_said(summarise(played)) == "For comparison, when told the truth: random 1 of 2 trials (50 %)."
+    assert baselines_said(summarise(played[2:])) == ""
+    assert baselines_said(summarise([])) == ""
 
 
 def test_trials_of_two_boxes_are_not_analysed_together():

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.audit.power import default_worlds, needed, power, stated_world
 from lockprobe.audit.rates import Rate
-from lockprobe.audit.worlds import WORLDS
+from lockprobe.audit.simulated_agents import WORLDS
 from lockprobe.errors import BadValue
 
 P2 = (0.0, 0.4)
@@ -15,11 +15,19 @@ def ladder(*rejected, studies=100, trials=(15, 30, 60)):
     return [Rate(**made, trials=n, studies=studies, rejected=k) for n, k in zip(trials, rejected, strict=True)]
 
 
-def test_the_papers_effect_needs_about_nineteen_trials_a_condition():
-    (found, *_) = power([stated_world((7 / 30, 20 / 30), p=P2)], p=P2, trials=(12, 18, 24, 30), studies=150)
+@pytest.fixture(scope="module")
+def papers_effect():
+    """Of two seeds."""
+    effect = stated_world((7 / 30, 20 / 30), p=P2)
+    return [power([effect], p=P2, trials=(12, 24, 48), studies=40, seed=seed)[0] for seed in (1, 2)]
+
+
+def test_the_papers_effect_needs_about_nineteen_trials_a_condition(papers_effect):
+    """By 600 studies it is 15 to 27; by the 240 of both seeds together, on coarser rungs, 11 to 34."""
+    (found, _) = papers_effect
     assert found.test == "greatest difference from the lowest p, permutation"
-    assert 15 <= found.trials <= 27
-    assert [rate.trials for rate in found.measured] == [12, 18, 24, 30]
+    assert 11 <= sum(one.trials for one in papers_effect) / 2 <= 34
+    assert [rate.trials for rate in found.measured] == [12, 24, 48]
 
 
 def test_power_grows_with_trials():
@@ -99,8 +107,6 @@ def test_the_number_of_trials_has_the_error_of_its_simulation():
     assert (at_once.low, at_once.below) == (None, False)
 
 
-def test_intervals_of_two_seeds_meet_though_their_numbers_differ():
+def test_intervals_of_two_seeds_meet_though_their_numbers_differ(papers_effect):
     """The effect of the paper: 27 or 37 trials by the luck of the simulation."""
-    effect = stated_world((7 / 30, 20 / 30), p=P2)
-    found = [power([effect], p=P2, trials=(12, 24, 48), studies=40, seed=seed)[0] for seed in (1, 2)]
-    assert max(one.low or 0 for one in found) <= min(one.high for one in found)
+    assert max(one.low or 0 for one in papers_effect) <= min(one.high for one in papers_effect)

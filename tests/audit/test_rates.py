@@ -9,7 +9,7 @@ from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.audit.rates import Rate, measure, within_error
 from lockprobe.audit.simulate import simulate
-from lockprobe.audit.worlds import WORLDS, Design, world
+from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
 
@@ -34,10 +34,10 @@ def test_counts_are_those_of_the_tests_one_by_one():
 
 
 def test_neither_records_nor_processes_change_a_rate(rates):
-    few = measure([TRAP], studies=12, seed=2)
-    assert few == measure([TRAP], studies=12, seed=2, records=False)
-    assert few == measure([TRAP], studies=12, seed=2, records=False, processes=2)
-    assert few != measure([TRAP], studies=12, seed=3, records=False)
+    few = measure([TRAP], studies=6, seed=2)
+    assert few == measure([TRAP], studies=6, seed=2, records=False)
+    assert few == measure([TRAP], studies=6, seed=2, records=False, processes=2)
+    assert few != measure([TRAP], studies=6, seed=3, records=False)
 
 
 def test_the_papers_correlation_finds_harm_where_there_is_none(rates):

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from lockprobe.analysis import speaking
 from lockprobe.analysis.inference.battery import infer
-from lockprobe.analysis.inference.verdict import QUESTIONS
 from lockprobe.audit.rates import EARLY, measure
 from lockprobe.audit.shipped_rates import as_data, false_positives, measured, shipped
 from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
+from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.seeds import generator
 
 
@@ -59,7 +58,7 @@ def documented():
         for test in dict.fromkeys(rate.test for rate in asked):
             mine = [rate for rate in asked if rate.test == test]
             worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate)
-            name = f"**{speaking.test_said(test)}**" if mine[0].recommended else speaking.test_said(test)
+            name = f"**{name_of_test(test)}**" if mine[0].recommended else name_of_test(test)
             wrong = "" if worst.valid else " **!**"
             said = ", ".join(figure(rate) for rate in mine if rate.truth)
             yield f"| {name} | {worst.rate:.3f} {worst.world}{wrong} | {said} |"

@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.audit.simulate import BUDGET, simulate, simulate_columns, simulate_outcomes
-from lockprobe.audit.worlds import WORLDS, Design, world
+from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.seeds import generator
 from lockprobe.trial_json import trial_from_json, trial_to_json

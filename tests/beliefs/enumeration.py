@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from lockprobe.beliefs.posterior import Report
+from lockprobe.beliefs.posterior import ReportedAttempt
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.record import Moment, Percept, Task
@@ -41,7 +41,7 @@ def told(box, kind, joints, flips, states_only=False):
         )
         where = None if percept.positions is None else sum(p << i for i, p in enumerate(percept.positions))
         said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
-        reports.append(Report(joint, said, where, states_only))
+        reports.append(ReportedAttempt(joint, said, where, states_only))
         truth.append(moved)
     return tuple(reports), tuple(truth)
 

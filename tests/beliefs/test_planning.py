@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe.beliefs.exact import MOST_PLANNED, Planner, can_plan, planner
 from lockprobe.beliefs.planning import best_joints, expected_steps, information, least, qmdp
-from lockprobe.beliefs.posterior import Report, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.errors import BadValue
 
@@ -24,7 +24,7 @@ def truthful(belief, joint, true):
     if allowed and joint == 0:
         return None
     positions = int(belief.configuration[true]) ^ int(allowed) << joint
-    return update(belief, Report(joint, bool(allowed), positions))
+    return update(belief, ReportedAttempt(joint, bool(allowed), positions))
 
 
 def course(prior, plan="steps"):
@@ -170,7 +170,7 @@ def test_information_is_what_reports_give_on_average(name, kinds, states_only):
 
 def test_expected_steps_under_noise_are_qmdps():
     known, noise = interlocks("single-parent", 3), noise_model("aware")
-    belief = update(begin(known, noise), Report(1, moved=True, positions=2))
+    belief = update(begin(known, noise), ReportedAttempt(1, moved=True, positions=2))
     for joint, value in enumerate(expected_steps(belief)):
         left = 0.0
         for s, where in enumerate(belief.configuration.tolist()):

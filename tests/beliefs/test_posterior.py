@@ -8,12 +8,12 @@ from beliefs.enumeration import as_box, histories, told
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.beliefs.posterior import Report, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.errors import BadValue
 
 SMALL = interlocks("single-parent", 3)
-REPORTS = st.builds(Report, st.integers(0, 2), st.booleans(), st.none() | st.integers(0, 7), st.booleans())
+REPORTS = st.builds(ReportedAttempt, st.integers(0, 2), st.booleans(), st.none() | st.integers(0, 7), st.booleans())
 
 
 def after(known, noise, reports):
@@ -113,14 +113,16 @@ def test_a_naive_observer_begins_again_from_the_last_report():
     """Told that joint 1 moved, then that it is where it was: only the second report is kept."""
     known = interlocks("chains", 4)
     belief = after(
-        known, noise_model("naive"), [Report(1, moved=True, positions=2), Report(2, moved=False, positions=0)]
+        known,
+        noise_model("naive"),
+        [ReportedAttempt(1, moved=True, positions=2), ReportedAttempt(2, moved=False, positions=0)],
     )
     assert belief.restarts == 1
-    assert belief.alive == after(known, noise_model("naive"), [Report(2, moved=False, positions=0)]).alive
+    assert belief.alive == after(known, noise_model("naive"), [ReportedAttempt(2, moved=False, positions=0)]).alive
 
 
 def test_a_naive_observer_goes_on_from_where_it_believes_the_box_to_be_if_that_is_not_told():
-    known, said = interlocks("chains", 3), [Report(1, True), Report(1, False)]
+    known, said = interlocks("chains", 3), [ReportedAttempt(1, True), ReportedAttempt(1, False)]
     belief = after(known, noise_model("naive"), said)
     assert (belief.restarts, belief.likeliest) == (1, 0b010)
     assert [known.needs[s][1] for s in range(2) if belief.alive >> s & 1] == [(2, 1)]
@@ -128,7 +130,7 @@ def test_a_naive_observer_goes_on_from_where_it_believes_the_box_to_be_if_that_i
 
 def test_that_the_trial_goes_on_is_believed_whatever_is_told_of_the_target():
     for name in ("naive", "aware"):
-        belief = after(SMALL, noise_model(name), [Report(0, moved=True, positions=1)])
+        belief = after(SMALL, noise_model(name), [ReportedAttempt(0, moved=True, positions=1)])
         assert [SMALL.needs[s][0] for s in range(len(SMALL)) if belief.alive >> s & 1].count(None) == 0
         assert belief.moved == 0
         assert belief.restarts == (name == "naive")
@@ -137,7 +139,7 @@ def test_that_the_trial_goes_on_is_believed_whatever_is_told_of_the_target():
 
 def test_the_kind_of_flip_shows_in_the_next_report():
     """A false position that stays is sticky, one that goes is transient."""
-    false, stays, goes = Report(1, True, 2), Report(2, False, 2), Report(2, False, 0)
+    false, stays, goes = ReportedAttempt(1, True, 2), ReportedAttempt(2, False, 2), ReportedAttempt(2, False, 0)
     known = interlocks("chains", 3)  # of two chains, one frees joint 1
     transient, sticky = (
         after(known, noise_model("aware"), [false, goes]),
@@ -148,18 +150,18 @@ def test_the_kind_of_flip_shows_in_the_next_report():
 
 
 def test_equal_beliefs_are_equal():
-    for other in (Report(1, True, 2), Report(1, False, 2), Report(2, False, 0)):
-        one, two = (after(SMALL, noise_model("aware"), [Report(1, True, 2)]) for _ in range(2))
+    for other in (ReportedAttempt(1, True, 2), ReportedAttempt(1, False, 2), ReportedAttempt(2, False, 0)):
+        one, two = (after(SMALL, noise_model("aware"), [ReportedAttempt(1, True, 2)]) for _ in range(2))
         assert one == two
         assert hash(one) == hash(two)
-        assert (one == after(SMALL, noise_model("aware"), [other])) == (other == Report(1, True, 2))
+        assert (one == after(SMALL, noise_model("aware"), [other])) == (other == ReportedAttempt(1, True, 2))
 
 
 def test_the_box_that_opens_tells_as_well():
     belief = opened(begin(SMALL, noise_model("aware")))
     assert {SMALL.needs[s][0] for s in range(len(SMALL)) if belief.weights[s]} == {None}
     assert belief.restarts == 0
-    surprised = opened(after(interlocks("chains", 3), noise_model("naive"), [Report(1, False, 0)]))
+    surprised = opened(after(interlocks("chains", 3), noise_model("naive"), [ReportedAttempt(1, False, 0)]))
     assert surprised.restarts == 1
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 from typed import typed
 
-from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.prose.hypothesis_tests import QUESTIONS
 
 
 def test_an_audit_in_words():

@@ -5,8 +5,8 @@ import io
 from rich.console import Console
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.call import Call, Usage
 from lockprobe.cli.display import LiveDisplay
+from lockprobe.model_call import Call, Usage
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.spending import Budget, Ledger

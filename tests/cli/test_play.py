@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from lockprobe.cli import build
-from lockprobe.cli.play_summary import relabelled
+from lockprobe.cli.play import relabelled
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum

@@ -14,11 +14,11 @@ from typed import typed
 
 from lockprobe import load
 from lockprobe.agents.catalogue import resolve
-from lockprobe.call import Call, Usage
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import ALL_BROKE, BUDGET_REACHED, run
 from lockprobe.errors import BadValue
+from lockprobe.model_call import Call, Usage
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal

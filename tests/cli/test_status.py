@@ -10,8 +10,8 @@ import pytest
 from builders import SOLUTION, make_trial, write_study
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.cli.status import status
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.studies.call_log import CALLS, Calls
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study

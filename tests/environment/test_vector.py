@@ -72,7 +72,7 @@ asked_for = st.builds(lambda some, others: some | others, general, by_channels |
 
 
 @given(asked=asked_for, seed=st.integers(0, 10_000))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_it_plays_as_so_many_single_environments(asked, seed):
     ours, sync = made(**asked), made("sync", **asked)
     assert (type(ours.unwrapped), type(sync.unwrapped)) == (LockboxVectorEnv, SyncVectorEnv)

@@ -10,8 +10,7 @@ from lockprobe.studies.studyfile import study
 
 tasks = pytest.importorskip("lockprobe.evals.tasks")
 
-from inspect_ai._util.error import PrerequisiteError  # noqa: E402
-
+from lockprobe.agents.llm.inspect_internals import PrerequisiteError  # noqa: E402
 from lockprobe.evals.samples import OPTIONS, SETTINGS  # noqa: E402
 
 

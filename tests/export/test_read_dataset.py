@@ -11,15 +11,16 @@ import seated
 from builders import play_study, small_study, write_study
 from taking_part import START, take_part
 
-from lockprobe.errors import BadFile, readable
+from lockprobe.errors import BadFile
 from lockprobe.export import read_dataset
 from lockprobe.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.export.write_dataset import write_dataset
-from lockprobe.people.import_diaries import Arriving
+from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.people.responses import Attempt
 from lockprobe.people.scenes import Box
 from lockprobe.studies.journal import load, read_timings
 from lockprobe.studies.merge import gather
+from lockprobe.terminal_text import readable
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 MODELS = replace(STUDY, agents=("random",))
@@ -37,7 +38,7 @@ def dataset(tmp_path):
 
 def take_in(directory, dataset):
     source = source_of_dataset(dataset)
-    diaries = Arriving(directory, {source.path: source.trials})
+    diaries = DiaryImport(directory, {source.path: source.trials})
     return gather(directory, [source], beside=diaries.take)
 
 

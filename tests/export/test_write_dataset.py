@@ -20,7 +20,7 @@ from taking_part import START, take_part
 from lockprobe.errors import BadFile
 from lockprobe.export.read_dataset import source_of_dataset
 from lockprobe.export.write_dataset import write_dataset
-from lockprobe.people.import_diaries import Arriving
+from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import read_words, words_file
 from lockprobe.studies.journal import load
@@ -157,7 +157,7 @@ def test_they_come_along_again_from_where_they_were_taken_in(own_texts, tmp_path
     write_dataset(tmp_path / "own", tmp_path / "out")
     own_texts.unlink()
     source = source_of_dataset(tmp_path / "out")
-    gather(tmp_path / "new", [source], beside=Arriving(tmp_path / "new", {source.path: source.trials}).take)
+    gather(tmp_path / "new", [source], beside=DiaryImport(tmp_path / "new", {source.path: source.trials}).take)
     write_dataset(tmp_path / "new", tmp_path / "again")
     assert everything(tmp_path / "again") == everything(tmp_path / "out")
     assert (tmp_path / "again" / "materials" / "texts.toml").is_file()

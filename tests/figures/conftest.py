@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.lockbox.families import box
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)

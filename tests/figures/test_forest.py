@@ -1,10 +1,10 @@
 """A forest plot shows each estimate in its row, whatever is missing."""
 
-from lockprobe.figures.forest import Row, forest
+from lockprobe.figures.forest import ForestRow, forest
 
 
 def row(name, value, low=None, high=None):
-    return Row(name=name, said=f"{name} said", value=value, low=low, high=high, colour="black", face="black")
+    return ForestRow(name=name, said=f"{name} said", value=value, low=low, high=high, colour="black", face="black")
 
 
 def test_rows_from_the_top_with_arrows_for_what_lies_outside(axes):

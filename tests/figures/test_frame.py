@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from lockprobe.figures.frame import agent_label, counts, label_right, p_axis, p_value
+from lockprobe.figures.frame import agent_label, counts, label_right, p_axis
+from lockprobe.formatting import p_value
 
 
 @pytest.mark.parametrize(
@@ -39,7 +40,7 @@ def test_counts_name_the_trials(model):
 
 
 def test_p_values_cannot_be_taken_for_flip_rates():
-    assert [p_value(value) for value in (0.0004, 0.0123, 1.0, None)] == [
+    assert [p_value(value, "$P$") for value in (0.0004, 0.0123, 1.0, None)] == [
         "$P$ < 0.001", "$P$ = 0.012", "$P$ = 1", "not tested",
     ]  # fmt: skip
 

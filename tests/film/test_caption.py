@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from builders import make_trial
 
-from lockprobe.film.caption import WIDTH, Line, captioned, opening_lines, outcome_lines, step_lines
+from lockprobe.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines, step_lines
 
 PICTURE = np.full((360, 480, 3), 90, np.uint8)
 
@@ -34,14 +34,16 @@ def test_it_says_what_is_attempted_and_what_came_of_it():
 
 def test_a_claim_and_a_verdict_that_are_wrong_are_marked():
     trial = make_trial([0, 3], claims=[None, "moved"])
-    assert outcome_lines(trial, 0)[2] == Line("the agent then says moved", alarming=True)
+    assert outcome_lines(trial, 0)[2] == CaptionLine("the agent then says moved", alarming=True)
     robot = replace(trial.steps[0], sensed={"verdict": "moved", "peak_force": 3.0})
     seen = outcome_lines(replace(trial, steps=(robot, trial.steps[1])), 0)
-    assert seen[1] == Line("truth blocked, told blocked, robot says moved", alarming=True)
+    assert seen[1] == CaptionLine("truth blocked, told blocked, robot says moved", alarming=True)
     shown = replace(trial.steps[0], pictures={"rgb": f"{'0' * 20}.png"})
-    assert outcome_lines(replace(trial, steps=(shown,)), 0)[1] == Line("truth blocked")
+    assert outcome_lines(replace(trial, steps=(shown,)), 0)[1] == CaptionLine("truth blocked")
     false = replace(shown, told_moved=True)
-    assert outcome_lines(replace(trial, steps=(false,)), 0)[1] == Line("truth blocked, told moved", alarming=True)
+    assert outcome_lines(replace(trial, steps=(false,)), 0)[1] == CaptionLine(
+        "truth blocked, told moved", alarming=True
+    )
     odd = replace(trial.steps[0], sensed={"verdict": "<anything else>"})
     assert outcome_lines(replace(trial, steps=(odd,)), 0)[1].text == "truth blocked, told blocked"
 
@@ -52,7 +54,7 @@ def test_the_end_is_said():
 
 def test_a_picture_of_any_size_gets_a_strip():
     for height, width in ((360, 480), (480, 640), (64, 80), (48, 200)):
-        film = captioned(np.zeros((height, width, 3), np.uint8), [Line("a" * 200)], corner="4x")
+        film = captioned(np.zeros((height, width, 3), np.uint8), [CaptionLine("a" * 200)], corner="4x")
         assert film.shape[1] == WIDTH
         assert film.shape[0] % 2 == 0
         assert film.dtype == np.uint8
@@ -62,7 +64,9 @@ def test_a_picture_of_any_size_gets_a_strip():
 
 
 def test_words_are_drawn_and_alarms_are_red():
-    plain, alarmed = (captioned(PICTURE, [Line("truth"), Line("told", alarming=alarm)]) for alarm in (False, True))
+    plain, alarmed = (
+        captioned(PICTURE, [CaptionLine("truth"), CaptionLine("told", alarming=alarm)]) for alarm in (False, True)
+    )
     assert (plain[:360] == PICTURE).all()
     assert (plain[:384] == alarmed[:384]).all()
     differs = alarmed[384:][(alarmed != plain)[384:].any(axis=-1)]

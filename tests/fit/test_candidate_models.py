@@ -10,10 +10,10 @@ from lockprobe.fit import fit_agents
 from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
 from lockprobe.fit.choices import choices_of, hear, rule
 from lockprobe.fit.optimise import maximum
-from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.recovery import RecoveryDesign, simulate
 from lockprobe.lockbox.families import box
 
-TRIALS = simulate("human-inspired:target-last?lapse=0.3", Design(p=(0.2,), trials=5), seed=1)
+TRIALS = simulate("human-inspired:target-last?lapse=0.3", RecoveryDesign(p=(0.2,), trials=5), seed=1)
 
 
 def test_names_are_theirs_and_random_is_always_among_them():

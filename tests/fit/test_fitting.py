@@ -11,10 +11,11 @@ from lockprobe.fit import RIVALS, fit_agents, fitting
 from lockprobe.fit.candidate_models import chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.model_comparison import contest
-from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.recovery import RecoveryDesign, simulate
 from lockprobe.lockbox.families import box
+from lockprobe.prose.model_fit import finding
 
-FEW = Design(p=(0.0, 0.5), repetitions=1, trials=4)
+FEW = RecoveryDesign(p=(0.0, 0.5), repetitions=1, trials=4)
 QUICK = ["no-repeat", "human-inspired"]
 
 
@@ -56,7 +57,7 @@ def test_luck_that_repeats_itself_is_not_taken_for_evidence():
     """A random agent plays the same trial at every p: seven times the trials, and no more is known."""
     wrong = {"as one": 0, "seven times": 0, "seven times, counted": 0}
     for seed in range(8):
-        trials = simulate("random", Design(repetitions=1, trials=12), seed)
+        trials = simulate("random", RecoveryDesign(repetitions=1, trials=12), seed)
         for name, used in (("as one", [t for t in trials if t.p == 0]), ("seven times", trials)):
             heard = [hear(trial) for trial in used]
             held = contest(choices_of(used, heard), heard, chosen_rivals(["favourite-labels", "no-repeat"]))
@@ -104,7 +105,7 @@ def test_a_single_trial_is_fitted_and_predicts_no_other(joints):
     (one,) = fitted([make_trial(joints)])
     assert (one.trials, one.clusters, one.repeats) == (1, 1, 1)
     assert all(rival.held_out is None for rival in one.rivals)
-    assert "No model here is shown" in one.finding
+    assert "No model here is shown" in finding(one)
 
 
 def test_each_p_on_its_own_is_the_fit_of_its_trials():
@@ -115,8 +116,10 @@ def test_each_p_on_its_own_is_the_fit_of_its_trials():
 
 def test_boxes_of_any_size_and_reports_without_positions():
     trials = [
-        *simulate("random", Design(box=box("random-3-1"), p=(0.2,), repetitions=1, trials=4, flip="outcome-only"), 1),
-        *simulate("random", Design(box=box("random-6-2"), p=(0.2,), repetitions=2, trials=4), 1)[4:],
+        *simulate(
+            "random", RecoveryDesign(box=box("random-3-1"), p=(0.2,), repetitions=1, trials=4, flip="outcome-only"), 1
+        ),
+        *simulate("random", RecoveryDesign(box=box("random-6-2"), p=(0.2,), repetitions=2, trials=4), 1)[4:],
     ]
     (one,) = fitted(trials)
     assert np.log2(3) < one.chance_bits < np.log2(6)
@@ -135,10 +138,12 @@ def test_more_trials_than_needed_are_drawn_by_whole_clusters(monkeypatch):
 
 
 def test_probabilities_that_an_agent_recorded_are_the_most_that_can_be_predicted():
-    trials = simulate("cognitive:softmax-memory?position=2&target=1", Design(p=(0.0,), repetitions=2, trials=10), 3)
+    trials = simulate(
+        "cognitive:softmax-memory?position=2&target=1", RecoveryDesign(p=(0.0,), repetitions=2, trials=10), 3
+    )
     (one,) = fitted(trials, models=["softmax-memory"])
     assert one.own.gain > one.rivals[0].held_out.gain > 0.1
-    assert "no model can be expected to do better" in one.finding
+    assert "no model can be expected to do better" in finding(one)
     assert fitted(RANDOM, models=QUICK)[0].own is None
 
 

@@ -9,9 +9,11 @@ from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.held_out import folds_of, held_out, predicted
 from lockprobe.fit.optimise import maximum
-from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.recovery import RecoveryDesign, simulate
 
-TRIALS = simulate("cognitive:softmax-memory?position=1.5", Design(p=(0.0, 0.5), repetitions=2, trials=6), seed=2)
+TRIALS = simulate(
+    "cognitive:softmax-memory?position=1.5", RecoveryDesign(p=(0.0, 0.5), repetitions=2, trials=6), seed=2
+)
 HEARD = [hear(trial) for trial in TRIALS]
 CHOICES = choices_of(TRIALS, HEARD)
 FOLD = folds_of(CHOICES.cluster, 4)

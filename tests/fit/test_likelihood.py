@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.recovery import RecoveryDesign, simulate
 
-TRIALS = simulate("random", Design(p=(0.2,), repetitions=1, trials=12), seed=4)
+TRIALS = simulate("random", RecoveryDesign(p=(0.2,), repetitions=1, trials=12), seed=4)
 HEARD = [hear(trial) for trial in TRIALS]
 CHOICES = choices_of(TRIALS, HEARD)
 SOFTMAX = RIVALS["softmax-memory"].versions(CHOICES, HEARD)["softmax-memory"]

@@ -4,12 +4,12 @@ import pytest
 
 from lockprobe.fit.candidate_models import chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.finding import CLOSE
 from lockprobe.fit.known_agents import Favourites, FirstFour
 from lockprobe.fit.model_comparison import contest, lead_by_reports
-from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.recovery import RecoveryDesign, simulate
+from lockprobe.fit.result import CLOSE
 
-SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
+SMALL = RecoveryDesign(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 
 
 def winner(agent, *names):
@@ -56,7 +56,7 @@ def test_of_a_model_that_heeds_no_report_there_is_nothing_to_say():
 
 def test_without_false_reports_and_without_movement_reports_say_nothing_that_attempts_do_not():
     """Nothing is told to have moved within the first step: the model and its twin hear the same, but for their price."""
-    trials = simulate("random", Design(p=(0.0,), repetitions=2, trials=10, budget=1), 1)
+    trials = simulate("random", RecoveryDesign(p=(0.0,), repetitions=2, trials=10, budget=1), 1)
     heard = [hear(trial) for trial in trials]
     found = contest(choices_of(trials, heard), heard, chosen_rivals(["failure-memory"])).competitors
     memory = next(one for one in found if one.rival.name == "failure-memory")

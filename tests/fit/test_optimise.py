@@ -14,9 +14,9 @@ from lockprobe.fit.intervals import parameters
 from lockprobe.fit.known_agents import Favourites
 from lockprobe.fit.likelihood import BOUND, Lapse
 from lockprobe.fit.optimise import ends, maximise, maximum, shared_luck
-from lockprobe.fit.recovery import Design, simulate
+from lockprobe.fit.recovery import RecoveryDesign, simulate
 
-SMALL = Design(p=(0.0, 0.4), repetitions=1, trials=12)
+SMALL = RecoveryDesign(p=(0.0, 0.4), repetitions=1, trials=12)
 
 
 def known(spec, design=SMALL, seed=1):
@@ -122,7 +122,7 @@ def test_an_agent_that_never_does_a_thing_has_a_pull_without_end():
 
 def test_what_nothing_depends_on_may_be_anything():
     """Where nothing is ever told to move there is nothing to stay with."""
-    choices, heard = known("random", Design(p=(0.0,), repetitions=1, trials=12))
+    choices, heard = known("random", RecoveryDesign(p=(0.0,), repetitions=1, trials=12))
     still = replace(choices, attempt=choices.attempt & ~1)
     model = model_of("win-stay-lose-shift", still, heard)
     recent, stay = parameters(model, maximum(model), still)
@@ -134,7 +134,7 @@ def test_what_nothing_depends_on_may_be_anything():
 @pytest.mark.parametrize("times", [2, 5])
 def test_trials_played_over_again_with_the_same_luck_say_nothing_new(times):
     """The design effects rise by just as much as the information does."""
-    choices, heard = known("cognitive:softmax-memory?target=1&recent=-1", Design(trials=6))
+    choices, heard = known("cognitive:softmax-memory?target=1&recent=-1", RecoveryDesign(trials=6))
     model = model_of("win-stay-lose-shift", choices, heard)
     best = maximum(model)
     luck = shared_luck(model, best.values, choices.cluster)
@@ -148,7 +148,7 @@ def test_trials_played_over_again_with_the_same_luck_say_nothing_new(times):
 
 def test_independent_choices_share_no_luck():
     """Clusters dealt at random hold nothing in common."""
-    choices, heard = known("random", Design(p=(0.0,), trials=40, repetitions=2))
+    choices, heard = known("random", RecoveryDesign(p=(0.0,), trials=40, repetitions=2))
     dealt = np.random.default_rng(1).integers(0, 80, len(choices))
     model = model_of("favourite-labels", choices, heard, "favourite-labels")
     assert shared_luck(model, maximum(model).values, dealt).overall < 1.5
@@ -168,7 +168,7 @@ def test_one_choice_is_enough_not_to_break():
 
 def test_of_a_pull_that_nothing_shows_both_ends_are_far():
     """An agent that never repeats: with its joint attempted last at the bound, nothing says if moving mattered."""
-    choices, heard = known(Favourites(by="place", pull=1.0, repeats=False), Design())
+    choices, heard = known(Favourites(by="place", pull=1.0, repeats=False), RecoveryDesign())
     model = model_of("softmax-memory", choices, heard)
     best = maximum(model)
     recent, stay = (list(model.bounds).index(name) for name in ("recent", "stay"))

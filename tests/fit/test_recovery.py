@@ -6,11 +6,12 @@ from lockprobe.errors import UnknownName
 from lockprobe.fit import fit_agents, intervals
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, World
+from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, KnownAgent
 from lockprobe.fit.optimise import SharedLuck, maximum
-from lockprobe.fit.recovery import Design, recover_findings, recover_models, recover_parameters, simulate
+from lockprobe.fit.recovery import RecoveryDesign, recover_findings, recover_models, recover_parameters, simulate
+from lockprobe.prose.model_fit import finding
 
-SMALL = Design(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
+SMALL = RecoveryDesign(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
 TRUTH = {"target": 1.0, "failure": 2.0, "decay": 0.8, "reset": 0.5, "stay": -1.0}
 AGENTS = {
     "random": "random",
@@ -26,25 +27,25 @@ def share(found):
 
 
 def test_the_true_model_wins():
-    """At least 13 of 15 small studies; by the full figures 95 % and more win."""
-    found = recover_models(AGENTS, sets=3, design=SMALL, seed=11)
+    """At least 8 of 10 small studies; by the full figures 95 % and more win."""
+    found = recover_models(AGENTS, sets=2, design=SMALL, seed=11)
     assert [one.model for one in found] == list(AGENTS)
-    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 3 for one in found)
-    assert sum(one.bic.get(one.model, 0) for one in found) >= 13
+    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 2 for one in found)
+    assert sum(one.bic.get(one.model, 0) for one in found) >= 8
 
 
 def test_parameters_are_found_and_intervals_hold_them():
-    """96 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.88."""
-    found = recover_parameters(TRUTH, sets=12, design=SMALL, seed=21)
+    """48 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.86."""
+    found = recover_parameters(TRUTH, sets=6, design=SMALL, seed=21)
     assert {one.name: one.truth for one in found} == dict.fromkeys(("closed", "recent", "position"), 0.0) | TRUTH
-    assert share(found) >= 0.88
+    assert share(found) >= 0.86
     for one in found:
-        assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 12**0.5
+        assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 6**0.5
 
 
 def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(monkeypatch):
     """Agents that act at random have no favourite labels; 36 intervals of each kind."""
-    studies = [simulate("random", Design(repetitions=1, trials=12), seed) for seed in range(12)]
+    studies = [simulate("random", RecoveryDesign(repetitions=1, trials=12), seed) for seed in range(12)]
 
     def held():
         found = []
@@ -75,8 +76,8 @@ def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_tha
     """The first, second and last heed no report; the third leaves what just failed, which looks like the opposite."""
     (one,) = fit_agents(simulate(agent, SMALL, 1), folds=4).agents
     assert one.described is not None
-    assert "joint that has just failed" not in one.finding
-    assert "still where it was" not in one.finding
+    assert "joint that has just failed" not in finding(one)
+    assert "still where it was" not in finding(one)
 
 
 def test_what_findings_claim_is_held_against_the_truth():
@@ -92,8 +93,8 @@ def test_what_findings_claim_is_held_against_the_truth():
 def test_a_claim_against_the_truth_is_counted():
     agent = "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8"
     worlds = {
-        "heeds nothing": World(agent=agent, pulls={"failure": None}),
-        "returns to what failed": World(agent=agent, pulls={"reports": 1, "failure": 1}),
+        "heeds nothing": KnownAgent(agent=agent, pulls={"failure": None}),
+        "returns to what failed": KnownAgent(agent=agent, pulls={"reports": 1, "failure": 1}),
     }
     deaf, back = recover_findings(worlds, sets=1, design=SMALL, seed=31)
     assert (deaf.false, deaf.misled) == ({"reports +": 1}, 1)
@@ -101,13 +102,15 @@ def test_a_claim_against_the_truth_is_counted():
 
 
 def test_a_study_is_played_as_any_other():
-    trials = simulate("random", Design(p=(0.0, 0.5), repetitions=2, trials=3, flip="outcome-only", budget=7), seed=4)
+    trials = simulate(
+        "random", RecoveryDesign(p=(0.0, 0.5), repetitions=2, trials=3, flip="outcome-only", budget=7), seed=4
+    )
     assert len(trials) == 12
     assert {trial.flip for trial in trials} == {"outcome-only"}
     assert max(len(trial.steps) for trial in trials) == 7
     assert all(step.told_state is None for trial in trials for step in trial.steps)
-    assert simulate("random", Design(p=(0.5,), repetitions=1, trials=1), seed=4) != simulate(
-        "random", Design(p=(0.5,), repetitions=1, trials=1), seed=5
+    assert simulate("random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=4) != simulate(
+        "random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=5
     )
 
 

@@ -186,6 +186,7 @@ def test_two_prompts_are_two_conditions_of_one_study(tmp_path, monkeypatch):
     texts = sorted([one["text"] for one in trial.interventions] for trial in trials)  # they end in any order
     assert texts == [[], [f"Open it. {LEAST}"], [f"Please open the box. {LEAST}"]]
     assert len({trial.condition for trial in trials}) == 3
+    monkeypatch.setattr("lockprobe.figures.render", lambda figure, form: b"<svg/>")  # words are looked at here
     page = write_report(tmp_path / "study").read_text()
     assert "curt.txt" in page
     assert "kind.txt" in page

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.check import fault_of
-from lockprobe.lockbox.generate import Recipe, Refused, generate, random_box
+from lockprobe.lockbox.generate import Recipe, RefusedRecipe, generate, random_box
 from lockprobe.lockbox.solve import optimum
 from lockprobe.lockbox.structures import STRUCTURES
 
@@ -79,7 +79,7 @@ def test_same_recipe_same_box(recipe):
 @given(recipes)
 def test_a_box_that_was_made_passes_every_check(recipe):
     found = generate(recipe)
-    if isinstance(found, Refused):
+    if isinstance(found, RefusedRecipe):
         assert found.fault.kind in found.fault.reason or found.fault.kind == "nothing moves"
     else:
         assert fault_of(found, recipe.shortest) is None
@@ -109,7 +109,7 @@ def test_random_interlocks_keep_to_what_was_asked(family, alternatives, literals
     asked = Recipe(family=family, alternatives=alternatives, literals=literals, negative=0.3, shortest=1, seed=seed)
     for recipe in (asked, replace(asked, negative=0.0), replace(asked, negative=1.0)):
         found = generate(recipe)
-        if isinstance(found, Refused):
+        if isinstance(found, RefusedRecipe):
             assert recipe.negative > 0  # what only has to be open can always be opened
             continue
         clauses = [clause for several in found.interlock.values() for clause in several]

@@ -10,7 +10,7 @@ from seen import PhotographedPlant
 from lockprobe.interventions.condition import flips
 from lockprobe.people.box_view import box_to_show, panel_to_show, view_of_modality
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.paused_trial import Held
+from lockprobe.people.paused_trial import PausedTrial
 from lockprobe.plan import Names
 from lockprobe.plants import catalogue
 
@@ -22,7 +22,7 @@ def after(joints, plan=PLAN):
     """The situation after these attempts, joints by their place in the listing."""
 
     async def played():
-        held = await Held.begin(plan)
+        held = await PausedTrial.begin(plan)
         for joint in joints:
             await held.attempt(held.situation.task.joints[joint], "moved")
         situation = held.situation

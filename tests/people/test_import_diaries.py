@@ -7,10 +7,9 @@ from builders import play_study, small_study, write_study
 from taking_part import START, take_part
 
 from lockprobe.errors import BadFile
-from lockprobe.people.anonymise import without_traces
-from lockprobe.people.diary_archive import kept_diaries, write_diaries
+from lockprobe.people.diary import read_diaries, without_identity, write_diaries
 from lockprobe.people.experiment import kept_experiment
-from lockprobe.people.import_diaries import Arriving
+from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.studies.journal import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
@@ -25,7 +24,7 @@ def there(tmp_path):
 
 
 def arriving(directory, *sources):
-    return Arriving(directory, {source: load(source) for source in sources})
+    return DiaryImport(directory, {source: load(source) for source in sources})
 
 
 def by_key(directory):
@@ -35,8 +34,8 @@ def by_key(directory):
 def test_diaries_are_taken_once_and_nobody_can_go_on_with_them(there, tmp_path):
     here = write_study(tmp_path / "here", STUDY, load(there))
     assert arriving(here, there).take(by_key(here)) == 2
-    assert [kept.lines for kept in kept_diaries(here)] == [kept.lines for kept in kept_diaries(there)]
-    assert {kept.joined.token for kept in kept_diaries(here)} == {""}
+    assert [kept.lines for kept in read_diaries(here)] == [kept.lines for kept in read_diaries(there)]
+    assert {kept.joined.token for kept in read_diaries(here)} == {""}
     assert arriving(here, there).take(by_key(here)) == 0
 
 
@@ -47,10 +46,10 @@ def test_of_two_states_of_one_diary_the_one_that_is_further_on_is_kept(there, tm
     (here / "people").mkdir()
     (here / "people" / f"{ANN}.jsonl").write_bytes(beginning)
     assert arriving(here, there).take(by_key(here)) == 2
-    assert len(kept_diaries(here)[0].acts) == whole.count(b"\n") - 1
+    assert len(read_diaries(here)[0].acts) == whole.count(b"\n") - 1
     (there / "people" / f"{ANN}.jsonl").write_bytes(beginning)
     assert arriving(here, there).take(by_key(here)) == 0
-    assert len(kept_diaries(here)[0].acts) == whole.count(b"\n") - 1
+    assert len(read_diaries(here)[0].acts) == whole.count(b"\n") - 1
 
 
 def test_two_people_with_one_id_are_refused_before_anything_is_written(there, tmp_path):
@@ -67,7 +66,7 @@ def test_whose_trials_were_all_played_by_others_here_stays_away_and_who_only_lef
     here = tmp_path / "here"
     take_part(here, STUDY, "dddd04", [(0.0, 1, 1)])
     assert arriving(here, there).take(by_key(here)) == 1  # cccc03: ann and bob have trials there, and none here
-    assert {kept.joined.identity for kept in kept_diaries(here)} == {"cccc03", "dddd04"}
+    assert {kept.joined.identity for kept in read_diaries(here)} == {"cccc03", "dddd04"}
 
 
 def test_the_settings_come_along_where_there_are_none(there, tmp_path):
@@ -81,7 +80,7 @@ def test_the_settings_come_along_where_there_are_none(there, tmp_path):
 def test_a_study_without_people_has_no_diaries(tmp_path):
     study = small_study(["random"], trials=1)
     here = write_study(tmp_path / "here", study, play_study(study))
-    assert kept_diaries(here) == []
+    assert read_diaries(here) == []
     assert arriving(here, write_study(tmp_path / "other", study)).take(by_key(here)) == 0
     assert not (here / "people").exists()
 
@@ -102,13 +101,13 @@ def state(directory, tmp_path, name, lines):
     return copy
 
 
-@pytest.mark.parametrize("given", [lambda kept: kept, without_traces])
+@pytest.mark.parametrize("given", [lambda kept: kept, without_identity])
 def test_somebody_who_is_further_on_elsewhere_stays_here_who_they_are(there, tmp_path, given):
     here = state(there, tmp_path, "here", 3)
-    ann = kept_diaries(there)[0]
-    write_diaries(there, [given(kept) for kept in kept_diaries(there)])
+    ann = read_diaries(there)[0]
+    write_diaries(there, [given(kept) for kept in read_diaries(there)])
     assert arriving(here, there).take(by_key(here)) == 1
-    (again,) = (kept for kept in kept_diaries(here) if kept.joined.identity == ANN)
+    (again,) = (kept for kept in read_diaries(here) if kept.joined.identity == ANN)
     assert again.joined == ann.joined
     assert again.joined.token
     assert [line.model_copy(update={"at": round(line.at, 3)}) for line in again.lines] == list(ann.lines)
@@ -116,11 +115,11 @@ def test_somebody_who_is_further_on_elsewhere_stays_here_who_they_are(there, tmp
 
 def test_of_two_sources_the_further_one_goes_on_from_the_first(there, tmp_path):
     beginning = state(there, tmp_path, "beginning", 3)
-    ann = kept_diaries(there)[0]
-    write_diaries(there, [without_traces(kept) for kept in kept_diaries(there)])
+    ann = read_diaries(there)[0]
+    write_diaries(there, [without_identity(kept) for kept in read_diaries(there)])
     here = tmp_path / "here"
     arriving(write_study(here, STUDY, load(there)), beginning, there).take(by_key(here))
-    again = kept_diaries(here)[0]
+    again = read_diaries(here)[0]
     assert (again.joined, again.lines) == (ann.joined.model_copy(update={"token": ""}), ann.lines)
 
 

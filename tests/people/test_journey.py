@@ -1,9 +1,8 @@
 """Where somebody stands follows from the diary."""
 
-from lockprobe.people.diary import Broken, Did, Joined, Released, Slot
+from lockprobe.people.diary import Broken, Diary, Did, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station, fingerprint, stations
-from lockprobe.people.paused_trial import Played
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
 from lockprobe.people.texts import read_words
 
@@ -19,10 +18,10 @@ JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots
 
 def diary(*acts):
     """A diary of acts, each a scene, an act and what else is known of it."""
-    lines = [JOINED]
-    for turn, (scene, act, more) in enumerate(acts, 2):
-        lines.append(Did(at=10.0 + turn, turn=turn, scene=scene, act=act, **more))
-    return lines
+    lines = [
+        Did(at=10.0 + turn, turn=turn, scene=scene, act=act, **more) for turn, (scene, act, more) in enumerate(acts, 2)
+    ]
+    return Diary(JOINED, tuple(lines))
 
 
 def step(box, number, ended=None, joint="A"):
@@ -36,7 +35,7 @@ ANSWER = Answer(answer="blue", rt=1.0)
 
 
 def journey(*acts, words=WORDS, experiment=EXPERIMENT):
-    return Journey.of(diary(*acts), experiment, words)
+    return Journey.of(diary(*acts), stations(experiment, words, len(SLOTS)))
 
 
 def test_the_way_is_walked_from_one_end_to_the_other():
@@ -82,14 +81,14 @@ def test_it_stands_after_what_was_done_last():
 
 def test_the_steps_of_the_box_that_is_under_way_are_known_and_when_it_began():
     stands = journey(*PAGES, step(0, 1, joint="B"))
-    assert stands.played == (Played(joint="B", told="B moved."),)
+    assert [(did.act.joint, did.told) for did in stands.played] == [("B", "B moved.")]
     assert stands.box_began == 13.0
     assert journey(*PAGES, *PRACTICE).played == ()
 
 
 def test_what_broke_is_over_and_is_owed_again():
-    lines = [*diary(*PAGES, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True})), Broken(at=20.0, turn=8, box=1)]
-    stands = Journey.of(lines, EXPERIMENT, WORDS)
+    stands = journey(*PAGES, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True}))
+    stands.follow(Broken(at=20.0, turn=8, box=1))
     assert stands.station == Station("over", box=1)
     assert (stands.turn, stands.last, stands.endings) == (9, None, {1: "error"})
     assert stands.slots_kept == SLOTS[1:]
@@ -99,10 +98,17 @@ def test_what_broke_is_over_and_is_owed_again():
 
 def test_whose_place_was_given_away_keeps_what_is_finished():
     played = [*PAGES, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True}), step(1, 1, "solved")]
-    lines = [*diary(*played), Released(at=99.0)]
-    stands = Journey.of(lines, EXPERIMENT, WORDS)
+    stands = journey(*played)
+    stands.follow(Released(at=99.0))
     assert (stands.released, stands.slots_kept) == (True, SLOTS[:1])
     assert journey(*played).slots_kept == SLOTS
+
+
+def test_without_the_way_all_but_the_station_is_known():
+    played = [*PAGES, *PRACTICE, ("check", ANSWER, {"item": "2", "right": True}), step(1, 1, "solved"), step(2, 1)]
+    whole, alone = journey(*played), Journey.of(diary(*played))
+    for fact in ("turn", "last", "at", "endings", "practised", "checks", "released", "slots_kept", "boxes_done"):
+        assert getattr(alone, fact) == getattr(whole, fact)
 
 
 def test_texts_that_were_edited_in_between_move_nobody():

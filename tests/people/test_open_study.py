@@ -24,9 +24,10 @@ from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, 
 from lockprobe.interventions.condition import flips
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.open_study import words_to_read
+from lockprobe.people.open_study import LOG, words_to_read
+from lockprobe.people.responses import Agree
 from lockprobe.people.scenes import Box
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import TEXTS
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
 from lockprobe.studies.runner import run_study
@@ -199,7 +200,7 @@ def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
 
 def with_words(directory, words, page="1", **settings):
     """Opened with other texts or another page."""
-    return Reception.open(directory, STUDY, short(**settings), words, clock=Clock(), page=page)
+    return ServerState.open(directory, STUDY, short(**settings), words, clock=Clock(), page=page)
 
 
 async def opens(context):
@@ -328,3 +329,83 @@ def test_texts_that_change_with_a_release_are_not_those_of_who_takes_part_alread
     own = tmp_path / "own.toml"
     own.write_text(before, "utf-8")
     assert words_to_read(tmp_path, Experiment(language=str(own))) == WORDS
+
+
+STUDY = people_study()
+
+
+class Failed(Exception):
+    """The server cannot start."""
+
+
+def everything(directory):
+    return {path.relative_to(directory): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+
+
+def fail(directory, experiment=None, *, invited=False):
+    """A server that fails when its directory is open already."""
+
+    async def serving():
+        async with opened(directory, STUDY, experiment or short()) as reception:
+            (directory / "people" / LOG).touch()
+            if invited:
+                reception.invite()
+            raise Failed
+
+    with pytest.raises(Failed):
+        asyncio.run(serving())
+
+
+def test_a_new_study_is_gone(tmp_path):
+    fail(tmp_path / "runs" / "study")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_study_of_models_is_as_it_was(tmp_path):
+    with Journal.open(tmp_path, people_study(agents=("random",))):
+        pass
+    before = everything(tmp_path)
+    fail(tmp_path)
+    assert everything(tmp_path) == before
+    assert not (tmp_path / "people").exists()
+
+
+def test_settings_of_people_are_as_they_were(tmp_path):
+    take_part(tmp_path, STUDY, short(), until=lambda shown: isinstance(shown.scene, Box))
+    before = everything(tmp_path)
+    fail(tmp_path, short(participants=2, away_hours=3))
+    assert everything(tmp_path) == before
+
+
+def test_a_secret_that_is_lost_changes_no_settings(tmp_path):
+    take_part(tmp_path, STUDY, short(), until=lambda shown: isinstance(shown.scene, Box))
+    (tmp_path / "people" / "secret").unlink()
+    before = everything(tmp_path)
+
+    async def serving():
+        async with ServerState.open(tmp_path, STUDY, short(participants=2), WORDS):
+            pass
+
+    with pytest.raises(BadFile, match="Put it back"):
+        asyncio.run(serving())
+    assert everything(tmp_path) == before
+
+
+def test_once_people_are_invited_all_stays(tmp_path):
+    fail(tmp_path / "study", invited=True)
+    there = {path.name for path in (tmp_path / "study" / "people").iterdir()}
+    assert {"experiment.json", "secret", LOG} <= there
+    assert (tmp_path / "study" / "study.json").exists()
+
+
+def test_once_somebody_has_joined_all_stays(tmp_path):
+    async def serving():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            shown = await reception.enter(None, {})
+            await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
+            raise Failed
+
+    with pytest.raises(Failed):
+        asyncio.run(serving())
+    assert len(list((tmp_path / "people").glob("*.jsonl"))) == 1
+    assert (tmp_path / "people" / "experiment.json").exists()

@@ -10,7 +10,9 @@ from seen import PhotographedPlant
 from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import flips
-from lockprobe.people.paused_trial import Held, Played
+from lockprobe.people.diary import Did
+from lockprobe.people.paused_trial import PausedTrial
+from lockprobe.people.responses import Attempt
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 
@@ -18,10 +20,15 @@ STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.condition(0.4), 1, 2)
 
 
+def step_of(joint, claimed=None, told=""):
+    """A step as the diary holds it."""
+    return Did(at=1.0, turn=2, scene="box", act=Attempt(joint=joint, claimed=claimed, rt=1.0), told=told)
+
+
 def steps_of(trial):
     """A trial as it would have been played at a page."""
     labels = dict(zip(trial.joints, trial.labels, strict=True))
-    return [Played(joint=labels[step.joint], claimed=step.decision.claimed, told=step.told) for step in trial.steps]
+    return [step_of(labels[step.joint], step.decision.claimed, step.told) for step in trial.steps]
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +38,7 @@ def alone():
 
 
 async def _blank():
-    held = await Held.begin(PLAN)
+    held = await PausedTrial.begin(PLAN)
     for _ in range(PLAN.budget):
         if held.trial is None:
             await held.attempt(held.situation.task.joints[0])
@@ -43,8 +50,8 @@ def test_it_goes_on_after_every_step(alone):
 
     async def each() -> None:
         for number in range(len(played) + 1):
-            held = await Held.begin(PLAN, played[:number])
-            told = [await held.attempt(step.joint, step.claimed) for step in played[number:]]
+            held = await PausedTrial.begin(PLAN, played[:number])
+            told = [await held.attempt(step.act.joint, step.act.claimed) for step in played[number:]]
             assert told == [step.told for step in played[number:]]
             assert held.situation is None
             assert as_played(held.trial) == as_played(alone)
@@ -55,7 +62,7 @@ def test_it_goes_on_after_every_step(alone):
 
 def test_it_shows_what_an_agent_would_be_given(alone):
     async def shown() -> None:
-        held = await Held.begin(PLAN, steps_of(alone)[:3])
+        held = await PausedTrial.begin(PLAN, steps_of(alone)[:3])
         assert [turn.decision.joint for turn in held.situation.past] == [
             step.decision.joint for step in alone.steps[:3]
         ]
@@ -72,13 +79,14 @@ def test_it_shows_what_an_agent_would_be_given(alone):
 )
 def test_another_history_is_never_shown(alone, wrong):
     played = steps_of(alone)
+    said = {"joint": played[1].act.joint, "claimed": played[1].act.claimed, "told": played[1].told}
     with pytest.raises(BadValue, match=r"step 2 of flips/participant/p=0\.4/rep=1/trial=2"):
-        asyncio.run(Held.begin(PLAN, [played[0], replace(played[1], **wrong), *played[2:4]]))
+        asyncio.run(PausedTrial.begin(PLAN, [played[0], step_of(**(said | wrong)), *played[2:4]]))
 
 
 def test_more_steps_than_there_were_are_refused(alone):
     with pytest.raises(BadValue, match="a step of this trial"):
-        asyncio.run(Held.begin(PLAN, [*steps_of(alone), Played(joint="A")]))
+        asyncio.run(PausedTrial.begin(PLAN, [*steps_of(alone), step_of("A")]))
 
 
 class _Counted(SymbolicPlant):
@@ -121,7 +129,7 @@ def test_what_breaks_ends_it_as_an_error(plant, breaks_at):
     plant.breaks_at = breaks_at
 
     async def broken():
-        held = await Held.begin(PLAN)
+        held = await PausedTrial.begin(PLAN)
         for _ in range(breaks_at):
             told = await held.attempt("A")
         assert held.situation is None
@@ -137,13 +145,13 @@ def test_what_breaks_ends_it_as_an_error(plant, breaks_at):
 
 def test_what_breaks_while_it_is_played_again_is_an_error_and_no_other_history(plant, alone):
     plant.breaks_at = 2
-    held = asyncio.run(Held.begin(PLAN, steps_of(alone)[:4]))
+    held = asyncio.run(PausedTrial.begin(PLAN, steps_of(alone)[:4]))
     assert (held.trial.ending, len(held.trial.steps)) == ("error", 1)
 
 
 def test_letting_go_of_it_lets_go_of_its_plant(plant):
     async def let_go() -> None:
-        held = await Held.begin(PLAN)
+        held = await PausedTrial.begin(PLAN)
         assert plant.closed == 0
         await held.close()
         await held.close()
@@ -158,7 +166,7 @@ def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
     plan = replace(PLAN, condition=flips((0.0,), modalities=("rgb",))[0])
 
     async def looked() -> None:
-        held = await Held.begin(plan, pictures=tmp_path)
+        held = await PausedTrial.begin(plan, pictures=tmp_path)
         told = [await held.attempt("A") for _ in range(2)]
         assert told == ["", ""]
         names = [picture.name for picture in held.situation.percept.pictures]
@@ -167,6 +175,6 @@ def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
         full = tmp_path / "file"
         full.write_text("")
         with pytest.raises(BadFile):
-            await Held.begin(plan, pictures=full)
+            await PausedTrial.begin(plan, pictures=full)
 
     asyncio.run(looked())

@@ -1,9 +1,17 @@
-"""Boxes beside those of the study are told truly, and are the same for everybody."""
+"""The practice box and the example box are no boxes of the study, and report truly."""
 
+import asyncio
+
+import pytest
 from seated import people_study, short
+from seen import PhotographedPlant
 
+from lockprobe.errors import PlantFault
+from lockprobe.lockbox.families import box
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.practice import practice_plan
+from lockprobe.people.practice import example_box, examples_of, practice_plan
+from lockprobe.plants import catalogue
+from lockprobe.record import STATES
 
 
 def test_the_practice_is_another_box_with_true_reports_for_everybody_the_same():
@@ -15,3 +23,62 @@ def test_the_practice_is_another_box_with_true_reports_for_everybody_the_same():
     assert practice_plan(study, short()) is None
     pictured = people_study(p=(0.0,), plant="fast-twin", modalities=("rgb",))
     assert practice_plan(pictured, Experiment()).modality == "rgb"
+
+
+def shown(study, **settings):
+    return asyncio.run(examples_of(study, Experiment(**settings)))
+
+
+@pytest.mark.parametrize("name", ["chain-2", "chain-3", "chain-4", "chain-5", "gray-code"])
+def test_it_is_none_of_the_boxes_of_the_study(name):
+    study = people_study(box=box(name))
+    example = example_box(study)
+    assert len(example.joints) != len(study.box.joints)
+    target, theirs = example.joints[example.target_index], study.box.joints[study.box.target_index]
+    assert (target.kind, example.target_index == 0) != (theirs.kind, study.box.target_index == 0)
+    assert not any(example.interlock.values())
+
+
+@pytest.mark.parametrize("view", ["panel", "text"])
+def test_in_words_and_drawn_it_tells_truly_what_a_step_did(view):
+    found = shown(people_study(p=(0.4, 1.0), modalities=(STATES, "symbolic")), view=view)
+    assert list(found) == [STATES, "symbolic"]
+    assert found[STATES][1].outcome is None
+    before, after = found["symbolic"]
+    assert (before.view, before.last, before.outcome) == (view, None, None)
+    assert (after.view, after.outcome) == (view, "moved")
+    assert [joint.position for joint in after.joints] == [joint.position for joint in found[STATES][1].joints]
+    assert [joint.label for joint in after.joints if joint.position] == [after.last]
+    assert all((joint.kind is not None) is (view == "panel") for joint in after.joints)
+
+
+def test_where_no_positions_are_told_it_shows_none():
+    before, after = shown(people_study(flip="outcome-only"))["symbolic"]
+    assert {joint.position for panel in (before, after) for joint in panel.joints} == {None}
+    assert after.outcome == "moved"
+
+
+def camera(monkeypatch, plant):
+    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: plant(box))
+    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+
+
+def test_each_modality_has_its_own(monkeypatch):
+    camera(monkeypatch, PhotographedPlant)
+    study = people_study(p=(0.0,), modalities=("symbolic", "rgb", "rgbd"), plant="fast-twin")
+    found = shown(study)
+    assert [(name, after.view, len(after.pictures)) for name, (_, after) in found.items()] == [
+        ("symbolic", "panel", 0), ("rgb", "pictures", 1), ("rgbd", "pictures", 2)
+    ]  # fmt: skip
+    for before, after in found.values():
+        assert before.last is None
+        assert after.last in {joint.label for joint in after.joints}
+        assert (before.pictures != after.pictures) is (after.view == "pictures")
+
+
+def test_where_the_plant_breaks_there_is_none(monkeypatch):
+    def broken(box):
+        raise PlantFault("no light")
+
+    camera(monkeypatch, broken)
+    assert shown(people_study(p=(0.0,), modalities=("rgb",), plant="fast-twin")) == {}

@@ -1,15 +1,18 @@
-"""The experimenter sees how far people have come, and nothing that they wrote or were sent with."""
+"""Counts of how far people have come hold nothing that they wrote; a box that broke is over, a released one is not."""
 
 from dataclasses import asdict
 
 import pytest
+from builders import small_study
 from seated import people_study, short
+from taking_part import START, take_part
 
-from lockprobe.people.diary import Did, Joined, Released, Slot
-from lockprobe.people.journey import Journey
-from lockprobe.people.progress import progress_of
+from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Joined, Released, Slot, read_diaries
+from lockprobe.people.journey import Journey, stations
+from lockprobe.people.progress import flow_of, progress_of
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.people.texts import read_words
+from lockprobe.people.withdrawal import put
 from lockprobe.record import STATES
 
 STUDY = people_study(trials=3)
@@ -24,7 +27,8 @@ def slot(p, trial):
 def person(identity, slots, *lines):
     joined = Joined(identity=identity, token="t", at=5.0, platform={"PID": "secret"}, slots=slots, words="en 0")
     pages = [Did(at=6.0, turn=n + 1, scene="page", act=Next(), item=str(n)) for n in (1, 2)]
-    return Journey.of([joined, *pages, *lines], EXPERIMENT, read_words("en"))
+    way = stations(EXPERIMENT, read_words("en"), len(slots))
+    return Journey.of(Diary(joined, (*pages, *lines)), way)
 
 
 def box(number, ended):
@@ -69,3 +73,57 @@ def test_in_all(progress):
 
 def test_it_says_nothing_that_somebody_wrote_or_was_sent_with(progress):
     assert "secret" not in str(asdict(progress))
+
+
+TWO_EACH = small_study(["participant"], p=[0.0, 0.4], trials=2)
+
+
+@pytest.fixture
+def directory(tmp_path):
+    take_part(tmp_path, TWO_EACH, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)], check=True)
+    take_part(tmp_path, TWO_EACH, "bbbb02", [(0.0, 1, 1), (0.4, 1, 2)], left_after=1, check=None)
+    return tmp_path
+
+
+def ends_with(directory, line):
+    diary = DiaryFile(directory / "people" / "bbbb02.jsonl")
+    diary.write(line)
+
+
+def counts(directory):
+    flow = flow_of(directory)
+    return flow.joined, flow.finished, flow.left_open, flow.withdrawn
+
+
+def test_where_nobody_took_part_there_is_none(tmp_path):
+    assert flow_of(tmp_path) is None
+
+
+def test_boxes_are_counted_by_condition(directory):
+    assert counts(directory) == (2, 1, 1, 0)
+    boxes = flow_of(directory).boxes
+    assert [(one.modality, one.p, one.given, one.left_open) for one in boxes] == [
+        ("symbolic?tell=state", 0.0, 2, 0),
+        ("symbolic?tell=state", 0.4, 2, 1),
+    ]
+    assert (flow_of(directory).checks, flow_of(directory).right) == (1, 1)
+
+
+def test_a_box_that_was_given_to_others_is_left_open(directory):
+    ends_with(directory, Released(at=START + 1000))
+    assert counts(directory) == (2, 1, 1, 0)
+
+
+def test_a_box_that_broke_is_over(directory):
+    turns = {len(diary.lines) + 2 for diary in read_diaries(directory) if Journey.of(diary).closed_boxes == {1}}
+    ends_with(directory, Broken(at=START + 1000, turn=turns.pop(), box=2))
+    assert counts(directory) == (2, 2, 0, 0)
+
+
+def test_who_withdrew_is_counted_and_nothing_else(directory, tmp_path_factory):
+    put(directory / "people" / "withdrawn.json", {"withdrawn": 3})
+    assert counts(directory) == (2, 1, 1, 3)
+    alone = tmp_path_factory.mktemp("alone")
+    (alone / "people").mkdir()
+    put(alone / "people" / "withdrawn.json", {"withdrawn": 1})
+    assert counts(alone) == (0, 0, 0, 1)

@@ -9,7 +9,7 @@ from seated import Clock, Player, diary_of, go_on, opened, people_study, short, 
 from lockprobe.people.diary import Joined, Released
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Agree
-from lockprobe.people.roster import Register
+from lockprobe.people.roster import Roster
 from lockprobe.people.scenes import Box
 from lockprobe.studies.journal import load
 
@@ -181,7 +181,7 @@ def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypa
         async with opened(tmp_path, study, short(), clock=clock) as reception:
             new = [await reception.enter(None, {}) for _ in range(2)]
             joins = [reception.act(one.token, one.lease, 1, Agree(agreed=True), {}) for one in new]
-            monkeypatch.setattr("lockprobe.people.session.Seat.let_go", takes_its_time)
+            monkeypatch.setattr("lockprobe.people.session.Session.let_go", takes_its_time)
             joining = asyncio.gather(*joins)
             await begun.wait()
             (other,) = {first.identity, second.identity} - set(slow)
@@ -205,8 +205,8 @@ def test_where_plants_have_cameras_only_so_many_trials_are_held(tmp_path, monkey
             people = []
             for _ in range(4):
                 people.append(await to_first(Box, reception, await reception.enter(None, {})))
-                assert sum(seat.holds for seat in reception._register) <= 2
-            held = [seat.journey.identity for seat in reception._register if seat.holds]
+                assert sum(seat.holds for seat in reception._roster) <= 2
+            held = [seat.journey.identity for seat in reception._roster if seat.holds]
             assert held == [shown.identity for shown in people[2:]]  # those who did something last
             for shown in people:
                 again = await reception.enter(shown.token, {})
@@ -237,7 +237,7 @@ def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeyp
     looked = []
     kept = Journey.slots_kept.fget
     monkeypatch.setattr(Journey, "slots_kept", property(lambda self: looked.append(self.identity) or kept(self)))
-    monkeypatch.setattr(Register, "__iter__", lambda self: looked.append("all") or iter(tuple(self._seats.values())))
+    monkeypatch.setattr(Roster, "__iter__", lambda self: looked.append("all") or iter(tuple(self._sessions.values())))
 
     async def come():
         async with opened(tmp_path, people_study(trials=40), short()) as reception:
@@ -250,9 +250,9 @@ def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeyp
                 assert shown.identity
             once = list(looked)
             await reception.withdraw_participant(shown.identity)
-            after = reception._register.assigned()
-            reception._register._given = None
-            assert reception._register.assigned() == after
+            after = reception._roster.assigned()
+            reception._roster._given = None
+            assert reception._roster.assigned() == after
             return once
 
     once = asyncio.run(come())

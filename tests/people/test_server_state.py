@@ -21,7 +21,7 @@ from seated import (
 
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.studies.journal import load, read_timings
@@ -192,7 +192,7 @@ def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_writt
                 (last.turn, CHOICE, "impossible"),  # it is asked what the last action did
                 (last.turn, CHOICE.model_copy(update={"joint": "Z", "claimed": "moved"}), "impossible"),
             ]:
-                with pytest.raises(Refused) as refusal:
+                with pytest.raises(ActRefused) as refusal:
                     await reception.act(last.token, last.lease, turn, act, {})
                 assert refusal.value.code == code
             assert (tmp_path / "people" / f"{shown.identity}.jsonl").read_bytes() == after
@@ -208,7 +208,7 @@ def test_two_pages_cannot_play_one_box(tmp_path):
             second = await reception.enter(first.token, {})
             assert (second.scene, second.turn) == (first.scene, first.turn)
             assert await refused(reception, first, CHOICE) == "elsewhere"
-            with pytest.raises(Refused, match="another page"):
+            with pytest.raises(ActRefused, match="another page"):
                 await reception.withdraw(first.token, first.lease)
             there = await reception.act(second.token, second.lease, second.turn, CHOICE, {})
             again = await reception.enter(first.token, {})  # go on here
@@ -240,14 +240,14 @@ def test_who_has_no_token_of_this_study_is_refused(tmp_path):
             shown = await reception.enter(None, {})
             other = shown.token[:-6] + ("A" if shown.token[-6] != "A" else "B") + shown.token[-5:]
             for token in ("", "x", other, shown.token + "A", "é" * 88, "A" * 88):
-                with pytest.raises(Refused) as refusal:
+                with pytest.raises(ActRefused) as refusal:
                     await reception.enter(token, {})
                 assert refusal.value.code == "forged"
-            with pytest.raises(Refused) as refusal:
+            with pytest.raises(ActRefused) as refusal:
                 await reception.act(None, shown.lease, 1, Agree(agreed=True), {})
             assert refusal.value.code == "forged"
             for lease in ("", "x" * 65, "../x"):
-                with pytest.raises(Refused) as refusal:
+                with pytest.raises(ActRefused) as refusal:
                     await reception.act(shown.token, lease, 1, Agree(agreed=True), {})
                 assert refusal.value.code == "malformed"
 
@@ -262,7 +262,7 @@ def test_nothing_is_kept_before_somebody_agrees_or_of_who_does_not(tmp_path):
             shown = await reception.enter(None, {"PROLIFIC_PID": "abc"})
             assert (shown.turn, shown.identity, shown.may_withdraw) == (1, None, False)
             for act, code in ((Next(), "impossible"), (CHOICE, "impossible")):
-                with pytest.raises(Refused, match="agrees") as refusal:
+                with pytest.raises(ActRefused, match="agrees") as refusal:
                     await reception.act(shown.token, shown.lease, 1, act, {})
                 assert refusal.value.code == code
             closed = await reception.act(shown.token, shown.lease, 1, Agree(agreed=False), {"PROLIFIC_PID": "abc"})
@@ -279,7 +279,7 @@ def test_of_the_platform_only_what_was_asked_for_is_kept_and_only_what_it_sends(
     assert diary_of(tmp_path, shown.identity)[0].platform == {"PROLIFIC_PID": "5f-a.b_c"}
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and "ann@" in path.read_text("latin-1")]
     for value in ("", "a b", "<script>", "../x", "a" * 65, "%00", "é", "a\n"):
-        with pytest.raises(Refused) as refusal:
+        with pytest.raises(ActRefused) as refusal:
             take_part(tmp_path, people_study(), short(), platform={"PROLIFIC_PID": value})
         assert refusal.value.code == "incomplete"
         assert value.strip() == "" or value not in str(refusal.value)

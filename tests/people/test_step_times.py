@@ -7,7 +7,7 @@ from builders import small_study, with_right_checksums
 from taking_part import take_part
 
 from lockprobe.errors import BadFile
-from lockprobe.people.diary_archive import kept_diaries
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.step_times import acts_of_steps, key_of, times_of_steps
 from lockprobe.studies.journal import load
 
@@ -24,7 +24,7 @@ def directory(tmp_path):
 
 def acts(directory):
     trials = {trial.key: trial for trial in load(directory)}
-    return acts_of_steps(STUDY, trials, kept_diaries(directory), directory)
+    return acts_of_steps(STUDY, trials, read_diaries(directory), directory)
 
 
 def test_every_step_of_the_record_has_its_act_and_no_other_has(directory):
@@ -37,7 +37,7 @@ def test_every_step_of_the_record_has_its_act_and_no_other_has(directory):
 
 
 def test_boxes_are_trials_of_the_study_and_the_practice_is_none(directory):
-    ann = kept_diaries(directory)[0]
+    ann = read_diaries(directory)[0]
     assert key_of(STUDY, ann, 1) == "flips/participant/p=0.4/rep=1/trial=1"
     assert [key_of(STUDY, ann, box) for box in (0, None, 3)] == ["", "", ""]
 
@@ -54,7 +54,7 @@ def test_where_nobody_takes_part_there_are_none(tmp_path):
 
 def test_a_trial_that_somebody_else_played_has_no_acts_of_this_person(directory, tmp_path):
     trials = {trial.key: trial for trial in load(directory)}
-    only_bob = [kept for kept in kept_diaries(directory) if kept.joined.identity == BOB]
+    only_bob = [kept for kept in read_diaries(directory) if kept.joined.identity == BOB]
     found = acts_of_steps(STUDY, trials, only_bob, directory)
     assert {key for key, _ in found} == {"flips/participant/p=0/rep=1/trial=1"}
 

@@ -5,12 +5,12 @@ import asyncio
 import pytest
 from seated import WORDS, people_study
 
-from lockprobe.people.diary import Did, Joined, Slot
-from lockprobe.people.example import examples_of
+from lockprobe.people.diary import Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.journey import Journey
+from lockprobe.people.journey import Journey, stations
+from lockprobe.people.practice import examples_of
 from lockprobe.people.responses import Attempt, Next
-from lockprobe.people.text_scenes import Texts
+from lockprobe.people.text_scenes import TextScenes
 
 SLOTS = tuple(Slot(p=0.0, modality="symbolic", repetition=1, trial=n) for n in (1, 2))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
@@ -22,11 +22,16 @@ QUESTIONS = {
 }
 
 
+def journey(joined, lines, experiment, words):
+    """How far somebody has come by these lines."""
+    return Journey.of(Diary(joined, tuple(lines)), stations(experiment, words, len(joined.slots)))
+
+
 def at(ended, box, *more, **settings):
     """The scene after a box that ended so."""
     experiment = Experiment(**{"practice": "chain-3", **settings})
     step = Did(at=11.0, turn=2, scene="box", act=Attempt(joint="A", rt=1.0), box=box, step=1, told="", ended=ended)
-    return Texts(WORDS, people_study(), experiment).at(Journey.of([JOINED, step, *more], experiment, WORDS))
+    return TextScenes(WORDS, people_study(), experiment).at(journey(JOINED, [step, *more], experiment, WORDS))
 
 
 def done(scene, number, **more):
@@ -34,16 +39,16 @@ def done(scene, number, **more):
 
 
 def test_facts_are_filled_in():
-    texts = Texts(WORDS, people_study(), Experiment())
+    texts = TextScenes(WORDS, people_study(), Experiment())
     consent = texts.consent(6)
     assert "6" in " ".join(consent.paragraphs)
-    page = texts.at(Journey.of([JOINED, done("page", 2, item="1")], Experiment(), WORDS))
+    page = texts.at(journey(JOINED, [done("page", 2, item="1")], Experiment(), WORDS))
     assert (page.number, page.of, page.title) == (2, 2, WORDS.instructions[1].title)
     assert "12" in " ".join(page.paragraphs)
     assert not [text for scene in (consent, page) for text in scene.paragraphs if "{" in text]
     words = WORDS.model_copy(update={"debrief": WORDS.debrief.model_copy(update={"title": "{boxes} {joints} {other}"})})
     way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
-    end = Texts(words, people_study(), Experiment()).at(Journey.of([JOINED, *way], Experiment(), words))
+    end = TextScenes(words, people_study(), Experiment()).at(journey(JOINED, [*way], Experiment(), words))
     assert end.title == "2 4 {other}"
 
 
@@ -86,7 +91,7 @@ def test_failed_checks_have_a_completion_code_of_their_own(right, from_how_many,
 
 def test_who_declines_or_finds_no_place_has_a_way_back():
     ends = {"declined_url": "https://example.org/no", "full_code": "FULL"}
-    texts = Texts(WORDS, people_study(), Experiment(**ends))
+    texts = TextScenes(WORDS, people_study(), Experiment(**ends))
     declined, full, late = (texts.closed(why) for why in ("declined", "full", "late"))
     assert (declined.completion_url, declined.completion_code) == ("https://example.org/no", "")
     assert (full.completion_url, full.completion_code) == ("", "FULL")
@@ -106,7 +111,7 @@ def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_wher
 
 def texts_page(number, study, examples, words=WORDS, joined=JOINED):
     way = [done("page", 1 + page, item=str(page)) for page in range(1, number)]
-    return Texts(words, study, Experiment(), examples).at(Journey.of([joined, *way], Experiment(), words))
+    return TextScenes(words, study, Experiment(), examples).at(journey(joined, [*way], Experiment(), words))
 
 
 def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say():
@@ -126,16 +131,16 @@ def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say
 
 
 def test_every_way_of_being_closed_has_its_text():
-    texts = Texts(WORDS, people_study(), Experiment())
+    texts = TextScenes(WORDS, people_study(), Experiment())
     whys = ("declined", "withdrawn", "full", "taken", "late")
     assert len({(texts.closed(why).why, texts.closed(why).title) for why in whys}) == len(whys)
 
 
 @pytest.mark.parametrize("p", [(0.0,), (0.0, 0.4)])
 def test_who_leaves_or_ends_is_told_that_reports_were_false_where_they_were(p):
-    texts = Texts(WORDS, people_study(p=p), Experiment())
+    texts = TextScenes(WORDS, people_study(p=p), Experiment())
     way = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
-    end = texts.at(Journey.of([JOINED, *way], Experiment(), WORDS))
+    end = texts.at(journey(JOINED, [*way], Experiment(), WORDS))
     false = any(p)
     assert (WORDS.debrief.false_reports[0] in end.paragraphs) is false
     for why in ("late", "withdrawn"):

@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.people.tokens import Tokens, mark_of
 
 
@@ -41,9 +41,9 @@ def test_any_other_is_forged(tmp_path):
     ]
     wrong += [token[:i] + ("A" if token[i] != "A" else "B") + token[i + 1 :] for i in range(0, 85, 7)]
     for other in wrong:
-        with pytest.raises(Refused) as refusal:
+        with pytest.raises(ActRefused) as refusal:
             tokens.mark(other)
-        assert (refusal.value.code, refusal.value.status) == ("forged", 401)
+        assert refusal.value.code == "forged"
         assert not other or other not in str(refusal.value)
 
 
@@ -78,6 +78,6 @@ def test_one_token_is_written_in_one_way_only(tmp_path):
     token = tokens.new()
     marks = set()
     for letter in string.ascii_letters + string.digits + "-_":
-        with suppress(Refused):
+        with suppress(ActRefused):
             marks.add(tokens.mark(token[:85] + letter + token[86:]))
     assert marks == {mark_of(token)}

@@ -8,7 +8,7 @@ from builders import make_trial
 from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part
 
 from lockprobe.errors import BadFile
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, put, withdrawn
@@ -37,7 +37,7 @@ def test_who_withdraws_leaves_no_trace_but_the_count(tmp_path):
             assert (shown.scene.why, shown.identity, shown.may_withdraw) == ("withdrawn", None, False)
             again = await reception.withdraw(shown.token, shown.lease)  # its reply was lost
             assert again.scene == shown.scene
-            with pytest.raises(Refused) as refusal:
+            with pytest.raises(ActRefused) as refusal:
                 await reception.act(shown.token, shown.lease, 7, Next(), {})
             assert refusal.value.code == "stale"
             return reception.progress()
@@ -67,7 +67,7 @@ def test_the_journal_goes_on_after_somebody_was_struck(tmp_path):
             assert shown.identity != left.identity
             await go_on(reception, Player(tmp_path, STUDY, "random"), shown)
             for unknown in (left.identity, "nobody", ""):
-                with pytest.raises(Refused) as refusal:
+                with pytest.raises(ActRefused) as refusal:
                     await reception.withdraw_participant(unknown)
                 assert refusal.value.code == "unknown"
 
@@ -154,7 +154,7 @@ def test_where_it_could_not_be_written_nobody_is_told_that_it_was(tmp_path, monk
                 patched.setattr("lockprobe.studies.journal.rewritten", fails)
                 with pytest.raises(BadFile):
                     await reception.withdraw(shown.token, shown.lease)
-                with pytest.raises(Refused):
+                with pytest.raises(ActRefused):
                     await reception.act(shown.token, shown.lease, shown.turn, Next(), {})
             assert (await reception.withdraw(shown.token, shown.lease)).scene.why == "withdrawn"
 
@@ -227,7 +227,7 @@ def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
     async def both():
         async with opened(tmp_path, study, short(away_hours=1), clock=clock) as reception:
             clock.now += 7200
-            (late,) = reception._register
+            (late,) = reception._roster
             await late.show()  # is held, so that letting go of it takes a moment
             shown = await reception.enter(None, {})
             joins = reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})

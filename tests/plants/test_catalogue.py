@@ -9,7 +9,7 @@ import pytest
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.plants.catalogue import PLANTS, known_plants, resolve_plant
-from lockprobe.plants.rendering.probing import Probed
+from lockprobe.plants.rendering.choose_renderer import Probed
 from lockprobe.plants.symbolic import SymbolicPlant
 
 
@@ -57,7 +57,7 @@ def test_naming_plants_imports_no_engine():
 def test_a_plant_is_checked_before_a_study(name, monkeypatch):
     resolve_plant(name).check(box("chain-4"))
     gone = lambda renderer: Probed(name=renderer, ok=False, detail="gone")  # noqa: E731
-    monkeypatch.setattr("lockprobe.plants.rendering.probing.probe_one", gone)
+    monkeypatch.setattr("lockprobe.plants.rendering.choose_renderer.probe_one", gone)
     source = resolve_plant(f"{name}?renderer=osmesa")
     with pytest.raises(Missing, match="^renderer osmesa does not work here"):
         source.check(box("chain-4"))

@@ -8,8 +8,8 @@ import pytest
 from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.families import box
 from lockprobe.plants.fast_twin import FastTwin
-from lockprobe.plants.settings import SceneSettings
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.protocols import Plant
 
 LABELS = tuple("ABCDEFGH")

@@ -6,10 +6,10 @@ import pytest
 
 from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.families import box
-from lockprobe.plants.arm.guarded import GuardedMove, Touch
-from lockprobe.plants.arm.simulated import SimulatedArm
-from lockprobe.plants.settings import TwinSettings
+from lockprobe.plants.arm.guarded_move import GuardedMove, Touch
+from lockprobe.plants.arm.simulated_arm import SimulatedArm
 from lockprobe.plants.twin import Twin
+from lockprobe.plants.twin_settings import TwinSettings
 from lockprobe.protocols import Plant
 
 CHAIN = box("chain-4")
@@ -131,7 +131,7 @@ def test_a_joint_left_between_its_ends_breaks_the_trial(monkeypatch):
     plant = twin()
 
     def leave_it(self, arm, path):
-        plant._data.joint("joint-3").qpos[0] = 0.5 * plant._panel.fittings[FREE].travel
+        plant._data.joint("joint-3").qpos[0] = 0.5 * plant._panel.mounted_joints[FREE].travel
         return Touch(verdict="failed", peak_force=0.0, progress=0.5, seconds=1.0)
 
     monkeypatch.setattr(GuardedMove, "attempt", leave_it)
@@ -144,7 +144,7 @@ def test_another_joint_that_moves_breaks_the_trial(monkeypatch):
     plant = twin()
 
     def move_another(self, arm, path):
-        plant._data.joint("joint-3").qpos[0] = plant._panel.fittings[FREE].travel
+        plant._data.joint("joint-3").qpos[0] = plant._panel.mounted_joints[FREE].travel
         return Touch(verdict="blocked", peak_force=12.0, progress=0.1, seconds=1.0)
 
     monkeypatch.setattr(GuardedMove, "attempt", move_another)

@@ -1,7 +1,14 @@
-"""A modality study to report on: an agent shown the box in three ways, beside one that is told its state."""
+"""A modality study to report on, and reports whose pictures are laid out but not drawn unless a test asks for that."""
+
+from contextlib import contextmanager
 
 import pytest
 from builders import SOLUTION, make_trial
+
+from lockprobe import figures
+
+RENDER = figures.render
+PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
 
 NAMES = [f"{i:020x}.png" for i in range(8)]
 PICTURES = [
@@ -23,6 +30,27 @@ def trials_of(modality, waits, agent="viewer", **more):
         )
         for i, (wait, misread) in enumerate(waits, 1)
     ]  # fmt: skip
+
+
+@pytest.fixture(scope="package", autouse=True)
+def placeholders():
+    """Reports here hold placeholders for pictures: drawing them takes most of the time, and tests/figures looks at them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "render", lambda figure, form: PLACEHOLDERS[form])
+        yield
+
+
+@pytest.fixture(scope="package")
+def drawn(placeholders):
+    """``with drawn():`` reports hold real pictures."""
+
+    @contextmanager
+    def real():
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(figures, "render", RENDER)
+            yield
+
+    return real
 
 
 @pytest.fixture(scope="session")

@@ -18,10 +18,11 @@ ASKED = {
 
 
 @pytest.fixture(scope="module")
-def reported(tmp_path_factory):
+def reported(tmp_path_factory, drawn):
     """The directory of a study of eight conditions with its report, and the content of results.json."""
     directory = write_study(tmp_path_factory.mktemp("lab") / "study", study("flips", **ASKED))
-    page = write_report(directory).read_text()
+    with drawn():
+        page = write_report(directory).read_text()
     return directory, page, json.loads((directory / "results.json").read_text())
 
 
@@ -98,9 +99,10 @@ def test_nothing_is_fitted_that_has_no_flip_rate(reported):
     assert found.trials == 90
 
 
-def test_equal_records_make_equal_pages(reported):
+def test_equal_records_make_equal_pages(reported, drawn):
     directory, page, _ = reported
-    assert write_report(directory).read_text() == page
+    with drawn():
+        assert write_report(directory).read_text() == page
 
 
 def test_a_part_of_a_study_says_so(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 from lockprobe.report import costs as counted_by
 from lockprobe.report.costs import money
 

@@ -9,9 +9,9 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.call import Usage
-from lockprobe.report import content_of, costs, write_report
-from lockprobe.report.format import NONE
+from lockprobe.formatting import NONE
+from lockprobe.model_call import Usage
+from lockprobe.report import costs, write_report
 
 P = (0.0, 0.4)
 SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
@@ -109,12 +109,12 @@ def test_tables_say_the_same(directory):
 
 def test_the_page_shows_models_side_by_side(directory):
     page = (directory / "report.html").read_text("utf-8")
-    assert "Models side by side" in page
+    assert "Models compared" in page
     assert "cannot be told apart" in page
     assert "False reports do not do the same to both" in page
     assert "as of 2026-01-02 (acme.test/prices)" in page
     assert "<code>llm:acme/two</code>: no price is known" in page
-    assert "data:image/svg" in page[page.index("Every two on the same boxes") :]
+    assert "data:image/svg" in page[page.index("Pairs of agents on the same boxes") :]
 
 
 def test_replies_that_nobody_counted_are_said_on_the_page_and_cost_nothing_that_is_known(tmp_path):
@@ -125,7 +125,7 @@ def test_replies_that_nobody_counted_are_said_on_the_page_and_cost_nothing_that_
     study = small_study(["llm:acme/one", "random"], P, 1, 10)
     path = write_study(tmp_path / "study", study, [*bare, *trials("random", (2, 2))])
     page = write_report(path).read_text("utf-8")
-    spent = content_of(path)["leaderboard"][0]["money"]
+    spent = json.loads((path / "results.json").read_text("utf-8"))["leaderboard"][0]["money"]
     assert spent["uncounted_calls"] == spent["calls"] == 17 * 4 + 3 * 20
     assert (spent["input_tokens"], spent["dollars"]) == (None, None)
     assert "128 of 128 replies belong to decisions without a count of tokens" in page
@@ -136,7 +136,7 @@ def test_one_agent_has_nobody_beside_it(tmp_path):
     study = small_study(["llm:acme/one"], P, 1, 10)
     path = write_study(tmp_path / "study", study, trials("llm:acme/one", (9, 8)))
     write_report(path)
-    assert content_of(path)["comparisons"] == []
+    assert json.loads((path / "results.json").read_text("utf-8"))["comparisons"] == []
     assert "#side" not in (path / "report.html").read_text("utf-8")
     assert not (path / "figures" / "side-by-side.svg").exists()
 
@@ -146,8 +146,8 @@ def test_one_model_is_held_against_the_baselines(tmp_path):
     path = write_study(tmp_path / "study", small_study(["llm:acme/one", "random"], P, 1, 10), made)
     write_report(path)
     page = (path / "report.html").read_text("utf-8")
-    assert "Beside agents to compare with" in page
-    assert "Models side by side" not in page
+    assert ">Baselines<" in page
+    assert "Models compared" not in page
     assert "llm:acme/one solves the box more often than random" in page
 
 
@@ -156,7 +156,7 @@ def test_agents_that_were_not_asked_are_said_not_to_have_been(tmp_path):
     study = replace(small_study(["llm:x"], (0.0,), 1, 2), assessment=False)
     path = write_study(tmp_path / "study", study, made)
     assert "said what its actions did: they were not asked." in write_report(path).read_text("utf-8")
-    found = content_of(path)
+    found = json.loads((path / "results.json").read_text("utf-8"))
     assert found["conditions"][0]["misinterpretation_trials_not_asked"] == 2
     assert found["conditions"][0]["misinterpretations"] is None
     assert {step["misinterpreted"] for example in found["examples"] for step in example["steps"]} == {None}

@@ -1,17 +1,17 @@
 """Every number on the pages is in results.json, rounded; and what was left out is counted."""
 
-import json
 import re
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from html.parser import HTMLParser
 from importlib.resources import files
 
 import pytest
 from builders import make_trial, play_study, small_study, write_study
+from pydantic import BaseModel
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.errors import BadFile
-from lockprobe.report import content_of, write_report
+from lockprobe.report import Results, results, write_report
 from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.page import _page, _tables
 from lockprobe.trial_json import trial_to_json
@@ -41,10 +41,15 @@ def said(page):
 
 def marked(value, marks):
     """The same with every number replaced by one that nothing else could give; numbers in words stay."""
+    if isinstance(value, BaseModel):
+        found = {name: marked(inner, marks) for name, inner in value if name in value.model_fields_set}
+        return value.model_copy(update=found)
+    if is_dataclass(value):
+        return replace(value, **{one.name: marked(getattr(value, one.name), marks) for one in fields(value)})
     if isinstance(value, dict):
         return {name: marked(inner, marks) for name, inner in value.items()}
-    if isinstance(value, list):
-        return [marked(inner, marks) for inner in value]
+    if isinstance(value, list | tuple):
+        return type(value)(marked(inner, marks) for inner in value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     marks.append(20_000 + len(marks))
@@ -65,7 +70,7 @@ def fixed(content):
         re.sub(r"\{[{%#].*?[}%#]\}", " ", path.read_text("utf-8"), flags=re.DOTALL) for path in templates.iterdir()
     ]
     heads = [cell for table in _tables(content).values() for cell in table[0]]
-    texts = (*sources, *CAPTIONS.values(), LENGTH_CAVEAT, *heads, words(content))
+    texts = (*sources, *CAPTIONS.values(), LENGTH_CAVEAT, *heads, words(content.plain()))
     return {x for text in texts for x in NUMBER.findall(text)}
 
 
@@ -90,7 +95,7 @@ def reported(tmp_path_factory):
 def test_every_number_of_a_page_is_in_the_results(reported, name):
     """With every number of the results replaced by a mark, the page shows marks and nothing else."""
     marks = []
-    content = marked(json.loads((reported / "results.json").read_text("utf-8")), marks)
+    content = marked(Results.model_validate_json((reported / "results.json").read_text("utf-8")), marks)
     page = _page(name, content, {})
     allowed, forms = fixed(content), shown_as(marks)
     shown = [token for token in said(page) if token not in allowed]
@@ -99,7 +104,7 @@ def test_every_number_of_a_page_is_in_the_results(reported, name):
 
 
 def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
-    content = json.loads((reported / "results.json").read_text("utf-8"))
+    content = Results.model_validate_json((reported / "results.json").read_text("utf-8"))
     drawn = {
         path.stem: {"svg": path.read_bytes()} for path in (reported / "figures").iterdir() if path.suffix == ".svg"
     }
@@ -117,7 +122,7 @@ def test_what_is_left_out_is_counted(tmp_path):
     directory = write_study(tmp_path / "study", study, [again, *kept, broken, foreign])
     with (directory / "trials.jsonl").open("ab") as file:
         file.write(trial_to_json(trials[0])[:50])
-    found = content_of(directory)
+    found = results(directory).plain()
     assert found["left_out"] == {
         "errors": 1, "replayed_on_request": 0, "replaced_after_an_error": 1, "repeated": 0, "unfinished_lines": 1,
         "not_asked_for": 1, "foreign": 0,
@@ -132,4 +137,4 @@ def test_trials_of_another_box_are_refused_in_one_line(tmp_path):
     first, second = play_study(study)
     directory = write_study(tmp_path / "study", study, [first, replace(second, box="chain-5")])
     with pytest.raises(BadFile, match="boxes chain-4, chain-5', expected trials of one box"):
-        content_of(directory)
+        results(directory)

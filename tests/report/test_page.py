@@ -13,7 +13,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
-from lockprobe.report import content_of, write_report
+from lockprobe.report import results, write_report
 from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.page import _page
 from lockprobe.studies.study import Study
@@ -43,10 +43,16 @@ FIELDS = {
 
 
 @pytest.fixture(scope="module")
-def reported(tmp_path_factory):
+def reported(tmp_path_factory, drawn):
     directory = write_study(tmp_path_factory.mktemp("study"), small_study())
-    assert write_report(directory) == directory / "report.html"
+    with drawn():
+        assert write_report(directory) == directory / "report.html"
     return directory
+
+
+@pytest.fixture(scope="module")
+def content(reported):
+    return json.loads((reported / "results.json").read_text("utf-8"))
 
 
 class Page(HTMLParser):
@@ -74,9 +80,8 @@ def test_all_files_are_there_and_no_draft(reported):
     assert not [name for name in names if "draft" in name]
 
 
-def test_results_have_the_promised_fields(reported):
-    content = json.loads((reported / "results.json").read_text("utf-8"))
-    assert content == json.loads(json.dumps(content_of(reported)))
+def test_results_have_the_promised_fields(reported, content):
+    assert content == results(reported).plain()
     assert content["schema_version"] == 3
     assert content["progress"] == {"planned": 48, "finished": 48, "partial": False}
     assert [c["key"] for c in content["conditions"][:2]] == ["flips/random/p=0", "flips/random/p=0.3"]
@@ -88,8 +93,7 @@ def test_results_have_the_promised_fields(reported):
         assert condition["loop_rate_chance"] <= condition["loop_rate_chance_no_repeat"]
 
 
-def test_every_figures_numbers_are_in_the_results(reported):
-    content = content_of(reported)
+def test_every_figures_numbers_are_in_the_results(content):
     for condition in content["conditions"]:
         curve = condition["curve"]
         assert len(curve["steps"]) == len(curve["share"]) == len(curve["low"]) == len(curve["high"]) == 21
@@ -102,13 +106,14 @@ def test_every_figures_numbers_are_in_the_results(reported):
     assert {"r", "n", "low", "high", "caveat"} <= set(human["correlation"])
 
 
-def test_equal_records_give_equal_reports(tmp_path):
-    study = small_study(["human-inspired"])
+def test_equal_records_give_equal_reports(tmp_path, drawn):
+    study = small_study(["human-inspired"], (0.0, 0.3), 1, 4)
     trials = play_study(study)
     first = write_study(tmp_path / "a", study, trials)
     second = write_study(tmp_path / "b", study, reversed(trials))
     (second / "timings.jsonl").write_text("")
-    written = [write_report(first), write_report(second)]
+    with drawn():
+        written = [write_report(first), write_report(second)]
     for name in ("results.json", "report.html", "claims.html", "figures/fig4.svg", "tables/conditions.csv"):
         assert (first / name).read_bytes() == (second / name).read_bytes()
     assert written == [first / "report.html", second / "report.html"]
@@ -156,9 +161,9 @@ def test_no_name_hides_or_reorders_what_stands_beside_it(tmp_path):
     assert json.loads((directory / "results.json").read_text("utf-8"))["conditions"][0]["agent"] == name
 
 
-def test_the_page_says_what_was_found_and_under_what(reported):
+def test_the_page_says_what_was_found_and_under_what(reported, content):
     text = page_of(reported)
-    for finding in content_of(reported)["findings"]:
+    for finding in content["findings"]:
         assert finding.replace("'", "&#39;") in text.replace("<i>P</i>", "P")
     for needed in ("reconstruction", "transient", "human-inspired", "Limits", "Seed", "false positives", "claims.html"):
         assert needed in text
@@ -189,17 +194,15 @@ def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
     """A target that needs two joints open is in none of the priors."""
     both = {"revolute-left": ({"slider-1": True, "slider-2": True},)}
     study = replace(small_study(["random"], (0.0,), 1, 6), box=replace(box("chain-4"), name="both", interlock=both))
-    content = content_of(write_study(tmp_path / "both", study))
+    content = results(write_study(tmp_path / "both", study))
     assert "On this box true reports contradict this prior" in _page("report", content, {})
-    assert not content_of(write_study(tmp_path / "fine", small_study(["random"], (0.0,), 1, 6)))["judged"][
-        "prior_contradicted"
-    ]
+    assert not results(write_study(tmp_path / "fine", small_study(["random"], (0.0,), 1, 6))).judged.prior_contradicted
 
 
 def test_every_best_flip_rate_says_whose_it_is(tmp_path):
     agents = ["cognitive:perseverant", "cognitive:random-map?window=1&avoid=last"]
-    content = content_of(write_study(tmp_path, small_study(agents, (0.0, 0.2, 0.4, 0.6), 1, 10)))
-    assert None in [fit["binomial"]["order"] for fit in content["fits"]]  # one without a model has its name too
+    content = results(write_study(tmp_path, small_study(agents, (0.0, 0.2, 0.4, 0.6), 1, 10)))
+    assert None in [fit.binomial.order for fit in content.fits]  # one without a model has its name too
     page = _page("report", content, {"fig4-corrected": {"svg": b"<svg/>"}})
     caption = page.partition("may be the best.")[2].partition("</figcaption>")[0]
     named = re.findall(r"<code>(.*?)</code>:(?: AICc prefers order \d\.)? Success is highest", caption)
@@ -208,14 +211,13 @@ def test_every_best_flip_rate_says_whose_it_is(tmp_path):
 
 def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
     study = replace(small_study(["random"], (0.0,), 1, 3), box=box("chain-7"))
-    content = content_of(write_study(tmp_path / "study", study))
-    assert content["rationality"] == []
-    assert content["judged"]["left_out_for_want_of_a_prior"] == 3
+    content = results(write_study(tmp_path / "study", study))
+    assert content.rationality == []
+    assert content.judged.left_out_for_want_of_a_prior == 3
     assert "no prior is stated for boxes of so many joints (3 trials)" in _page("report", content, {})
 
 
-def test_every_condition_is_judged_by_two_observers(reported):
-    content = content_of(reported)
+def test_every_condition_is_judged_by_two_observers(reported, content):
     rows = content["rationality"]
     assert [(row["key"], row["noise"]) for row in rows] == [
         (condition["key"], noise) for condition in content["conditions"] for noise in ("naive", "aware")
@@ -242,7 +244,7 @@ def test_a_partial_study_says_so(tmp_path):
 def test_a_study_that_has_only_begun_can_be_reported(tmp_path):
     directory = write_study(tmp_path / "study", small_study(), [])
     assert "No trial has been played yet." in write_report(directory).read_text("utf-8")
-    assert content_of(directory)["conditions"] == []
+    assert results(directory).conditions == []
 
 
 def test_only_errors_can_be_reported(tmp_path):
@@ -269,19 +271,17 @@ def test_a_directory_without_a_study_is_refused(tmp_path):
         write_report(tmp_path)
 
 
-def test_tables_are_those_of_the_results(reported):
+def test_tables_are_those_of_the_results(reported, content):
     rows = list(csv.DictReader(io.StringIO((reported / "tables" / "conditions.csv").read_text())))
-    content = content_of(reported)["conditions"]
-    assert [(row["agent"], row["solved"]) for row in rows] == [(c["agent"], str(c["solved"])) for c in content]
+    conditions = content["conditions"]
+    assert [(row["agent"], row["solved"]) for row in rows] == [(c["agent"], str(c["solved"])) for c in conditions]
     tex = (reported / "tables" / "conditions.tex").read_text()
-    assert tex.count(r"\\") == len(content) + 1
+    assert tex.count(r"\\") == len(conditions) + 1
     assert not re.search(r"(?<!\\)%", tex)
 
 
-def test_rows_of_a_table_stand_without_quotation_marks(tmp_path):
-    directory = write_study(tmp_path / "study", small_study())
-    write_report(directory)
-    page = page_of(directory, "claims")
+def test_rows_of_a_table_stand_without_quotation_marks(reported):
+    page = page_of(reported, "claims")
     assert "Table entry: State Misinterpretation Rates Across Input Modalities, row RGB-D" in page
     assert "\u201cState Misinterpretation" not in page
     assert "\u201cperformance rises to a peak" in page

@@ -110,12 +110,13 @@ def test_the_collector_is_as_it_was():
         gc.enable()
 
 
-def test_several_processes_change_no_byte(tmp_path, monkeypatch):
+def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
     study = small_study(["random", "human-inspired"], (0.0, 0.4), 1, 6)
     one, two = (write_study(tmp_path / name, study) for name in ("one", "two"))
-    write_report(one)
     monkeypatch.setattr(parallel, "LARGE", 0)
-    write_report(two, processes=2)
+    with drawn():
+        write_report(one, processes=1)
+        write_report(two, processes=2)
     names = ["results.json", "report.html", *(f"figures/{path.name}" for path in (one / "figures").iterdir())]
     assert len(names) > 10
     for name in names:

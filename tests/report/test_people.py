@@ -4,14 +4,16 @@ import csv
 import io
 import json
 import statistics
+from types import SimpleNamespace
 
 import pytest
 from builders import play_study, played_by_people, small_study, write_study
 from taking_part import take_part
 
-from lockprobe.people.completion import Flow
+from lockprobe.analysis.relative_steps import RelativeSteps
+from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
-from lockprobe.report import content_of, write_report
+from lockprobe.report import write_report
 from lockprobe.report.people import flow_said, people_steps_table
 from lockprobe.studies.journal import load
 
@@ -20,11 +22,12 @@ PLAYED = 14
 
 
 @pytest.fixture(scope="module")
-def directory(tmp_path_factory):
+def directory(tmp_path_factory, drawn):
     agents = play_study(small_study(("random", "round-robin"), STUDY.p, 2, 5))
     people = played_by_people(STUDY, 2)[:PLAYED]
     path = write_study(tmp_path_factory.mktemp("people") / "study", STUDY, [*agents, *people])
-    write_report(path)
+    with drawn():
+        write_report(path)
     return path
 
 
@@ -93,10 +96,11 @@ def test_tables_for_papers(directory):
 
 
 def test_bounds_are_written_as_bounds():
-    row = {"agent": "llm:a", "modality": "symbolic", "p": None, "trials": 3, "steps": None, "people": 8}
-    row |= {"ratio": None, "least": 2.625, "most": None, "low": 1.5, "high": None}
-    row |= {"mean_ratio": 1.5, "mean_low": 1.25, "mean_high": 2.0}
-    _, cells = people_steps_table({"relative": [row]}, {})
+    row = RelativeSteps(
+        agent="llm:a", modality="symbolic", p=None, trials=3, steps=None, people=8,
+        ratio=None, least=2.625, most=None, low=1.5, high=None, mean_ratio=1.5, mean_low=1.25, mean_high=2.0,
+    )  # fmt: skip
+    _, cells = people_steps_table(SimpleNamespace(relative=[row]), {})
     assert cells == ["llm:a", "all", "3", "beyond the budget", "8", "at least 2.62 [1.50, open]", "1.50 [1.25, 2.00]"]
 
 
@@ -128,8 +132,8 @@ def test_people_alone_are_reported_too(tmp_path):
 def test_without_people_nothing_is_said_of_them(tmp_path):
     study = small_study(("random",), (0.0,), 1, 3)
     path = write_study(tmp_path / "study", study)
-    assert content_of(path)["people"] is None
     write_report(path)
+    assert json.loads((path / "results.json").read_text("utf-8"))["people"] is None
     page = (path / "report.html").read_text("utf-8")
     assert "eople" not in page.split("</style>")[-1]
 

@@ -6,44 +6,49 @@ import numpy as np
 from builders import make_trial
 
 from lockprobe.pictures.png import from_png, to_png
-from lockprobe.report.sample_pictures import embedded, seen
+from lockprobe.report.sample_pictures import SeenModality, SeenMoment, embedded, seen
+
+
+def saw(*files):
+    """A row with a moment for each of these files."""
+    return SeenModality(modality="rgb", key="", moments=[SeenMoment(when="", text="", files=one) for one in files])
 
 
 def shown_small(directory, name, kind, pixels):
     """A picture as a page would show it."""
     (directory / "pictures").mkdir(exist_ok=True)
     (directory / "pictures" / name).write_bytes(to_png(pixels))
-    found = embedded(directory, [{"moments": [{"files": {kind: name}}]}])
+    found = embedded(directory, [saw({kind: name})])
     assert list(found) == [name]
     return from_png(base64.b64decode(found[name].partition(",")[2]))
 
 
 def test_no_picture_is_shown_that_only_the_record_needs(modal, picture_names):
     rows = seen(modal)
-    assert [row["modality"] for row in rows] == ["rgb", "rgbd"]
-    assert [moment["files"] for moment in rows[1]["moments"]] == [
+    assert [row.modality for row in rows] == ["rgb", "rgbd"]
+    assert [moment.files for moment in rows[1].moments] == [
         {"rgb": picture_names[0], "depth": picture_names[2]},
         {"rgb": picture_names[1], "depth": picture_names[4]},
     ]
-    assert rows[0]["moments"][1]["when"] == "after step 1: revolute-left did not move"
+    assert rows[0].moments[1].when == "after step 1: revolute-left did not move"
 
 
 def test_the_first_move_is_shown_too(picture_names):
     (row,) = seen(
         [make_trial([0, 3], budget=2, modality="rgb", pictures=[{"rgb": name} for name in picture_names[:3]])]
     )
-    assert [moment["when"] for moment in row["moments"]] == [
+    assert [moment.when for moment in row.moments] == [
         "before the first step", "after step 1: revolute-left did not move", "after step 2: revolute-right moved",
     ]  # fmt: skip
     (row,) = seen([make_trial([3], budget=1, modality="rgb", pictures=[{"rgb": name} for name in picture_names[:2]])])
-    assert len(row["moments"]) == 2
+    assert len(row.moments) == 2
 
 
 def test_pictures_that_are_lost_or_lie_elsewhere_are_left_out(tmp_path, picture_names):
     (tmp_path / "pictures").mkdir()
     (tmp_path / "secret.png").write_bytes(to_png(np.zeros((8, 8), np.uint8)))
     (tmp_path / "pictures" / picture_names[1]).write_bytes(b"torn")
-    rows = [{"moments": [{"files": {"rgb": name}} for name in ("../secret.png", *picture_names[:2])]}]
+    rows = [saw(*({"rgb": name} for name in ("../secret.png", *picture_names[:2])))]
     assert embedded(tmp_path, rows) == {}
 
 

@@ -1,6 +1,7 @@
 """results.json has a published schema, and a report of every kind keeps to it."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from builders import small_study, write_study
 from pydantic import ValidationError
 
 import lockprobe
+from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.report import write_report
 from lockprobe.report.schema import Results
 from lockprobe.studies.studyfile import study
@@ -34,9 +36,19 @@ def test_a_report_keeps_to_it(tmp_path, of_flips):
     written = Results.model_validate_json((directory / "results.json").read_text())
     found = lockprobe.results(directory)
     assert written == found
+    assert type(written.conditions[0].misread) is type(found.conditions[0].misread) is ClusteredProportion
     assert {row.agent for row in found.conditions} == set(planned.agents)
     assert len(found.conditions) == sum(len(planned.conditions_of(agent)) for agent in planned.agents)
     assert bool(found.effects) != of_flips
+
+
+def test_a_null_is_read_as_no_number_where_a_share_is_of_nothing(tmp_path):
+    directory = write_study(tmp_path / "study", small_study(["random"], (0.0,), 1, 2))
+    content = lockprobe.results(directory).plain()
+    assert content["conditions"][0]["misread"]["value"] is None
+    read = Results.model_validate_json(json.dumps(content))
+    assert math.isnan(read.conditions[0].misread.value)
+    assert read.plain() == content
 
 
 def test_what_is_no_result_is_refused():

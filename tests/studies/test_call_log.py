@@ -6,9 +6,9 @@ import json
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile
-from lockprobe.storage.checksum import without_checksum
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.storage.jsonl import without_checksum
 from lockprobe.studies.call_log import ASKED, CALLS, Calls, read_calls, unanswered
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.study_options import StudyOptions

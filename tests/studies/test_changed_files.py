@@ -8,9 +8,9 @@ from contextlib import closing
 import pytest
 from builders import make_trial
 
-from lockprobe.call import Call, Usage
 from lockprobe.errors import BadFile, DirectoryBusy
-from lockprobe.people.diary import Diary, Did, Joined, read_diary
+from lockprobe.model_call import Call, Usage
+from lockprobe.people.diary import DiaryFile, Did, Joined, read_diary
 from lockprobe.people.responses import Next
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls
@@ -130,7 +130,7 @@ def test_the_directory_stays_locked_when_its_records_are_replaced(tmp_path):
 @pytest.mark.parametrize("change", [cut, appended_to, saved_by_an_editor])
 def test_an_act_is_not_done_where_somebody_else_has_changed_the_diary(tmp_path, change):
     act = Did(at=11.0, turn=2, scene="page", act=Next(), item="1")
-    diary = Diary(tmp_path / "people" / "3f9a01bc.jsonl")
+    diary = DiaryFile(tmp_path / "people" / "3f9a01bc.jsonl")
     for line in JOINED, act:
         diary.write(line)
     change(diary.path)
@@ -141,7 +141,7 @@ def test_an_act_is_not_done_where_somebody_else_has_changed_the_diary(tmp_path, 
     assert [path.name for path in diary.path.parent.iterdir()] == [diary.path.name]
     assert diary.path.read_bytes() == changed
     diary.path.write_bytes(b"")
-    again = Diary(diary.path)
+    again = DiaryFile(diary.path)
     again.write(JOINED)
     assert read_diary(diary.path) == [JOINED]
 
@@ -169,8 +169,8 @@ def test_who_withdraws_is_struck_from_what_was_rescued_too(tmp_path):
         with pytest.raises(BadFile):
             append(journal, ann)
     with Journal.open(tmp_path, people) as journal:
-        journal.strike("participant:aaaa")
+        journal.delete_agent("participant:aaaa")
         assert b"aaaa" not in b"".join(path.read_bytes() for path in tmp_path.glob("trials*"))
         assert b"bbbb" in (tmp_path / "trials.jsonl.rescued").read_bytes()
-        journal.strike("participant:bbbb")
+        journal.delete_agent("participant:bbbb")
         assert not (tmp_path / "trials.jsonl.rescued").exists()

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from provider_server import HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import Missing
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal, load

@@ -8,8 +8,8 @@ from builders import SOLUTION, make_trial
 from provider_server import here, joints, names, truthful
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.call import Call, Usage
 from lockprobe.lockbox.solve import random_curve
+from lockprobe.model_call import Call, Usage
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import estimates
 from lockprobe.studies.request_sizes import SMALLEST_CACHED

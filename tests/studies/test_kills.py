@@ -18,7 +18,7 @@ import forked
 import pytest
 from provider_server import Manner, account, elsewhere
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadFile
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls, unanswered
 from lockprobe.studies.journal import Journal, left_out, load
@@ -175,7 +175,7 @@ run_study(study(StudyOptions(**json.loads(request))), directory)
 # An agent that pays for its replies, and notes beside them what it was asked.
 PAID = """
 import os
-from lockprobe.call import Call, Usage
+from lockprobe.model_call import Call, Usage
 from lockprobe.record import Decision
 class Agent:
     facts = {"model": "paid"}

@@ -7,9 +7,9 @@ import pytest
 from builders import make_trial, play_study, small_study, strip_checksums, write_study
 from taking_part import take_part
 
-from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy
 from lockprobe.interventions.condition import flips
+from lockprobe.model_call import Call
 from lockprobe.pictures.picture import Picture
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import read_settings

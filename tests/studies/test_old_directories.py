@@ -34,7 +34,8 @@ def test_every_record_is_one_of_the_study(name):
 
 
 @pytest.mark.parametrize("name", ["flips", "modalities"])
-def test_the_report_says_what_it_said(name, tmp_path):
+def test_the_report_says_what_it_said(name, tmp_path, monkeypatch):
+    monkeypatch.setattr("lockprobe.figures.render", lambda figure, form: b"<svg/>")  # numbers are looked at here
     directory = shutil.copytree(OLD / name, tmp_path / name)
     write_report(directory)
     rows = json.loads((directory / "results.json").read_text())["conditions"]

@@ -13,8 +13,8 @@ from lockprobe import run_trial
 from lockprobe.errors import BadValue, Missing, PlantFault
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.plants.settings import SceneSettings
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.record import Decision
 from lockprobe.studies import play
 from lockprobe.studies.study_options import StudyOptions
@@ -150,7 +150,7 @@ def test_a_simulated_box_gives_the_same_trial_as_the_rules(p):
     assert replace(trial, plant={}) == run_trial(p=p, seed=5)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_robot_without_nuisances_needs_the_steps_that_the_rules_give(seed):
     pytest.importorskip("mujoco")
     trial, expected = run_trial(plant="twin", seed=seed), run_trial(seed=seed)

@@ -7,11 +7,11 @@ import pytest
 from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import conversation
 from lockprobe.record import Situation
-from lockprobe.studies.request_sizes import HYPOTHESIS, Prompt, made_up, reply
+from lockprobe.studies.request_sizes import HYPOTHESIS, PromptSizes, made_up_steps, reply
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
@@ -44,20 +44,21 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
     )
     first, both = (plan.plan(plan.agents[0], plan.condition(0.0, modality), 1, 1) for modality in ("rgb", "rgbd"))
     for shown, pictures in ((first, 1), (both, 2)):
-        prompt = Prompt(shown, Settings(images=images), ModelFacts(picture_tokens=500))
-        text = Prompt(shown, Settings(images=images), ModelFacts(picture_tokens=1))
+        prompt = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=500))
+        text = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=1))
         kept = images or 5
         assert prompt.request(5).input - text.request(5).input == pytest.approx(pictures * kept * 499 * share)
 
 
 @pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgb", 0), ("rgb", 3)])
 def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality, images):
-    settings = Settings(images=images)
+    settings = ModelSettings(images=images)
     plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
     shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
-    whole = made_up(shown, '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}')
+    said = '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}'
+    whole = made_up_steps(shown, said)[-1]
     talks = requests(whole, images)
-    prompt = Prompt(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
+    prompt = PromptSizes(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
     steps = range(1, 21)
     share = sum(prompt.repeated(step) for step in steps) / sum(prompt.request(step).input for step in steps)
     assert share == pytest.approx(repeated_prefix(talks, picture_tokens=800), abs=0.05)
@@ -65,11 +66,11 @@ def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality,
 
 @pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgbd", 0), ("rgbd", 3)])
 def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, images):
-    settings, facts = Settings(images=images), ModelFacts(picture_tokens=1600)
+    settings, facts = ModelSettings(images=images), ModelFacts(picture_tokens=1600)
     plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
     shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
-    asked = [at_most(talk, settings, facts) for talk in requests(made_up(shown, reply("x" * 4000)), images)]
-    most = Prompt(shown, settings, facts).most(11, 5)
+    asked = [at_most(talk, settings, facts) for talk in requests(made_up_steps(shown, reply("x" * 4000))[-1], images)]
+    most = PromptSizes(shown, settings, facts).most(11, 5)
     assert most.calls == 5 * 10
     assert (
         5 * sum(one.input_tokens for one in asked[10:])
@@ -86,7 +87,8 @@ def test_larger_pictures_can_take_more():
     usual = study(StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
     facts = ModelFacts(picture_tokens=1600)
     most, less = (
-        Prompt(one.plan(SPEC, one.condition(0.0, "rgb"), 1, 1), Settings(), facts).most(1, 1) for one in (plan, usual)
+        PromptSizes(one.plan(SPEC, one.condition(0.0, "rgb"), 1, 1), ModelSettings(), facts).most(1, 1)
+        for one in (plan, usual)
     )
     assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))
 
@@ -105,7 +107,7 @@ def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(scripted_provi
     trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
     assert trial.error is None
     planned = study("flips", agent=provider.agent, condition=spec, max_steps=12)
-    prompt = Prompt(planned.plan(provider.agent, planned.conditions[-1], 1, 1), Settings(), ModelFacts())
+    prompt = PromptSizes(planned.plan(provider.agent, planned.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
     sent = [sum(tokens(words(message)) + 4 for message in request["messages"]) for request in provider.requests]
     form = tokens(json.dumps(provider.requests[-1]["response_format"]["json_schema"]["schema"]))
     taken = [prompt.request(step).input - form for step in range(1, len(sent) + 1)]
@@ -117,7 +119,7 @@ def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(scripted_provi
 
 def test_what_was_forgotten_is_not_taken_to_be_repeated():
     plan = study("flips", agent=SPEC, condition="history?last=3")
-    prompt = Prompt(plan.plan(SPEC, plan.conditions[-1], 1, 1), Settings(), ModelFacts())
+    prompt = PromptSizes(plan.plan(SPEC, plan.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
     opening = prompt.request(1).input
     assert prompt.repeated(3) == prompt.request(2).input
     assert prompt.repeated(12) < 1.1 * opening

@@ -1,22 +1,24 @@
 """The issue's figures on whole studies, through runner and journal."""
 
+import asyncio
 import re
 import threading
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from builders import strip_checksums
+from builders import make_trial, strip_checksums
 from provider_server import Manner, failure, here, truthful
 
-from lockprobe import load
-from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.model_call import Call
 from lockprobe.studies import play, runner
 from lockprobe.studies.call_log import Calls, read_calls
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.runner import Limits, Silent, _lanes, run
+from lockprobe.studies.journal import Journal, Timing, left_out, load
+from lockprobe.studies.runner import Limits, Silent, _lanes, owe_anew, play_in_lanes, run
+from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 from lockprobe.trial_json import trial_from_json
@@ -37,14 +39,14 @@ def shares(trials, agent):
 
 def test_reference_agents_at_every_p(tmp_path):
     agents = ["random", "random-no-repeat", "round-robin"]
-    trials = played(tmp_path, agent=agents, trials=300, seed=1, p=[0, 0.3, 0.6])
-    assert all(0.33 <= share <= 0.46 for share in shares(trials, "random"))
-    assert all(0.63 <= share <= 0.75 for share in shares(trials, "random-no-repeat"))
+    trials = played(tmp_path, agent=agents, trials=100, seed=1, p=[0, 0.3, 0.6])
+    assert all(0.28 <= share <= 0.51 for share in shares(trials, "random"))
+    assert all(0.58 <= share <= 0.80 for share in shares(trials, "random-no-repeat"))
     assert shares(trials, "round-robin") == [1, 1, 1]
 
 
 def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
-    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1)
+    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1, p=[0, 0.2, 0.4, 0.6])
     honest = [len(trial.steps) for trial in trials if trial.p == 0]
     assert 0.80 <= sum(steps <= 9 for steps in honest) / len(honest) <= 0.86
     assert max(honest) <= 10
@@ -137,7 +139,7 @@ def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
 
 def shown(directory, workers):
     planned = study(
-        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=2, max_steps=3,
+        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=1, max_steps=3,
                 plant="fast-twin?width=160&height=120")
     )  # fmt: skip
     with Journal.open(directory, planned) as journal:
@@ -148,8 +150,8 @@ def shown(directory, workers):
 def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
     pytest.importorskip("mujoco")
     one, two = shown(tmp_path / "one", 1), shown(tmp_path / "two", 2)
-    assert len(one) == 8
-    assert [trial.error for trial in one] == [None] * 8
+    assert len(one) == 4
+    assert [trial.error for trial in one] == [None] * 4
     in_order = [sorted(trials, key=lambda trial: trial.key) for trials in (one, two)]
     assert in_order[0] == in_order[1]
     albums = [{path.name: path.read_bytes() for path in (tmp_path / n / "pictures").iterdir()} for n in ("one", "two")]
@@ -184,8 +186,8 @@ def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
 
 def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
-    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=16, connections=3)
-    assert [trial.ending for trial in trials] == ["solved"] * 16
+    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=9, connections=3)
+    assert [trial.ending for trial in trials] == ["solved"] * 9
     assert server.peak == 3
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
 
@@ -301,3 +303,183 @@ def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connection
     )
     assert _lanes(heavy, source, access, 10) == _lanes(heavy, source, Access(connections=7, batch=True), 10) == (7, 0)
     assert _lanes(light, SimpleNamespace(engine="inline"), access, 210) == (1, 0)
+
+
+class Course:
+    """Trials that take as many turns of the event loop as asked; notes how many are open at every moment."""
+
+    def __init__(self, turns):
+        self.turns = turns
+        self.open, self.most, self.began, self.finished, self.cancelled = 0, 0, [], [], []
+        self.open_while = []
+
+    async def play(self, plan):
+        self.open += 1
+        self.began.append(plan)
+        try:
+            for _ in range(self.turns[plan]):
+                self.open_while.append((len(self.turns) - len(self.began), self.open))
+                await self.turn(plan)
+        except asyncio.CancelledError:
+            self.cancelled.append(plan)
+            raise
+        finally:
+            self.open -= 1
+        return SimpleNamespace(key=plan), None
+
+    async def turn(self, plan):
+        await asyncio.sleep(0)
+
+    def finish(self, trial, timing):
+        self.finished.append(trial.key)
+
+    def run(self, **how):
+        asyncio.run(play_in_lanes(range(len(self.turns)), self.play, self.finish, **how))
+
+
+def test_one_after_the_other_in_order():
+    course = Course([3, 1, 2])
+    course.run()
+    assert course.finished == [0, 1, 2]
+    assert {opened for _, opened in course.open_while} == {1}
+
+
+def test_so_many_are_open_and_every_one_is_played_once():
+    course = Course([4, 1, 7, 2, 2, 9, 1, 3, 3, 5])
+    course.run(lanes=3)
+    assert sorted(course.finished) == list(range(10))
+    assert course.began == list(range(10))
+    assert max(opened for _, opened in course.open_while) == 3
+
+
+def test_the_last_ones_are_all_opened_at_once_and_not_before():
+    course = Course([5] * 20)
+    course.run(lanes=3, at_the_end=6)
+    assert sorted(course.finished) == list(range(20))
+    before = [opened for waiting, opened in course.open_while if waiting > 6]
+    assert max(before) == 3
+    assert max(opened for _, opened in course.open_while) == 6 + 2  # one of three has just ended
+
+
+def test_few_trials_are_open_at_once_from_the_start():
+    course = Course([5] * 5)
+    course.run(lanes=3, at_the_end=6)
+    assert max(opened for _, opened in course.open_while) == 5
+
+
+def test_none_is_no_trial():
+    Course([]).run(lanes=3)
+
+
+def test_when_money_ends_no_trial_is_opened_and_those_that_can_go_on_do():
+    class Costly(Course):
+        async def turn(self, plan):
+            await asyncio.sleep(0)
+            if plan == 1:
+                raise BudgetReached(1.0, 1.0, 0.5)
+
+    course = Costly([6, 3, 6, 1, 1, 1])
+    with pytest.raises(BudgetReached):
+        course.run(lanes=3)
+    assert sorted(course.finished) == [0, 2]
+    assert course.began == [0, 1, 2]
+    assert course.cancelled == []
+
+
+def test_what_ends_one_otherwise_ends_all_and_is_raised_once():
+    class Broken(Course):
+        def finish(self, trial, timing):
+            super().finish(trial, timing)
+            if trial.key == 1:
+                raise Missing("all broke", "mend it")
+
+    course = Broken([50, 2, 50, 1, 1])
+    with pytest.raises(Missing, match="all broke: mend it"):
+        course.run(lanes=3)
+    assert course.finished == [1]
+    assert sorted(course.cancelled) == [0, 2]
+
+
+def test_where_a_run_is_ended_from_outside_nothing_is_left_running():
+    course = Course([10**6] * 4)
+
+    async def ended():
+        run = asyncio.ensure_future(play_in_lanes(range(4), course.play, course.finish, lanes=2))
+        await asyncio.sleep(0.01)
+        run.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await run
+        return asyncio.all_tasks() - {asyncio.current_task()}
+
+    assert asyncio.run(ended()) == set()
+    assert sorted(course.cancelled) == [0, 1]
+
+
+STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
+UNUSABLE, BROKEN, SOLVED = (
+    make_trial([0], budget=2, broken="reply"),
+    make_trial([0], budget=2, broken="model", trial=2),
+    make_trial([0, 0], budget=2, trial=3),
+)
+
+
+def written(directory):
+    call = Call(key=UNUSABLE.key, step=1, turn=1, request="r", reply="nonsense")
+    with Journal.open(directory, STUDY) as journal:
+        journal.calls.write(call)
+        for trial in (UNUSABLE, BROKEN, SOLVED):
+            journal.append(trial, Timing(key=trial.key, seconds=3.0, steps=1))
+    return call
+
+
+def test_only_what_ended_at_a_reply_is_owed_anew_and_stays_so_however_often_the_run_is_broken_off(tmp_path):
+    written(tmp_path)
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [False, True, False]
+        assert owe_anew(journal, STUDY, "reply") == 1
+        assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [True, True, False]
+        assert owe_anew(journal, STUDY, "reply") == 0
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert journal.owes(UNUSABLE.key)
+
+
+def test_the_earlier_record_stays_and_the_new_one_says_that_it_is_a_replay(tmp_path):
+    written(tmp_path)
+    before = (tmp_path / "trials.jsonl").read_bytes()
+    with Journal.open(tmp_path, STUDY) as journal:
+        owe_anew(journal, STUDY, "reply")
+        journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
+        journal.append(make_trial([0, 0], budget=2), Timing(key=UNUSABLE.key, seconds=1.0, steps=2))
+    assert (tmp_path / "trials.jsonl").read_bytes().startswith(before)
+    found = {trial.key: trial for trial in load(tmp_path)}
+    assert (found[UNUSABLE.key].ending, found[UNUSABLE.key].replays) == ("budget", 1)
+    assert found[SOLVED.key] == SOLVED
+    assert (left_out(tmp_path).replaced, left_out(tmp_path).repeated) == (2, 0)
+
+
+def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_spent(tmp_path):
+    call = written(tmp_path)
+    with Journal.open(tmp_path, STUDY) as journal:
+        owe_anew(journal, STUDY, "reply")
+        assert journal.calls.recall(UNUSABLE.key, 1, 1, "r") is None
+        journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
+    with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off
+        assert journal.calls.recall(UNUSABLE.key, 1, 1, "r") is None
+        journal.calls.write(replace(call, reply="usable"))
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert journal.calls.recall(UNUSABLE.key, 1, 1, "r").reply == "usable"
+    spent = Ledger(STUDY, read_calls(tmp_path)).total
+    assert (spent.usage.calls, spent.failed, spent.broken_off) == (2, 0, 0)
+
+
+def test_records_without_replays_are_written_as_ever(tmp_path):
+    written(tmp_path)
+    assert not {b"replays", b"again"} & {*re.findall(rb"\w+", (tmp_path / "trials.jsonl").read_bytes())}
+
+
+def test_another_boundary_is_refused(tmp_path):
+    with (
+        Journal.open(tmp_path, STUDY) as journal,
+        pytest.raises(BadValue, match="expected reply; what broke elsewhere"),
+    ):
+        owe_anew(journal, STUDY, "model")

@@ -13,15 +13,14 @@ from prefixes import repeated_prefix
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadValue, BudgetReached, ReplyFault
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.record import Situation
 from lockprobe.studies.call_log import Calls, read_calls
-from lockprobe.studies.request_sizes import HYPOTHESIS, made_up, reply
-from lockprobe.studies.spending import Budget, Ledger, most_dollars, price_of
+from lockprobe.studies.request_sizes import HYPOTHESIS, made_up_steps, reply
+from lockprobe.studies.spending import Budget, Ledger, Owners, dollars, most_dollars, price_of
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
-from lockprobe.studies.trial_keys import Owners
 
 PRICES = """
 [[model]]
@@ -200,7 +199,7 @@ def test_what_was_sent_before_is_what_the_request_before_held():
 @pytest.mark.parametrize("repairs", [0, 1])
 def test_what_was_sent_before_is_that_of_the_requests_themselves(repairs):
     plan = next(planned(DEAR).plans(DEAR))
-    whole = made_up(plan, reply(HYPOTHESIS))
+    whole = made_up_steps(plan, reply(HYPOTHESIS))[-1]
     calls, requests = [], []
     for step in range(1, 21):
         situation = Situation(
@@ -321,3 +320,11 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
 def test_the_most_that_tokens_cost_is_as_if_all_were_put_into_the_cache():
     assert most_dollars(usage(read=1_000_000, cached=1_000_000, wrote=1_000_000), price_of(DEAR)) == pytest.approx(14)
     assert most_dollars(usage(read=1_000_000), price_of(CHEAP)) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("amount", "said"),
+    [(0, "0.00"), (0.1, "0.10"), (1234.5, "1,234.50"), (0.0144, "0.014"), (0.00001, "0.00001"), (0.0996, "0.10")],
+)
+def test_money_is_written_to_the_cent_or_to_two_digits(amount, said):
+    assert dollars(amount) == said

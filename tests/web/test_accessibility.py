@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+from collections import Counter
 
 import pytest
 from axe_playwright_python.async_playwright import Axe
@@ -116,7 +117,7 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
         shown = {"view": view, "practice": "chain-3", "language": settings.get("locale", "en")[:2], **WHOLE}
         async with browser() as chromium, served(tmp_path, study, **shown) as url:
             tab = await new_tab(chromium, "touch", **context)
-            page, told = tab.page, []
+            page, told, seen_so_far = tab.page, [], Counter()
             page.on("console", lambda message: told.append(message.text))
             page.on("pageerror", lambda error: told.append(str(error)))
 
@@ -125,7 +126,11 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
                 assert wide <= 360, f"{look.scene} is {wide} pixels wide"
                 assert await page.evaluate(TARGETS) == [], look.scene
                 assert not await page.evaluate(OVERLAPS), look.scene
-                assert await violations(page) == [], look.scene
+                seen_so_far[look.scene, look.heading] += 1
+                if (
+                    seen_so_far[look.scene, look.heading] <= 2
+                ):  # a box before and after the first report; then it repeats
+                    assert await violations(page) == [], look.scene
                 if look.scene == "page":
                     await check_example(page, read_words(shown["language"]), look.turn == 3)
 

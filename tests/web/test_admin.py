@@ -7,7 +7,7 @@ import pytest
 from served import STUDY, at_the_box, experiment, logged, served, visiting, written
 
 from lockprobe import load
-from lockprobe.web.admin import AdminDesk
+from lockprobe.web.admin import AdminPage
 from lockprobe.web.files import STATIC
 
 BEARER = {"authorization": "Bearer a-token-for-tests"}
@@ -88,7 +88,7 @@ def test_somebody_who_asks_for_it_is_deleted(tmp_path):
 
 
 def test_a_platform_id_finds_the_participant(tmp_path):
-    desk = AdminDesk(study_url=lambda url: url + "?x", reminders=("do this",))
+    desk = AdminPage(study_url=lambda url: url + "?x", reminders=("do this",))
 
     async def visit():
         async with (

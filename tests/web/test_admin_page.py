@@ -8,7 +8,7 @@ from browser import browser, needs_a_browser
 from served import at_the_box, served, visiting
 
 from lockprobe.export.downloads import downloads
-from lockprobe.web.admin import AdminDesk
+from lockprobe.web.admin import AdminPage
 
 pytestmark = needs_a_browser
 
@@ -81,7 +81,7 @@ def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
 @pytest.mark.parametrize("width", [1280, 320])
 def test_the_data_are_downloaded_on_the_page(tmp_path, width):
     async def visit():
-        desk = AdminDesk(files=downloads(tmp_path))
+        desk = AdminPage(files=downloads(tmp_path))
         async with served(tmp_path, desk=desk) as place, visiting(place) as one, browser() as chromium:
             page = await (await chromium.new_context(viewport={"width": width, "height": 740})).new_page()
             await page.goto(f"{place.url}admin#token=a-token-for-tests")

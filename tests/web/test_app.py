@@ -19,7 +19,7 @@ from lockprobe import load
 from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
-from lockprobe.people.diary import Diary
+from lockprobe.people.diary import DiaryFile
 from lockprobe.people.texts import read_words
 from lockprobe.plan import Names
 from lockprobe.studies.study import Study
@@ -495,14 +495,14 @@ def test_ids_of_a_platform_that_are_none_are_not_kept(tmp_path):
 
 
 def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch):
-    from lockprobe.people.server_state import Reception
+    from lockprobe.people.server_state import ServerState
 
     async def breaks(*arguments):
         raise KeyError("what was sent")
 
     async def visit():
         async with served(tmp_path) as place:
-            monkeypatch.setattr(Reception, "enter", breaks)
+            monkeypatch.setattr(ServerState, "enter", breaks)
             return await place.http.post("/api/open", json={"platform": {"a": "what was sent"}})
 
     answer = asyncio.run(visit())
@@ -522,7 +522,7 @@ def test_what_a_full_disk_does_not_take_has_not_been_done(tmp_path, monkeypatch)
             before, decision = written(tmp_path), await one.decide()
             act = {"kind": "attempt", "joint": decision.joint, "claimed": decision.claimed, "claimed_rt": 1, "rt": 2}
             with monkeypatch.context() as patched:
-                patched.setattr(Diary, "write", full)
+                patched.setattr(DiaryFile, "write", full)
                 answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
                 assert (answer.status_code, answer.json()["error"]) == (500, "broken")
                 assert str(tmp_path) not in answer.text

@@ -8,15 +8,15 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 from served import logged, served
 
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.web import connections
-from lockprobe.web.connections import FILES_KEPT_BACK, Limits, raise_file_limit
-from lockprobe.web.serving import Door
+from lockprobe.web.connections import FILES_KEPT_BACK, ConnectionLimits, raise_file_limit
+from lockprobe.web.serving import ServerOptions
 
 
 @asynccontextmanager
 async def place(directory, **limits):
-    door = Door(port=0, token="a-token-for-tests", limits=Limits(**limits))
+    door = ServerOptions(port=0, token="a-token-for-tests", limits=ConnectionLimits(**limits))
     async with served(directory, door=door) as found:
         found.port = int(found.url.rstrip("/").rpartition(":")[2])
         found.writers = []
@@ -140,13 +140,13 @@ def test_an_answered_connection_is_kept_for_a_while(tmp_path):
 
 def slow_opening(monkeypatch):
     """Opening the page takes until the returned event is set."""
-    quick, go_on = Reception.enter, asyncio.Event()
+    quick, go_on = ServerState.enter, asyncio.Event()
 
     async def slow(*arguments):
         await go_on.wait()
         return await quick(*arguments)
 
-    monkeypatch.setattr(Reception, "enter", slow)
+    monkeypatch.setattr(ServerState, "enter", slow)
     return go_on
 
 
@@ -199,10 +199,10 @@ def test_the_end_does_not_wait_for_those_that_come_then(tmp_path):
 
 
 def test_there_are_fewer_connections_than_files(monkeypatch):
-    assert Limits().within(None) == Limits()
-    assert Limits().within(1024).most == 1024 - FILES_KEPT_BACK
-    assert Limits().within(100_000).most == Limits().most
-    assert 1 <= Limits().within(64).most < 64
+    assert ConnectionLimits().within(None) == ConnectionLimits()
+    assert ConnectionLimits().within(1024).most == 1024 - FILES_KEPT_BACK
+    assert ConnectionLimits().within(100_000).most == ConnectionLimits().most
+    assert 1 <= ConnectionLimits().within(64).most < 64
 
 
 def test_the_process_may_open_as_many_files_as_the_system_lets_it():

@@ -14,9 +14,9 @@ from served import served, visiting
 
 from lockprobe.export.downloads import Download, downloads
 from lockprobe.export.tables import TABLES
-from lockprobe.people.refusals import Refused
-from lockprobe.web.admin import AdminDesk
+from lockprobe.web.admin import AdminPage
 from lockprobe.web.downloads import Downloads
+from lockprobe.web.refusals import STATUS, RequestRefused
 
 BEARER = {"authorization": "Bearer a-token-for-tests"}
 NAMES = ["dataset.zip", *(name for table in TABLES for name in (f"{table}.csv", f"{table}.csv-metadata.json"))]
@@ -25,7 +25,7 @@ NAMES = ["dataset.zip", *(name for table in TABLES for name in (f"{table}.csv", 
 def test_everything_can_be_had_but_what_is_not_given_away(tmp_path):
     async def visit():
         async with (
-            served(tmp_path, desk=AdminDesk(files=downloads(tmp_path))) as place,
+            served(tmp_path, desk=AdminPage(files=downloads(tmp_path))) as place,
             visiting(place, platform={"PROLIFIC_PID": "abc123"}, answers={"how": "in my own words"}) as stays,
             visiting(place, answers={"how": "to be forgotten"}) as gone,
         ):
@@ -91,17 +91,17 @@ def test_where_somebody_withdraws_meanwhile_it_is_written_anew(copied):
     assert (content, headers["content-length"]) == (b"as it is", "8")
     assert next(withdrawals) == 1
     counted = count()
-    with pytest.raises(Refused, match="withdrawing") as refused:
+    with pytest.raises(RequestRefused, match="withdrawing") as refused:
         sent([copied], lambda: next(counted))
-    assert (refused.value.status, next(counted)) == (429, 10)
+    assert (STATUS[refused.value.code], next(counted)) == (429, 10)
 
 
 def test_what_cannot_be_written_is_said(tmp_path, copied):
     by_name = {file.name: file for file in downloads(tmp_path / "nothing")}
-    with pytest.raises(Refused, match="nothing"):
+    with pytest.raises(RequestRefused, match="nothing"):
         sent([by_name["steps.csv"]], lambda: 0)
     broken = Download(name="steps.csv", about="", write=partial(shutil.copyfile, tmp_path / "not there"))
-    with pytest.raises(Refused, match="could not be written"):
+    with pytest.raises(RequestRefused, match="could not be written"):
         sent([broken], lambda: 0)
-    with pytest.raises(Refused, match=r"no such file; there are steps.csv"):
+    with pytest.raises(RequestRefused, match=r"no such file; there are steps.csv"):
         asyncio.run(Downloads([copied], lambda: 0).answer("other.csv"))

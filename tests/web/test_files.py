@@ -6,8 +6,8 @@ import pytest
 from starlette.requests import Request
 
 from lockprobe.errors import BadFile
-from lockprobe.people.refusals import Refused
 from lockprobe.web.files import STATIC, Files, page_version
+from lockprobe.web.refusals import STATUS, RequestRefused
 
 
 def request(**headers):
@@ -33,9 +33,9 @@ def test_only_files_of_a_page_are_served(tmp_path):
     (tmp_path / "below" / "a.js").write_text("s")
     files = Files(tmp_path)
     for name in ("secret", "secret.py", "a.js", "below/a.js", "../a.js", ""):
-        with pytest.raises(Refused) as refused:
+        with pytest.raises(RequestRefused) as refused:
             files.answer(name, request())
-        assert refused.value.status == 404
+        assert STATUS[refused.value.code] == 404
 
 
 def test_a_page_that_was_not_built_is_said(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from lockprobe.web.address import Address
 from lockprobe.web.guard import LARGEST_BODY, SECURITY_HEADERS, Guard
-from lockprobe.web.log import Log
+from lockprobe.web.log import ServerLog
 
 ADDRESS = Address(host="127.0.0.1", port=8765, public="https://study.example.org", allowed=("lab-pc",))
 JSON = {"content-type": "application/json"}
@@ -43,7 +43,7 @@ def ask(method="POST", path="/api/act", headers=None, body=(b"{}",), host="127.0
         "raw_path": path.encode(),
         "headers": [(name.encode(), value.encode()) for name, value in given],
     }
-    asyncio.run(Guard(app, ADDRESS, guard_log or Log(io.BytesIO()))(scope, receive, send))
+    asyncio.run(Guard(app, ADDRESS, guard_log or ServerLog(io.BytesIO()))(scope, receive, send))
     start, text = sent[0], b"".join(message.get("body", b"") for message in sent)
     return start["status"], {name.decode(): value.decode() for name, value in start["headers"]}, text, passed
 
@@ -166,7 +166,7 @@ def test_refusals_are_logged_without_what_was_sent(capsys):
         path="/api/act",
         headers=JSON | {"origin": "https://evil.example", "cookie": "lockprobe=secret"},
         body=(b'{"secret": 1}',),
-        guard_log=Log(file, clock=lambda: 0.0),
+        guard_log=ServerLog(file, clock=lambda: 0.0),
     )
     assert file.getvalue() == b"1970-01-01T00:00:00Z 403 cross-site POST /api/act\n"
     assert capsys.readouterr().err == file.getvalue().decode()

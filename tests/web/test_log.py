@@ -1,13 +1,14 @@
 """What was refused is written down, and cannot fill a disk."""
 
 import io
+import logging
 import stat
 
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.people.directory import LOG
-from lockprobe.web.log import A_MINUTE, Log
+from lockprobe.people.open_study import LOG
+from lockprobe.web.log import A_MINUTE, LOGGED, ServerLog
 
 
 def request(path, method="GET"):
@@ -16,7 +17,7 @@ def request(path, method="GET"):
 
 def test_a_line_is_a_line_whatever_is_asked_for():
     file = io.BytesIO()
-    log = Log(file, clock=lambda: 60.0)
+    log = ServerLog(file, clock=lambda: 60.0)
     log.refused(request(b"/%0a/\x1b[31m\r\n\xff" + b"a" * 1000, "G" * 500), 404, "unknown")
     (line,) = file.getvalue().splitlines()
     assert line.startswith(b"1970-01-01T00:01:00Z 404 unknown GGGGGGGGGG /%0a/?[31m??")
@@ -26,7 +27,7 @@ def test_a_line_is_a_line_whatever_is_asked_for():
 
 def test_a_flood_is_counted_and_not_written():
     now, file = [0.0], io.BytesIO()
-    log = Log(file, clock=lambda: now[0])
+    log = ServerLog(file, clock=lambda: now[0])
     for _ in range(A_MINUTE + 1000):
         log.refused(request(b"/x"), 404, "unknown")
     assert len(file.getvalue().splitlines()) == A_MINUTE
@@ -39,7 +40,7 @@ def test_a_flood_is_counted_and_not_written():
 
 def test_it_is_its_owners_and_goes_on(tmp_path):
     for path in (b"/a", b"/b"):
-        with Log.open(tmp_path) as log:
+        with ServerLog.open(tmp_path) as log:
             log.refused(request(path), 404, "unknown")
     written = tmp_path / LOG
     assert [line.split()[-1] for line in written.read_text().splitlines()] == ["/a", "/b"]
@@ -47,30 +48,25 @@ def test_it_is_its_owners_and_goes_on(tmp_path):
 
 
 def test_a_directory_that_is_not_there_is_said(tmp_path):
-    with pytest.raises(BadFile, match="cannot be written"), Log.open(tmp_path / "no"):
+    with pytest.raises(BadFile, match="cannot be written"), ServerLog.open(tmp_path / "no"):
         pass
 
 
-def test_what_is_no_http_is_heard_of_its_logger():
-    import logging
-
-    file = io.BytesIO()
+def test_errors_of_other_loggers_are_heard_without_what_was_sent_and_only_once():
+    file, known = io.BytesIO(), OSError(24)
+    known.add_note(LOGGED)
     logger = logging.getLogger("tests.no-http")
-    with Log(file, clock=lambda: 0.0).hears("tests.no-http"):
-        logger.warning("Invalid HTTP request received.")
+    with ServerLog(file, clock=lambda: 0.0).hears("tests.no-http"):
         logger.warning("something with %s in it", "a secret")
         logger.error("worse\nsocket: 203.0.113.7", exc_info=(OSError, OSError(24), None))
-    first, second = file.getvalue().decode().splitlines()
-    assert first == "1970-01-01T00:00:00Z 400 malformed no HTTP"
-    assert second == "1970-01-01T00:00:00Z error tests.no-http worse OSError"
+        logger.error("again", exc_info=known)
+    assert file.getvalue().decode().splitlines() == ["1970-01-01T00:00:00Z error tests.no-http worse OSError"]
     assert logger.handlers == []
 
 
 def test_a_flood_of_tracebacks_is_counted_too(capfd):
-    import logging
-
     file = io.BytesIO()
-    with Log(file, clock=lambda: 0.0).hears("tests.no-files"):
+    with ServerLog(file, clock=lambda: 0.0).hears("tests.no-files"):
         for _ in range(5000):
             logging.getLogger("tests.no-files").error("out of files", exc_info=(OSError, OSError(24), None))
     assert len(file.getvalue().splitlines()) == A_MINUTE

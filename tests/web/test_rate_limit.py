@@ -7,8 +7,8 @@ import pytest
 from served import experiment, logged, served, visiting
 from starlette.datastructures import Headers
 
-from lockprobe.people.refusals import Refused
 from lockprobe.web.rate_limit import JoinLimit, whence
+from lockprobe.web.refusals import RequestRefused
 
 AGREE = {"kind": "agree", "agreed": True}
 
@@ -68,7 +68,7 @@ def test_addresses_are_counted_apart_and_for_a_minute():
     limit = JoinLimit(1, clock=lambda: now[0])
     limit.reserve("a")
     limit.reserve("b")
-    with pytest.raises(Refused):
+    with pytest.raises(RequestRefused):
         limit.reserve("a")
     limit.give_back("b")
     limit.reserve("b")

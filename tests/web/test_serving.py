@@ -17,11 +17,11 @@ from wire import Wire
 from lockprobe import load
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, Missing
 from lockprobe.people.diary import Did
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.studies.settings import read_study
 from lockprobe.web import serving
-from lockprobe.web.serving import Door, opened
+from lockprobe.web.serving import ServerOptions, opened
 
 SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "100"))
 """People at once."""
@@ -174,7 +174,7 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
 
 def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
     """An act that has come before the end is answered, and on disk."""
-    arrived, quick = asyncio.Event(), Reception.act
+    arrived, quick = asyncio.Event(), ServerState.act
 
     async def slow(*arguments):
         arrived.set()
@@ -182,11 +182,11 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
         return await quick(*arguments)
 
     async def visit():
-        serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Door(port=0))
+        serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), ServerOptions(port=0))
         where = await serving.__aenter__()
         one = Visitor(where.url, STUDY, tmp_path)
         await at_the_box(one)
-        monkeypatch.setattr(Reception, "act", slow)
+        monkeypatch.setattr(ServerState, "act", slow)
         act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
         asked = asyncio.create_task(one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act}))
         await arrived.wait()
@@ -222,11 +222,11 @@ def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         with pytest.raises(BadValue, match="in use"):
-            asyncio.run(begin(tmp_path / "study", Door(port=taken.getsockname()[1])))
+            asyncio.run(begin(tmp_path / "study", ServerOptions(port=taken.getsockname()[1])))
     with pytest.raises(Missing, match="LOCKPROBE_ADMIN_TOKEN"):
-        Door(host="0.0.0.0")
+        ServerOptions(host="0.0.0.0")
     with pytest.raises(BadValue, match="LOCKPROBE_ADMIN_TOKEN"):
-        Door(token="short")
+        ServerOptions(token="short")
     assert not (tmp_path / "study").exists()
 
 
@@ -234,15 +234,15 @@ def test_a_start_that_fails_late_leaves_nothing_that_was_not_there(tmp_path, mon
     def fails(directory):
         raise BadFile(directory, "cannot be written")
 
-    monkeypatch.setattr(serving.Log, "open", fails)
+    monkeypatch.setattr(serving.ServerLog, "open", fails)
     with pytest.raises(BadFile):
-        asyncio.run(begin(tmp_path / "runs" / "study", Door(port=0)))
+        asyncio.run(begin(tmp_path / "runs" / "study", ServerOptions(port=0)))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
     async def fails():
-        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Door(port=0)):
+        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), ServerOptions(port=0)):
             raise BadFile(tmp_path, "changed")
 
     with pytest.raises(BadFile):
@@ -254,7 +254,7 @@ def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
 def test_one_directory_is_served_once(tmp_path):
     async def twice():
         async with served(tmp_path):
-            await begin(tmp_path, Door(port=0))
+            await begin(tmp_path, ServerOptions(port=0))
 
     with pytest.raises(DirectoryBusy):
         asyncio.run(twice())
@@ -276,7 +276,7 @@ def test_no_address_is_kept(tmp_path, capfd):
 
 
 def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path):
-    door = Door(port=free_port(), public="https://study.example.org")
+    door = ServerOptions(port=free_port(), public="https://study.example.org")
 
     async def visit():
         async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as where:
@@ -303,6 +303,6 @@ def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, 
         (tmp_path / "new").replace(where.directory / "trials.jsonl")
 
     words = read_words(EXPERIMENT.language)
-    door = Door(port=free_port())
+    door = ServerOptions(port=free_port())
     with pytest.raises(BadFile, match="trials.jsonl: replaced by somebody else"):
         asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))

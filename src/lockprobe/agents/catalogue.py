@@ -1,4 +1,4 @@
-"""From an agent's spec to the agent. Nothing heavy is imported before it is asked for.
+"""The agents by spec. Nothing heavy is imported before it is asked for.
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
@@ -17,21 +17,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from types import ModuleType
 from typing import Any, Literal
-from urllib.parse import urlencode
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.modalities import Senses
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
-from lockprobe.agents.viewer import Sight, Viewer
-from lockprobe.errors import BadValue, UnknownName, printable
+from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.agents.worlds import WORLDS
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Agent
-from lockprobe.spec import PEOPLE, read_options, spec_name, with_options
+from lockprobe.spec import PEOPLE, Spec, spec_kind, with_options
+from lockprobe.terminal_text import printable
 
 __all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
 
@@ -44,7 +45,6 @@ _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random-no-repeat": RandomNoRepeat,
     "round-robin": RoundRobin,
 }
-_PARAMETRIC = ("human-inspired", "cognitive", "ideal-observer")
 _ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
 
@@ -60,12 +60,13 @@ _OTHERS = {
     "Options: prior, noise, plan, persistence.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
+    "world:NAME": f"An agent of known mechanism, to test causal analyses on. Names: {', '.join(WORLDS)}.",
     "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
-    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Sight))}, and its strategy's.",
+    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
-    f"Options: {', '.join(field.name for field in fields(Settings))}.",
+    f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
@@ -96,88 +97,104 @@ def known_specs() -> dict[str, str]:
     return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
 
 
-def resolve(spec: str, access: Access = _ACCESS) -> AgentSource:
+def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     """Find the agent that a spec names.
 
     Args:
-        spec: Its spec.
+        spec: The spec, or its text.
         access: How it is reached, if it is a hosted model.
 
     Raises:
         UnknownName: If there is none; the message lists what exists.
         BadValue: If it holds characters that are not seen themselves, or an option that cannot be.
     """
-    if not spec.isprintable():
-        raise BadValue("agent", printable(spec), "a name without control characters")
-    if spec in _STRATEGIES:
-        return AgentSource(spec=spec, engine="inline", make=_STRATEGIES[spec])
-    head, _, rest = spec.partition(":")
-    if spec.partition("?")[0].partition(":")[0] in _PARAMETRIC:
-        agent = _parametric(spec)
-        return AgentSource(spec=spec, engine="inline", make=lambda: agent)
-    if spec.partition("?")[0].partition(":")[0] == "viewer":
-        viewer = _viewer(spec)
-        return AgentSource(spec=spec, engine="inline", senses="pictures", make=lambda: viewer)
-    if head == PEOPLE:
-        check_participant(spec)
-        return AgentSource(spec=spec, engine="person", senses="pictures", make=Participant)
-    if head == "llm":
-        return _language_model(spec, rest, access)
-    if (plugin := find_plugin("agent", spec_name(spec))) is not None:
+    text = str(spec)
+    if not text.isprintable():
+        raise BadValue("agent", printable(text), "a name without control characters")
+    if text in _STRATEGIES:
+        return AgentSource(spec=text, engine="inline", make=_STRATEGIES[text])
+    spec = spec if isinstance(spec, Spec) else Spec.parse(spec)
+    if spec.kind in _PARAMETRIC:
+        agent = _PARAMETRIC[spec.kind](spec)
+        return AgentSource(spec=text, engine="inline", make=lambda: agent)
+    if spec.kind in _SOURCES:
+        return _SOURCES[spec.kind](spec, access)
+    if (plugin := find_plugin("agent", spec.full_name)) is not None:
         return _of_another_package(spec, plugin)
-    raise UnknownName("agent", spec, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
+    raise UnknownName("agent", text, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
 
 
-def _meant(spec: str) -> str | None:
-    """The spec that somebody probably meant who left out what stands in front of it, or mistyped it."""
-    name, mark, options = spec.partition("?")
-    if "/" in name:
+def _meant(spec: Spec) -> str | None:
+    """The spec that somebody probably meant who left out its kind, or mistyped it."""
+    if "/" in spec.full_name:
         return f"llm:{spec}"
     full = {one: one for one in (*_STRATEGIES, "human-inspired", "ideal-observer", "viewer", PEOPLE)}
-    full |= {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
+    full |= {one: f"world:{one}" for one in WORLDS} | {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
     full |= {one: f"human-inspired:{one}" for one in PRESETS} | {"local": "llm:local", "gguf": "llm:gguf:PATH"}
-    near = difflib.get_close_matches(name, full, n=1)
-    return f"{full[near[0]]}{mark}{options}" if near else None
+    near = difflib.get_close_matches(spec.full_name, full, n=1)
+    return str(Spec.parse(full[near[0]]).adding(spec.options)) if near else None
 
 
-def _parametric(spec: str) -> Agent:
-    """An agent whose parameters stand in its spec."""
-    full, options = read_options(spec)
-    head, _, name = full.partition(":")
-    agent: Agent
-    if head == "human-inspired":
-        if (preset := PRESETS.get(name or "target-first")) is None:
-            raise UnknownName("preset of human-inspired", name, PRESETS)
-        agent = with_options(HumanInspired, head, options, preset)
-    elif head == "cognitive":
-        if name not in MODELS and name not in CHARACTERS:
-            raise UnknownName("cognitive model", name, [*MODELS, *CHARACTERS])
-        agent = with_options(MODELS.get(name, SoftmaxMemory), full, options, CHARACTERS.get(name))
-    elif name:
-        raise UnknownName("agent", spec, known_specs())
-    else:
-        from lockprobe.agents.ideal_observer import IdealObserver
+def _human_inspired(spec: Spec) -> Agent:
+    if (preset := PRESETS.get(spec.name or "target-first")) is None:
+        raise UnknownName("preset of human-inspired", spec.name, PRESETS)
+    return with_options(HumanInspired, spec.kind, spec.options, preset)
 
-        agent = IdealObserver.from_options(options)
+
+def _cognitive(spec: Spec) -> Agent:
+    if spec.name not in MODELS and spec.name not in CHARACTERS:
+        raise UnknownName("cognitive model", spec.name, [*MODELS, *CHARACTERS])
+    model = MODELS.get(spec.name, SoftmaxMemory)
+    agent: Agent = with_options(model, spec.full_name, spec.options, CHARACTERS.get(spec.name))
     return agent
 
 
-def _viewer(spec: str) -> Viewer:
-    """A strategy with eyes. Of the options those that are a viewer's are the viewer's, all others its strategy's."""
-    full, options = read_options(spec)
-    name = full.partition(":")[2] or _VIEWED
-    if name not in _STRATEGIES and name.partition(":")[0] not in _PARAMETRIC:
-        raise UnknownName("strategy of viewer", name, [*_STRATEGIES, *_PARAMETRIC])
-    seeing = {field.name for field in fields(Sight)}
-    plain = resolve(name).make()
+def _ideal_observer(spec: Spec) -> Agent:
+    if spec.name:
+        raise UnknownName("agent", str(spec), known_specs())
+    from lockprobe.agents.ideal_observer import IdealObserver
+
+    return IdealObserver.from_options(spec.options)
+
+
+def _world(spec: Spec) -> Agent:
+    if spec.name not in WORLDS:
+        raise UnknownName("world", spec.name, WORLDS)
+    if spec.options:
+        raise BadValue("agent", str(spec), f"world:{spec.name} without options")
+    agent: Agent = WORLDS[spec.name]()
+    return agent
+
+
+_PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
+    "human-inspired": _human_inspired,
+    "cognitive": _cognitive,
+    "ideal-observer": _ideal_observer,
+    "world": _world,
+}
+"""The kinds of agents whose parameters stand in their spec."""
+
+
+def _viewer(spec: Spec, access: Access) -> AgentSource:
+    """A strategy with eyes. Options of its sight are the viewer's own; all others are those of its strategy."""
+    strategy = Spec.parse(spec.name or _VIEWED)
+    if spec.name not in ("", *_STRATEGIES) and strategy.kind not in _PARAMETRIC:
+        raise UnknownName("strategy of viewer", spec.name, [*_STRATEGIES, *_PARAMETRIC])
+    seeing = sorted(field.name for field in fields(Eyesight))
+    plain = resolve(strategy).make()
     deciding: list[str] = [field.name for field in fields(plain)] if is_dataclass(plain) else []
-    for option in options:
+    for option in spec.options:
         if option not in {*seeing, *deciding}:
-            raise UnknownName(f"option of {full}", option, [*sorted(seeing), *deciding])
-    sight = with_options(Sight, "viewer", {key: text for key, text in options.items() if key in seeing})
-    rest = urlencode({key: text for key, text in options.items() if key not in seeing})
-    strategy = f"{name}?{rest}" if rest else name
-    return Viewer(strategy=resolve(strategy).make(), name=strategy, sight=sight)
+            raise UnknownName(f"option of {spec.full_name}", option, [*seeing, *deciding])
+    sight = with_options(Eyesight, spec.kind, {name: text for name, text in spec.options.items() if name in seeing})
+    strategy = strategy.adding(spec.without(seeing).options)
+    viewer = Viewer(strategy=resolve(strategy).make(), name=str(strategy), sight=sight)
+    return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=lambda: viewer)
+
+
+def _people(spec: Spec, access: Access) -> AgentSource:
+    check_participant(str(spec))
+    return AgentSource(spec=str(spec), engine="person", senses="pictures", make=Participant)
 
 
 def _hosted() -> ModuleType:
@@ -185,43 +202,51 @@ def _hosted() -> ModuleType:
     return importlib.import_module("lockprobe.agents.llm.model")
 
 
-def _language_model(spec: str, name: str, access: Access) -> AgentSource:
-    if name.partition("?")[0] == "local" or name.startswith("gguf:"):
+def _language_model(spec: Spec, access: Access) -> AgentSource:
+    text = str(spec)
+    if spec.name == "local" or spec.name.startswith("gguf:"):
         from lockprobe.agents import local
 
-        local.read_options(spec)
+        local.read_options(text)
         return AgentSource(
-            spec=spec,
+            spec=text,
             engine="process",
-            make=lambda: local.LocalModel.from_spec(spec),
-            check=lambda: local.check(spec),
+            make=lambda: local.LocalModel.from_spec(text),
+            check=lambda: local.check(text),
         )
-    if "/" in name.strip("/"):
-        blind = facts_of(read_settings(name)[0]).images is False  # of one that is not known its provider has to say so
+    if "/" in spec.name.strip("/"):
+        blind = facts_of(read_settings(text)[0]).images is False  # of one that is not known its provider has to say so
         return AgentSource(
-            spec=spec,
+            spec=text,
             engine="network",
             senses="reports" if blind else "pictures",
-            make=lambda: _hosted().HostedModel(name, access),
-            check=lambda: _hosted().check(name, access),
+            make=lambda: _hosted().HostedModel(text, access),
+            check=lambda: _hosted().check(text, access),
         )
-    raise UnknownName("language model", spec, [name for name in _OTHERS if name.startswith("llm:")])
+    raise UnknownName("language model", text, [name for name in _OTHERS if spec_kind(name) == spec.kind])
 
 
-def _of_another_package(spec: str, plugin: Plugin) -> AgentSource:
+_SOURCES: dict[str, Callable[[Spec, Access], AgentSource]] = {
+    "viewer": _viewer,
+    PEOPLE: _people,
+    "llm": _language_model,
+}
+"""The other kinds of agents that Lockprobe has itself."""
+
+
+def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
     """An agent that Lockprobe does not have itself. Nothing of it is imported before it is made or checked."""
-    options = read_options(spec)[1]
 
     def make() -> Agent:
-        found = plugin.make(options)
+        found = plugin.make(spec.options)
         with plugin.guarded():
             is_one = isinstance(found, Agent)
         if not is_one:
-            raise BadValue("agent", spec, "a class with `facts` and `async decide(situation, rng)`")
+            raise BadValue("agent", str(spec), "a class with `facts` and `async decide(situation, rng)`")
         agent: Agent = found
         return agent
 
     def check() -> None:
         make()
 
-    return AgentSource(spec=spec, engine="inline", senses="pictures", make=make, check=check)
+    return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=make, check=check)

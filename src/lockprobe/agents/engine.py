@@ -1,6 +1,6 @@
 """The runtime of local models: llama.cpp through xllamacpp, in this process, on one thread.
 
-It does one thing: given a text and a few allowed continuations, the exact probability of each. That is decoding
+It computes the exact probability of each of a few allowed continuations of a text. That is decoding
 under a grammar whose sentences are the allowed continuations, without generating a token: the logits of all other
 tokens are pushed out of reach, so what remains is the model's own distribution over the allowed ones. It agrees
 with the renormalised softmax over the whole vocabulary to 2e-7.

@@ -1,4 +1,4 @@
-"""The human-inspired strategy and its relatives: what failed is not tried again, until.
+"""The human-inspired strategy and its variants: do not retry a failed joint until something has moved.
 
 The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorithm is not public. All presets are
 *reconstructions*. What they reach on ``chain-4`` when told the truth (mean steps, 80 % by, all by; exact):
@@ -43,7 +43,7 @@ PRESETS: Mapping[str, Mapping[str, object]] = {
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """What it remembers. Sets of joints are numbers with bit j for joint j.
+    """The strategy's memory. A set of joints is a number with bit j for joint j.
 
     Attributes:
         failed: Joints that failed since the last perceived move.

@@ -1,6 +1,6 @@
-"""The ideal observer: all that can be concluded from what was told, under a stated prior, and a plan by it.
+"""The ideal observer: exact Bayesian inference from reports under a stated prior, and a plan by it.
 
-It shows what the reports of a trial were worth. It is ideal under its prior and noise model, not beyond them: told the
+It shows how much the reports of a trial tell. It is ideal under its prior and noise model, not beyond them: told the
 truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is a
 chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.beliefs`.
 """
@@ -15,8 +15,8 @@ import numpy as np
 
 from lockprobe.agents.policy import Policy, Told, View, draw, told_outcome
 from lockprobe.beliefs.exact import planner
-from lockprobe.beliefs.planning import Plan, best_joints
-from lockprobe.beliefs.posterior import Belief, Persistence, Report, begin, noise_model, update
+from lockprobe.beliefs.planning import PlanGoal, best_joints
+from lockprobe.beliefs.posterior import Belief, Persistence, ReportedAttempt, begin, noise_model, update
 from lockprobe.beliefs.structures import PRIORS, interlocks
 from lockprobe.errors import UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation
@@ -30,13 +30,12 @@ _EVEN = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class IdealObserver(Policy[Belief]):
-    """Concludes all that can be from what it was told, and plans by it.
+    """Infers all that the reports tell, and plans by it.
 
-    Of joints that are equally good it takes each with equal probability. It says of its last action what it thinks more
-    probable.
+    It chooses equally good joints with equal probability. It claims the more probable outcome of its last action.
 
     Attributes:
-        prior: Which interlocks it thinks possible: :mod:`lockprobe.beliefs.structures`.
+        prior: The interlocks that it considers possible: :mod:`lockprobe.beliefs.structures`.
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
             expected steps once it is known or nothing would tell of it.
@@ -51,7 +50,7 @@ class IdealObserver(Policy[Belief]):
 
     prior: str = "single-parent"
     noise: str = "aware"
-    plan: Plan = "steps"
+    plan: PlanGoal = "steps"
     persistence: Persistence = "unknown"
 
     def __post_init__(self) -> None:
@@ -86,7 +85,7 @@ class IdealObserver(Policy[Belief]):
         numbers = _numbers(view)
         shifted = told.shifted
         positions = None if shifted is None else sum((shifted >> j & 1) << number for j, number in enumerate(numbers))
-        return update(memory, Report(numbers[told.joint], told.moved, positions, told.states_only))
+        return update(memory, ReportedAttempt(numbers[told.joint], told.moved, positions, told.states_only))
 
     def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
         """All that are best by the plan alike."""

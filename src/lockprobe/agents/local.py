@@ -1,16 +1,15 @@
-"""Local language models: the embedded one, and any GGUF file.
+"""Local language models: the embedded model, and any GGUF file.
 
-They play from a growing log, in which everything they are told stands as the record has it, and are not asked to
-generate: at each place where a reply leaves a choice, the allowed answers are scored exactly and one is drawn from
-the trial's own stream. Replies are always well formed, the probability of every joint is known, and the same seed
-gives the same trial on one machine. Figures and alternatives stand in ``docs/embedded-model.md``.
+They play from a growing log of everything they are told, worded as in the record. They do not generate text: wherever a
+reply leaves a choice, the allowed answers are scored exactly and one is drawn from the random stream of the trial.
+Replies are always well formed, the probability of every joint is known, and the same seed gives the same trial on one
+machine. Figures and alternatives stand in ``docs/embedded-model.md``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal, get_args
-from urllib.parse import parse_qsl
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
+from lockprobe.spec import Spec
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
@@ -68,9 +68,9 @@ def read_options(spec: str) -> tuple[str, dict[str, str]]:
         UnknownName: If there is no such option.
         BadValue: If a value is not allowed.
     """
-    name, _, query = spec.partition("?")
+    asked = Spec.parse(spec)
     options = {"temperature": "1", "calibration": "none"}
-    for key, value in parse_qsl(query, keep_blank_values=True):
+    for key, value in asked.options.items():
         if key not in options:
             raise UnknownName("option of a local model", key, options)
         options[key] = value
@@ -82,7 +82,7 @@ def read_options(spec: str) -> tuple[str, dict[str, str]]:
         positive = False
     if not positive:
         raise BadValue("temperature", options["temperature"], "a number above 0")
-    return name, options
+    return asked.full_name, options
 
 
 class LocalModel:

@@ -1,4 +1,4 @@
-"""What an agent can take in, and what becomes of one that is shown what it cannot."""
+"""Whether an agent reads reports or also pictures, and the error if it gets pictures that it cannot read."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from lockprobe.record import Percept
 __all__ = ["Senses", "refuse_pictures"]
 
 Senses = Literal["reports", "pictures"]
-"""What an agent can take in: reports in words only, or pictures too."""
+"""What an agent can read: reports in words only, or pictures too."""
 
 
 def refuse_pictures(percept: Percept, reader: str) -> None:
-    """Let an agent that reads reports fail loudly where it is shown pictures instead, rather than play nonsense.
+    """Raise an error if an agent that reads reports is shown pictures instead.
 
     Args:
-        percept: What it was told.
-        reader: What the agent is.
+        percept: The percept.
+        reader: Name of the agent's class.
 
     Raises:
         BadValue: If there are pictures and neither an outcome nor positions.

@@ -1,4 +1,4 @@
-"""A person as an agent: what to attempt comes from elsewhere, whenever it comes."""
+"""A person as an agent: each decision arrives from outside, whenever the person acts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def participant_spec(identity: str) -> str:
 
 
 def check_participant(spec: str) -> None:
-    """Refuse what stands for no person and not for people.
+    """Refuse a spec that is no participant.
 
     Raises:
         BadValue: If it is neither ``participant`` nor ``participant:ID``.
@@ -40,10 +40,10 @@ def check_participant(spec: str) -> None:
 
 
 class Participant:
-    """One trial of a person: its loop waits at each decision until somebody says which.
+    """One trial of a person. The trial waits at each decision until :meth:`say` is called.
 
     Args:
-        facts: What the person played on, for the record. Nothing personal.
+        facts: The device and page that the person played on, for the record; nothing personal.
     """
 
     def __init__(self, facts: Mapping[str, Fact] | None = None) -> None:
@@ -59,12 +59,12 @@ class Participant:
         return self._facts
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """What the person says."""
+        """Wait for the person's decision."""
         self._asked.put_nowait(situation)
         return await self._said.get()
 
     async def asked(self) -> Situation:
-        """The situation in which the trial waits for a decision, as soon as it does."""
+        """The situation of the next decision, as soon as the trial waits for it."""
         return await self._asked.get()
 
     def say(self, joint: str, claimed: Outcome | None = None) -> None:
@@ -72,6 +72,6 @@ class Participant:
 
         Args:
             joint: Label of the joint to attempt.
-            claimed: What the person says the previous action did; None where nobody asked.
+            claimed: What the previous action did according to the person; None if nobody asked.
         """
         self._said.put_nowait(Decision(joint=joint, claimed=claimed))

@@ -1,9 +1,9 @@
-"""Reading which way each joint stands from pictures: a small classical estimator, coarse on purpose.
+"""Reads the position of each joint from pictures: a small classical estimator, coarse on purpose.
 
-It knows where each joint's handle would be seen at position 0 and at position 1, and asks of which of the two places
-shows a handle. A picture is first scaled down to as many pixels across as the reader resolves, as a vision model scales
-its pictures; what is too small then is misread, as there. Where the coarse pixels come to lie follows from the
-picture's own pixels: as good as drawn, but the same whenever they are the same, whatever wrote their file. Two cues:
+It knows where each joint's handle appears at position 0 and at position 1, and decides which of the two spots shows a
+handle. It first scales a picture down to the pixels that the reader resolves, as vision models do, so small handles are
+misread. The offset of the coarse pixels is a hash of the picture's pixels: as good as random, but equal for equal
+pictures in any file. Two cues:
 
 * colour: a handle is more colourful than the board, or of another hue, while an empty place is wood, shadow, or a mark
   in black and white. So what counts is how far a chromaticity lies from all mixtures of the board and grey. Brightness

@@ -1,9 +1,9 @@
-"""Agents whose whole memory is one small value.
+"""Policies: agents whose whole memory is one small value.
 
-A policy begins with a memory, changes it with every report, and gives every joint a probability from it. Because the
-memory is a hashable value, the same policy can be played here step by step, propagated exactly or sampled by the
-thousand (:mod:`lockprobe.montecarlo`), and fitted (:mod:`lockprobe.fit`). Joints are numbers here: places in
-``Task.joints``, the order in which they are listed.
+A policy begins with a memory, updates it with every report, and derives a probability for each joint. The memory is a
+hashable value, so the same policy can be played here step by step, propagated exactly or sampled by the thousand
+(:mod:`lockprobe.montecarlo`), and fitted (:mod:`lockprobe.fit`). Joints are indices into ``Task.joints``, the order in
+which they are listed.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Memory = TypeVar("Memory", bound=Hashable)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """What a policy knows of its task, in numbers.
+    """A policy's view of its task, in numbers.
 
     Attributes:
         joints: How many there are.
-        target: The target's place in the listing.
-        places: Where each joint sits on the panel, in the order of the listing; empty where it is not shown.
+        target: The target's index in the listing.
+        places: Position of each joint on the panel, in the order of the listing; empty where it is not shown.
     """
 
     joints: int
@@ -45,9 +45,8 @@ class Told:
     Attributes:
         joint: The joint attempted.
         moved: Whether it moved, as reported.
-        shifted: Joints reported away from where they were reported at the start, bit j for joint j; None where
-            positions are not told.
-        states_only: Whether positions are told and no outcome, so that ``moved`` comes of comparing them.
+        shifted: Joints reported away from their reported start, bit j for joint j; None where positions are not told.
+        states_only: Whether positions are told and no outcome, so that ``moved`` is inferred by comparing them.
         odd: Whether its form is odd: it corrects what it said first, or a remark comes with it.
     """
 
@@ -66,13 +65,13 @@ def view_of(task: Task) -> View:
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
     """A percept in numbers; None where it says nothing of a joint.
 
-    Where positions are told and no outcome, the joint moved if it is told to stand elsewhere than it was last told to.
+    Where positions are told and no outcome, the joint counts as moved if its told position changed.
 
     Args:
         task: The task.
         percept: What is told.
-        past: The exchanges before it that are remembered, oldest first. The first look tells where the joints started;
-            where it is no longer remembered, they are taken to have started at 0.
+        past: The remembered exchanges before it, oldest first. The first look tells where the joints started. If it
+            is no longer remembered, all joints are assumed to have started at 0.
         remark: What is said to it with the report.
     """
     if percept.joint is None:
@@ -97,7 +96,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
 
 
 def told_outcome(situation: Situation) -> Outcome | None:
-    """What the last report says of the joint attempted, by outcome or by position; None where it says nothing of it."""
+    """What the last report says of the attempted joint, by outcome or by position; None where it says nothing."""
     if situation.percept.outcome is not None:
         return situation.percept.outcome
     told = tell(situation.task, situation.percept, situation.past)
@@ -105,7 +104,7 @@ def told_outcome(situation: Situation) -> Outcome | None:
 
 
 def opened_after(opened: int, told: Told) -> int:
-    """Joints believed away from their start, bit j for joint j: as told, else as the outcomes so far imply."""
+    """Joints believed away from their start, bit j for joint j: as told, or else as the outcomes imply."""
     if told.shifted is not None:
         return told.shifted
     return opened ^ (told.moved << told.joint)
@@ -127,14 +126,18 @@ def draw(probabilities: Sequence[float], rng: np.random.Generator) -> int:
 
 
 class Policy(Generic[Memory]):
-    """A rule with a memory. As an :class:`lockprobe.protocols.Agent` it keeps nothing: it remembers anew at every step.
+    """A rule with a memory. As an :class:`lockprobe.protocols.Agent` it recomputes its memory from the situation.
 
-    ``looks`` says whether it heeds reports; one that does says of its last action what it was told.
+    It caches its last recall, so that a trial costs linear and not quadratic time. The cache is used only if the
+    situation continues the cached one, so it never changes a decision.
+
+    ``looks`` says whether it heeds reports. A policy that does claims of its last action what it was told.
     ``exact`` says whether its probabilities go into the record.
     """
 
     looks: ClassVar[bool] = True
     exact: ClassVar[bool] = False
+    _last_recall: _Recall[Memory] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -178,10 +181,9 @@ class Policy(Generic[Memory]):
         )
 
     def recall(self, situation: Situation) -> tuple[View, Memory]:
-        """The memory that all reports so far leave.
+        """The memory after all reports so far.
 
-        The memory of the situation one step earlier is at hand if that was the last one asked for; it is used only if
-        the past is the same.
+        If the last recall was for the situation one step earlier, it only adds the newest report.
 
         Raises:
             BadValue: If it was shown pictures instead of a report, and heeds reports.
@@ -189,7 +191,7 @@ class Policy(Generic[Memory]):
         task, past = situation.task, situation.past
         if self.looks:
             refuse_pictures(situation.percept, type(self).__name__)
-        known: _Recalled[Memory] | None = self.__dict__.get("_recalled")
+        known = self._last_recall
         if known is not None and past and known[:4] == (task, past[:-1], past[-1].percept, past[-1].remark):
             view = known.view
             memory = self._heard(view, known.memory, situation, past)
@@ -199,7 +201,8 @@ class Policy(Generic[Memory]):
             for done, turn in enumerate(past):
                 memory = self._heard(view, memory, situation, past[:done], turn)
             memory = self._heard(view, memory, situation, past)
-        self.__dict__["_recalled"] = _Recalled(task, past, situation.percept, situation.briefing.remark, view, memory)
+        last = _Recall(task, past, situation.percept, situation.briefing.remark, view, memory)
+        object.__setattr__(self, "_last_recall", last)  # many policies are frozen dataclasses
         return view, memory
 
     def _heard(
@@ -216,8 +219,8 @@ class Policy(Generic[Memory]):
         return self.remember_silence(view, memory, situation.task.joints.index(past[-1].decision.joint))
 
 
-class _Recalled(NamedTuple, Generic[Memory]):
-    """What was recalled last."""
+class _Recall(NamedTuple, Generic[Memory]):
+    """A situation and the memory that it leaves."""
 
     task: Task
     past: tuple[Turn, ...]

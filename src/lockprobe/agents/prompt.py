@@ -1,4 +1,4 @@
-"""What a language model is told, and the form of its reply (paper, Sec. 2.2).
+"""The prompt of a language model and the form of its reply (paper, Sec. 2.2).
 
 The instruction is the same for every trial and condition; only what it says of the observation follows the modality.
 Where pictures are shown, positions have no names, and what an action did is for the model to find out. It states the

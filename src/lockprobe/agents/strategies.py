@@ -1,4 +1,4 @@
-"""Strategies that look at nothing: without them beside an agent, its success means little."""
+"""Baseline strategies that ignore all reports: random, random without repeats, round robin."""
 
 from __future__ import annotations
 

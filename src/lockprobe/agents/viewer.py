@@ -1,11 +1,10 @@
-"""An agent without a model that really looks: it reads pictures and hands what it read to a strategy.
+"""The agent ``viewer``: it reads joint positions from pictures and lets a strategy decide.
 
-It reads every picture it was shown (:mod:`lockprobe.agents.picture_reader`), writes for itself the reports that a
-symbolic observation would have held, and lets a strategy play by them. It says of its last action what it saw. Misreads
-come from the pictures alone: no number is drawn. Where no pictures are shown, it is the strategy, and says what it was
-told.
+It reads every picture (:mod:`lockprobe.agents.picture_reader`), turns the readings into the reports of a symbolic
+observation, and lets a strategy play by them. It claims of its last action what it saw. Misreadings come from the
+pictures alone; it draws no random numbers. Without pictures it acts as the strategy and claims what it was told.
 
-It knows where in a picture each handle would be, so it is no test of *finding* joints.
+It knows where in a picture each handle can be, so it does not test *finding* joints.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ if TYPE_CHECKING:
 
     from lockprobe.agents.picture_reader import Handles
 
-__all__ = ["REMEMBERED", "Sight", "Viewer"]
+__all__ = ["REMEMBERED", "Eyesight", "Viewer"]
 
 REMEMBERED = 512
-"""Pictures whose reading is kept, so that they need not be read again at every step."""
+"""Size of the cache of readings, so that a picture is not read again at every step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sight:
-    """How well it sees: the options of ``viewer``; all others are its strategy's.
+class Eyesight:
+    """How well a viewer sees: the options of ``viewer``. All other options belong to its strategy.
 
     Attributes:
-        acuity: Pixels across a picture that it resolves, from 4.
-        doubt: Evidence, from -1 to 1, that has to be exceeded for a reading; else a joint stays as it was last read.
+        acuity: Pixels that it resolves across a picture, at least 4.
+        doubt: Least evidence for a new reading; below it a joint keeps its last reading.
 
     Raises:
         BadValue: If one is out of range.
@@ -64,14 +63,14 @@ class Viewer:
 
     strategy: Agent
     name: str
-    sight: Sight = Sight()
+    sight: Eyesight = Eyesight()
     _read: dict[tuple[tuple[str, ...], Handles], tuple[float, ...]] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """How it sees, and what its strategy is."""
+        """Its eyesight and its strategy."""
         return asdict(self.sight) | {"strategy": self.name} | dict(self.strategy.facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
@@ -82,7 +81,7 @@ class Viewer:
         return replace(await self.strategy.decide(told, rng), claimed=told_outcome(told))
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
-        """What it was shown, from the first picture to the last, as reports; a percept without pictures is one.
+        """Everything that it was shown, as reports. A percept without pictures already is a report.
 
         Raises:
             BadValue: If pictures do not say where handles are.

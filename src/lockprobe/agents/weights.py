@@ -1,4 +1,4 @@
-"""Model files: which are known, where they lie, how they get there. A known file is checked by its hash."""
+"""Files of model weights: which are known, where they are, how they are downloaded and checked."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Worlds of known mechanism: agents of which it is known whether, and through what, false reports change success.
+"""Agents of known mechanism, to test causal analyses on: whether false reports change success, and through what.
 
-They test causal analyses (:mod:`lockprobe.analysis.why`): each is a :class:`Policy`, so its success under every
-condition, and with it the true effect, is exact (:func:`lockprobe.propagate`). All look only at what they are told.
+Each is a :class:`Policy`, so its success under every condition, and with it the true effect, is exact
+(:func:`lockprobe.propagate`). All look only at what they are told.
 """
 
 from __future__ import annotations

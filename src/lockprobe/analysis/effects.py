@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lockprobe.analysis.agent_comparison.paired import BlockMean, block_mean, sheets
-from lockprobe.analysis.grid import Grid, GridSummary, grid_summary
+from lockprobe.analysis.dose_grid import Grid, GridSummary, grid_summary
 from lockprobe.analysis.inference.difference import DifferenceAt, any_difference
 from lockprobe.analysis.outcomes import Outcomes, joined, outcomes
 from lockprobe.analysis.proportions import ALPHA

@@ -25,7 +25,7 @@ from lockprobe.analysis.proportions import LEVEL, proportion
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.record import Trial
-from lockprobe.spec import arguments_from, group_of, read_options
+from lockprobe.spec import Spec, arguments_from, group_of
 
 __all__ = ["MEASURES", "Measure", "Measured", "NamedMeasure", "find_measure", "measured"]
 
@@ -164,7 +164,8 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
     if not isinstance(measure, str):
         name = getattr(measure, "__name__", type(measure).__name__)
         return NamedMeasure(name=name, what=_first_line(measure), of=measure)
-    name, options = read_options(measure, "measure")
+    spec = Spec.parse(measure, "measure")
+    name, options = spec.full_name, spec.options
     if name in MEASURES:
         if options:
             raise BadValue("measure", measure, f"{name} without options")

@@ -21,7 +21,7 @@ from lockprobe.analysis.inference.logrank import holm, solution_logrank
 from lockprobe.analysis.outcomes import Outcomes, joined, outcomes, solved_in_pairs
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
 from lockprobe.record import Trial
-from lockprobe.spec import spec_name
+from lockprobe.spec import Spec, spec_name
 
 __all__ = ["ModalityEffect", "ModalityPair", "by_fidelity", "modality_effect", "spoken"]
 
@@ -91,11 +91,11 @@ def spoken(modality: str) -> str:
     >>> spoken("rgbd?depth=height"), spoken("symbolic?tell=state")
     ('RGB-D, depth=height', 'ground-truth states')
     """
-    name, _, options = modality.partition("?")
-    several = [option for option in options.split("&") if option]
-    states = name == "symbolic" and "tell=state" in several
-    called = "ground-truth states" if states else _SPOKEN.get(name, name)
-    return ", ".join((called, *(option for option in several if not states or option != "tell=state")))
+    spec = Spec.parse(modality, "modality")
+    called = _SPOKEN.get(spec.full_name, spec.full_name)
+    if spec.full_name == "symbolic" and spec.options.get("tell") == "state":
+        called, spec = "ground-truth states", spec.without(["tell"])
+    return ", ".join((called, *(f"{option}={value}" for option, value in spec.options.items())))
 
 
 def by_fidelity(modality: str) -> tuple[int, str]:

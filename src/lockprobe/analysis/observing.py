@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 from lockprobe.beliefs.planning import expected_steps, information, least
-from lockprobe.beliefs.posterior import Belief, Report, entropy, opened, update
+from lockprobe.beliefs.posterior import Belief, ReportedAttempt, entropy, opened, update
 
-__all__ = ["MANY", "Moment", "Worth", "moment"]
+__all__ = ["MANY", "JudgedMoment", "Worth", "moment"]
 
 MANY = 1 << 14
 """Moments that are remembered; each takes a few kilobytes."""
@@ -39,7 +39,7 @@ class Worth:
     by_chance: Mapping[str, float]
 
 
-class Moment:
+class JudgedMoment:
     """What an observer knows at one moment, and what follows from it.
 
     Args:
@@ -48,7 +48,7 @@ class Moment:
 
     def __init__(self, belief: Belief) -> None:
         self._belief = belief
-        self._after: dict[Report | None, tuple[Moment, int]] = {}
+        self._after: dict[ReportedAttempt | None, tuple[JudgedMoment, int]] = {}
 
     @cached_property
     def entropy(self) -> float:
@@ -72,7 +72,7 @@ class Moment:
             by_chance={name: float(found.sum()) / len(bits) for name, found in values.items()},
         )
 
-    def after(self, report: Report | None) -> tuple[Moment, int]:
+    def after(self, report: ReportedAttempt | None) -> tuple[JudgedMoment, int]:
         """What is known after a report, or after the box has opened, and how often the observer had to begin again."""
         found = self._after.get(report)
         if found is None:
@@ -80,11 +80,11 @@ class Moment:
             again = belief.restarts - self._belief.restarts
             # Where weights are scaled from others, beliefs that are equal differ in their last digits.
             scaled = report is None or (again and report.joint == 0)
-            found = self._after[report] = (Moment if scaled else moment)(belief), again
+            found = self._after[report] = (JudgedMoment if scaled else moment)(belief), again
         return found
 
 
-def moment(belief: Belief) -> Moment:
+def moment(belief: Belief) -> JudgedMoment:
     """The moment at which this is known; one and the same for beliefs from which the same follows.
 
     Once there are :data:`MANY`, all are forgotten, since each holds those that follow from it.
@@ -95,5 +95,5 @@ def moment(belief: Belief) -> Moment:
 
 
 @cache
-def _moment(belief: Belief) -> Moment:
-    return Moment(belief)
+def _moment(belief: Belief) -> JudgedMoment:
+    return JudgedMoment(belief)

@@ -26,9 +26,9 @@ from statistics import fmean
 import numpy as np
 
 from lockprobe.analysis.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
-from lockprobe.analysis.observing import Moment, moment
+from lockprobe.analysis.observing import JudgedMoment, moment
 from lockprobe.analysis.outcomes import ended
-from lockprobe.beliefs.posterior import Report, begin, noise_model
+from lockprobe.beliefs.posterior import ReportedAttempt, begin, noise_model
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
@@ -52,7 +52,7 @@ JUDGED, ACTIONS = 100, 5000
 """So many trials of a condition are judged at most, the first by repetition and trial, and no more after so many
 actions."""
 
-Told = tuple[int, Report | None]
+Told = tuple[int, ReportedAttempt | None]
 """The number of the joint attempted, and what was told of it; None if the box opened."""
 
 
@@ -223,7 +223,10 @@ def _told(trial: Trial) -> list[Told]:
     numbers, shown = _numbers(trial), _shown(trial)
     positions = {told: _positions(trial, numbers, told) for told in set(shown)}
     found: list[Told] = [
-        (joint := numbers[step.joint], Report(joint, bool(step.told_moved), positions[told], trial.states_only))
+        (
+            joint := numbers[step.joint],
+            ReportedAttempt(joint, bool(step.told_moved), positions[told], trial.states_only),
+        )
         for step, told in zip(trial.steps, shown, strict=True)
     ]
     return [*found[:-1], (found[-1][0], None)] if trial.solved else found
@@ -258,7 +261,7 @@ def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> in
     return sum((now != start) << numbers[joint] for joint, now, start in pairs)
 
 
-def _judged(step: int, joint: int, now: Moment, gained: float) -> JudgedStep:
+def _judged(step: int, joint: int, now: JudgedMoment, gained: float) -> JudgedStep:
     values = now.worth
     return JudgedStep(
         step=step,

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from urllib.parse import urlencode
 
 from lockprobe.analysis.axis import AGENT, Axis
 from lockprobe.record import STATES
-from lockprobe.spec import read_options
+from lockprobe.spec import Spec, spec_name
 
-__all__ = ["Arm", "Crossing", "Series", "control_of", "crossings", "series_of", "series_of_agents"]
+__all__ = ["Crossing", "Series", "SeriesArm", "control_of", "crossings", "series_of", "series_of_agents"]
 
 _FEWEST = 3
 """Doses, 0 among them, that make a series; two are a difference."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Arm:
+class SeriesArm:
     """A condition as its specs tell it.
 
     Attributes:
@@ -48,14 +47,14 @@ class Arm:
         return float("nan") if found is None else found
 
     def _dose(self, place: int) -> float | None:
-        dose, options = self.doses[place], read_options(self.specs[place], "intervention")[1]
+        dose, options = self.doses[place], Spec.parse(self.specs[place], "intervention").options
         return float(options[dose]) if dose and dose in options else None
 
     def family(self, place: int) -> tuple[str, str, tuple[tuple[str, str], ...], tuple[str, ...], str]:
         """What conditions have in common that differ in the dose at a place alone."""
-        name, options = read_options(self.specs[place], "intervention")
-        others = tuple(sorted((option, value) for option, value in options.items() if option != self.doses[place]))
-        return name, self.doses[place], others, self.without(place), self.modality
+        spec = Spec.parse(self.specs[place], "intervention")
+        others = tuple(sorted(spec.without([self.doses[place]]).options.items()))
+        return spec.full_name, self.doses[place], others, self.without(place), self.modality
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,15 +91,15 @@ class Crossing:
     both: str
 
 
-def control_of(arms: Sequence[Arm], modality: str = STATES) -> Arm | None:
+def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:
     """What the conditions of a modality are compared with: the truth, or the first where there is none."""
     shown = [arm for arm in arms if arm.modality == modality]
     return next((arm for arm in shown if not arm.acting), shown[0] if shown else None)
 
 
-def series_of(arms: Sequence[Arm]) -> tuple[Series, ...]:
+def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
     """Every series of at least three doses, in the order in which the conditions stand."""
-    families: dict[tuple[object, ...], list[tuple[Arm, int]]] = {}
+    families: dict[tuple[object, ...], list[tuple[SeriesArm, int]]] = {}
     for arm in arms:
         for place in arm.acting:
             if arm.doses[place]:
@@ -113,7 +112,7 @@ def series_of(arms: Sequence[Arm]) -> tuple[Series, ...]:
         if 0.0 not in doses.values():
             doses |= {one.label: 0.0 for one in zero[:1]}
         if len(doses) >= _FEWEST:
-            name, rest = read_options(first.specs[place], "intervention")[0], " + ".join(first.without(place))
+            name, rest = spec_name(first.specs[place]), " + ".join(first.without(place))
             axis = Axis(kind=name, dose=first.doses[place], rest=rest)
             ascending = dict(sorted(doses.items(), key=lambda both: both[1]))
             found.append(Series(axis=axis, doses=ascending, modality=first.modality))
@@ -124,11 +123,10 @@ def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
     """Every series of at least three agents that differ in one number alone, such as their temperature."""
     families: dict[tuple[str, str], dict[str, float]] = {}
     for agent in agents:
-        name, options = read_options(agent)
-        for option, value in options.items():
-            rest = {other: said for other, said in options.items() if other != option}
+        spec = Spec.parse(agent)
+        for option, value in spec.options.items():
             if (number := _number(value)) is not None:
-                families.setdefault((f"{name}?{urlencode(rest)}".rstrip("?"), option), {})[agent] = number
+                families.setdefault((str(spec.without([option])), option), {})[agent] = number
     return tuple(
         Series(
             axis=Axis(kind=AGENT, dose=option),
@@ -148,7 +146,7 @@ def _number(text: str) -> float | None:
         return None
 
 
-def crossings(arms: Sequence[Arm]) -> tuple[Crossing, ...]:
+def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
     """Every two interventions that were played alone, together, and not at all, beside the same others."""
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:

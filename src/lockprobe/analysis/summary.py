@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +18,7 @@ from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standi
 from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
-from lockprobe.analysis.habits import blind_twin
+from lockprobe.analysis.habit_baseline import blind_twin
 from lockprobe.analysis.heeding import ignores_reports
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
@@ -33,11 +32,11 @@ from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.robot import Verdicts, verdicts
-from lockprobe.analysis.speaking import called
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import generator
+from lockprobe.spec import spec_kind
 
 __all__ = [
     "AgentSummary",
@@ -101,11 +100,6 @@ class AgentSummary:
     def name(self) -> str:
         """Its spec, and how the box was shown where that has to be said."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
-
-    @property
-    def called(self) -> str:
-        """The same in a sentence, in which people are called that."""
-        return called(self.agent, self.shown)
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -224,7 +218,7 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
     return Entrant(
         agent=first.group,
         modality=first.modality,
-        head=_head(first.group),
+        head=spec_kind(first.group),
         reference=is_reference(first.group),
         counted=outcomes(trials),
         broken=broken_off(trials),
@@ -234,12 +228,7 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
 
 def is_reference(agent: str) -> bool:
     """Whether an agent stands in a study to be compared with."""
-    return _head(agent) in _REFERENCES
-
-
-def _head(agent: str) -> str:
-    """A spec without its preset and options."""
-    return re.split("[:?]", agent)[0]
+    return spec_kind(agent) in _REFERENCES
 
 
 def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:

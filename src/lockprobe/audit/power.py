@@ -10,7 +10,7 @@ from itertools import pairwise
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import proportion
 from lockprobe.audit.rates import Progress, Rate, measure
-from lockprobe.audit.worlds import WORLDS, Design, P, World
+from lockprobe.audit.simulated_agents import WORLDS, Design, P, World
 from lockprobe.errors import BadValue
 
 __all__ = ["MOST_TRIALS", "TRIALS", "Needed", "default_worlds", "needed", "power", "stated_world"]

@@ -19,7 +19,7 @@ from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate, simulate_columns
-from lockprobe.audit.worlds import Design, World
+from lockprobe.audit.simulated_agents import Design, World
 from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
 

@@ -13,7 +13,7 @@ from importlib.resources import files
 from typing import Any
 
 from lockprobe.audit.rates import Rate
-from lockprobe.audit.worlds import WORLDS
+from lockprobe.audit.simulated_agents import WORLDS
 
 __all__ = ["as_data", "false_positives", "measured", "shipped"]
 

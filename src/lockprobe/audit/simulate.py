@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.outcomes import Outcomes
-from lockprobe.audit.worlds import Design, World
+from lockprobe.audit.simulated_agents import Design, World
 from lockprobe.errors import BadValue
 from lockprobe.record import Decision, Step, Trial, TrialError
 from lockprobe.spec import PEOPLE

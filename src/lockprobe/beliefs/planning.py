@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from lockprobe.beliefs.exact import SAME, can_plan, planner
 from lockprobe.beliefs.posterior import Belief, entropy
 
-__all__ = ["Plan", "best_joints", "expected_steps", "information", "least", "next_false", "qmdp"]
+__all__ = ["PlanGoal", "best_joints", "expected_steps", "information", "least", "next_false", "qmdp"]
 
 _KNOWN = 0.95
 """An interlock that is as probable as this is known."""
 
-Plan = Literal["steps", "information"]
+PlanGoal = Literal["steps", "information"]
 """What an attempt should do: lead to the open box soon, or tell much of the interlock."""
 
 Floats = NDArray[np.float64]
@@ -138,7 +138,7 @@ def _bits(share: Floats) -> Floats:
     return found + 0.0
 
 
-def best_joints(belief: Belief, plan: Plan) -> NDArray[np.bool_]:
+def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
     """The joints that are best by a plan, shape (n,).
 
     With ``information`` an interlock of posterior probability 0.95 counts as known.

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from lockprobe.beliefs.structures import NEVER, Interlocks, as_mask
 from lockprobe.errors import BadValue
 
-__all__ = ["Belief", "Noise", "Persistence", "Report", "begin", "entropy", "noise_model", "opened", "update"]
+__all__ = ["Belief", "Noise", "Persistence", "ReportedAttempt", "begin", "entropy", "noise_model", "opened", "update"]
 
 Persistence = Literal["unknown", "transient", "sticky"]
 """What becomes of a false position in later reports, as far as an observer was told."""
@@ -83,7 +83,7 @@ def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class ReportedAttempt:
     """One report, in numbers.
 
     Attributes:
@@ -177,7 +177,7 @@ def _anew(
     )
 
 
-def update(belief: Belief, report: Report) -> Belief:
+def update(belief: Belief, report: ReportedAttempt) -> Belief:
     """What is known after a report, and after being asked to go on."""
     found = _told(belief, report)
     if found is not None:
@@ -192,7 +192,7 @@ def _again(belief: Belief, configuration: int) -> Belief:
     return _anew(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
 
 
-def _told(belief: Belief, report: Report) -> Belief | None:
+def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
     moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
     said = _said(belief, report)
@@ -216,7 +216,7 @@ def _told(belief: Belief, report: Report) -> Belief | None:
     )
 
 
-def _said(belief: Belief, report: Report) -> NDArray[np.bool_] | bool:
+def _said(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
     """Whether the joint moved as told; if positions alone are told, as each interlock would have it."""
     if not report.states_only or report.positions is None:
         return report.moved
@@ -224,7 +224,7 @@ def _said(belief: Belief, report: Report) -> NDArray[np.bool_] | bool:
     return moved
 
 
-def _shown(belief: Belief, report: Report, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
+def _shown(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
     """Whether the positions told are as each kind and interlock would have it, shape (kinds, interlocks)."""
     if report.positions is None:
         return np.ones_like(belief.possible)
@@ -258,7 +258,7 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
     return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
 
 
-def _afterwards(again: Belief, before: int, report: Report) -> Belief:
+def _afterwards(again: Belief, before: int, report: ReportedAttempt) -> Belief:
     """The prior where the report says that the box is now; the target stays where it was."""
     now = before ^ (report.moved << report.joint) & ~1
     fresh = _anew(again.interlocks, again.noise, now, report.positions, again.restarts)

@@ -1,4 +1,4 @@
-"""Nouns and verbs: parse, call one library function, print."""
+"""The command ``lockprobe``: each subcommand parses, calls one library function and prints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COMMANDS = {
     "import": ("import_", "take", "Take in trials from logs, datasets and study directories."),
     "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
-    "loops": ("loops", "loops", "Action loops in sequences, one sequence a line."),
+    "loops": ("loops", "loops", "Action loops in sequences, one per line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),
     "detectors": ("detectors", "detectors", "Other loop detectors, and how often each is wrong."),
     "fit": ("fit", "fit", "Which simple mechanism predicts an agent's choices."),
@@ -34,12 +34,12 @@ COMMANDS = {
     "power": ("audit", "power", "How many trials a stated effect needs."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "Boxes: list, show, solve, generate."),
-    "agents": ("agents", "agents", "The agents there are."),
-    "plants": ("agents", "plants", "What can be acted on: rules, a simulated box, a robot."),
-    "interventions": ("agents", "interventions", "What can be told, asked, remembered or done otherwise."),
-    "measures": ("measures", "measures", "What can be measured of a trial, and a study's means."),
+    "agents": ("agents", "agents", "All agents."),
+    "plants": ("agents", "plants", "All plants: rules, a simulated box, a robot."),
+    "interventions": ("agents", "interventions", "What can change in what is told, asked, remembered or done."),
+    "measures": ("measures", "measures", "Measures of a trial, and a study's means."),
     "models": ("models", "models", "Language models on this machine."),
-    "doctor": ("doctor", "doctor", "What works on this machine, and how to mend the rest."),
+    "doctor": ("doctor", "doctor", "What works on this machine, and how to repair the rest."),
 }
 """Name -> (module, function or group in it, help)."""
 
@@ -196,7 +196,7 @@ def _writable_streams() -> None:
 
 def _complain(message: str) -> int:
     if message:
-        from lockprobe.errors import printable
+        from lockprobe.terminal_text import printable
 
         print("lockprobe: " + printable(" ".join(message.split())), file=sys.stderr)
     return 2

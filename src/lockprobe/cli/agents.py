@@ -1,4 +1,4 @@
-"""Who can act, on what, and what can be changed between them: ``lockprobe agents``, ``plants``, ``interventions``."""
+"""``lockprobe agents``, ``plants`` and ``interventions``: lists what can be used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``lockprobe audit`` and ``lockprobe power``."""
+"""``lockprobe audit`` and ``lockprobe power``: error rates and power of the statistics."""
 
 from __future__ import annotations
 
@@ -12,22 +12,21 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from lockprobe.analysis.inference.verdict import QUESTIONS
-from lockprobe.analysis.speaking import test_said
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.shipped_rates import as_data
-from lockprobe.audit.worlds import WORLDS, P, world
-from lockprobe.cli.table import new_table, plain_console, print_table
+from lockprobe.audit.simulated_agents import WORLDS, P, world
+from lockprobe.cli.printing import new_table, plain_console, print_table
 from lockprobe.errors import BadValue
+from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.studies.study_options import parse_p
 
 __all__ = ["audit", "power"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one a core).")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core).")]
 
 
 def audit(
@@ -140,7 +139,7 @@ def _rate_table(rates: Sequence[Rate]) -> Table:
     for test in dict.fromkeys(rate.test for rate in rates):
         mine = [rate for rate in rates if rate.test == test]
         worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate, default=None)
-        label = f"[bold]{test_said(test)}[/bold] *" if mine[0].recommended else test_said(test)
+        label = f"[bold]{name_of_test(test)}[/bold] *" if mine[0].recommended else name_of_test(test)
         table.add_row(label, _false(worst), ", ".join(_figure(rate) for rate in mine if rate.truth))
     return table
 
@@ -161,7 +160,7 @@ def _verdict(rates: Sequence[Rate]) -> str:
         "Every recommended test (*) keeps its 5 % where there is nothing to find, within Monte Carlo error."
         if not wrong
         else "Too often wrong: "
-        + "; ".join(f"{test_said(rate.test)} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
+        + "; ".join(f"{name_of_test(rate.test)} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
     )
     return f"\n{said}\nRates at a level of 0.05 with Monte Carlo standard errors; ! is above 0.05 beyond them."
 
@@ -193,7 +192,7 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
             "test", *(f"n={rate.trials}" for rate in mine[0].measured), f"trials per flip rate for {target:g}"
         )
         for one in mine:
-            label = f"[bold]{test_said(one.test)}[/bold] *" if one.recommended else test_said(one.test)
+            label = f"[bold]{name_of_test(one.test)}[/bold] *" if one.recommended else name_of_test(one.test)
             table.add_row(label, *(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one))
         print_table(table)
     if not found:

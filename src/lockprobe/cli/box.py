@@ -1,4 +1,4 @@
-"""``lockprobe box``."""
+"""``lockprobe box``: lists, shows, solves and generates boxes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lockprobe.inputs import read_input
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty, undone
 from lockprobe.lockbox.families import DEFAULT_BOX, box, find_box, named_boxes, sized
-from lockprobe.lockbox.generate import InitialName, Recipe, Refused
+from lockprobe.lockbox.generate import InitialName, Recipe, RefusedRecipe
 from lockprobe.lockbox.generate import generate as make
 from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
@@ -104,7 +104,7 @@ def show(
 @app.command("solve")
 def solve(
     name: Name = DEFAULT_BOX,
-    limit: Annotated[int, typer.Option(min=0, max=100_000, help="At most so many plans are printed.")] = 100,
+    limit: Annotated[int, typer.Option(min=0, max=100_000, help="The most plans to print.")] = 100,
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
     """The optimum of a box and every plan that reaches it."""
@@ -125,13 +125,11 @@ def solve(
 def generate(
     family: Annotated[str, typer.Option(help="A named box, with or without its size, or random.")] = "random",
     joints: Annotated[int | None, typer.Option(help="Number of joints (4).")] = None,
-    layout: Annotated[LayoutName, typer.Option(help="Where joints sit on the panel.")] = "serial",
+    layout: Annotated[LayoutName, typer.Option(help="Where joints are on the panel.")] = "serial",
     deal: Annotated[bool, typer.Option("--deal", help="Deal places, kinds and names to the joints.")] = False,
-    initial: Annotated[InitialName, typer.Option(help="All joints closed, or each at a position that is drawn.")] = (
-        "rest"
-    ),
-    alternatives: Annotated[int, typer.Option(help="random: the most alternatives that a joint has.")] = 2,
-    literals: Annotated[int, typer.Option(help="random: the most positions that an alternative asks for.")] = 2,
+    initial: Annotated[InitialName, typer.Option(help="All joints closed, or each at a random position.")] = ("rest"),
+    alternatives: Annotated[int, typer.Option(help="random: the most alternatives of a joint.")] = 2,
+    literals: Annotated[int, typer.Option(help="random: the most positions in an alternative.")] = 2,
     negative: Annotated[float, typer.Option(help="random: the probability that a position is closed.")] = 0.25,
     shortest: Annotated[int, typer.Option(help="The fewest steps that the optimum must have.")] = 2,
     count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
@@ -154,7 +152,7 @@ def generate(
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))
-        if isinstance(found, Refused):
+        if isinstance(found, RefusedRecipe):
             refused[found.fault.kind] += 1
             if json:
                 print(json_.dumps({"seed": tried, "refused": found.fault.kind, "reason": found.fault.reason}))

@@ -1,4 +1,4 @@
-"""``lockprobe chance``."""
+"""``lockprobe chance``: chance levels of the loop measures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def chance(
     length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
     actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help="Number of joints.")] = 4,
     null: Annotated[
-        TrialNull, typer.Option(help="What is left to chance; markov and permutation need --sequences.")
+        TrialNull, typer.Option(help="The null model; markov and permutation need --sequences.")
     ] = "uniform",
     overlap: Annotated[bool, typer.Option("--overlap", help="Two occurrences may overlap.")] = False,
     min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,

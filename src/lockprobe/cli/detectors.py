@@ -1,4 +1,4 @@
-"""``lockprobe detectors``."""
+"""``lockprobe detectors``: compares loop detectors on action sequences."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from lockprobe.analysis.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
+from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
-from lockprobe.cli.table import new_table, print_table
 
 __all__ = ["detectors"]
 
@@ -27,7 +27,7 @@ def detectors(
     trials: Annotated[int, typer.Option(min=20, max=100_000, help="Trials of each kind in the table.")] = 1000,
     seed: Annotated[int, typer.Option(help="Of the trials in the table.")] = 0,
     actions: Annotated[int, typer.Option(min=2, max=MOST_ACTIONS, help="Number of joints, for FILE.")] = 4,
-    clock: Annotated[bool, typer.Option("--clock", help="Also the time that a trial takes.")] = False,
+    clock: Annotated[bool, typer.Option("--clock", help="Also measure the time per trial.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object a detector, or a sequence.")] = False,
 ) -> None:
     """Loop detectors of agent frameworks beside the paper's: on planted loops, or on your sequences."""

@@ -1,4 +1,4 @@
-"""A run shown as a live table on a terminal, as JSON lines for machines, as plain lines elsewhere."""
+"""The progress of a run as a live table on a terminal, as JSON lines, or as plain lines."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from rich.table import Table
 from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.call import Call
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
-from lockprobe.cli.progress import Plain, told
-from lockprobe.cli.run_state import invalid_in_words
-from lockprobe.errors import BudgetReached, printable
+from lockprobe.cli.progress import Plain, invalid_in_words, told
+from lockprobe.errors import BudgetReached
+from lockprobe.model_call import Call
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid import Invalid
+from lockprobe.studies.valid_conditions import Invalid
+from lockprobe.terminal_text import printable
 
 __all__ = ["JsonLines", "LiveDisplay", "watch"]
 

@@ -1,4 +1,4 @@
-"""What works on this machine: ``lockprobe doctor``."""
+"""``lockprobe doctor``: reports what works on this machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
 from lockprobe.install import advice
 from lockprobe.plants.catalogue import require_mujoco
-from lockprobe.plants.rendering.probing import VARIABLE, automatic, probe
+from lockprobe.plants.rendering.choose_renderer import VARIABLE, automatic, probe
 
 __all__ = ["Finding", "doctor", "examine"]
 

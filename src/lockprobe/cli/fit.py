@@ -1,4 +1,4 @@
-"""``lockprobe fit``."""
+"""``lockprobe fit``: fits cognitive models to trials."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Annotated
 
@@ -17,16 +16,19 @@ from rich.markup import escape
 from rich.table import Table
 
 from lockprobe.cli.export import refuse_study_file
-from lockprobe.cli.table import new_table, print_table
-from lockprobe.errors import UserMistake, printable
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.errors import UserMistake
 from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.fit.model_comparison import Tell
+from lockprobe.formatting import percent
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
+from lockprobe.prose.model_fit import CAUTION, finding, fit_row
 from lockprobe.storage.atomic_file import atomic_file
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study_options import parse_p
+from lockprobe.terminal_text import printable
 
 __all__ = ["fit"]
 
@@ -39,8 +41,8 @@ def fit(
     agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
     p: Annotated[str | None, typer.Option(help="Only these flip rates, for example 0,0.4.")] = None,
     models: Annotated[str | None, typer.Option(help=f"Only these, with commas between: {', '.join(RIVALS)}.")] = None,
-    folds: Annotated[int, typer.Option(help="Parts of the trials that are left out in turn.")] = 10,
-    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate on its own.")] = False,
+    folds: Annotated[int, typer.Option(help="Number of parts; each is held out in turn.")] = 10,
+    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate separately.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
     out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise, or with -.")] = None,
 ) -> None:
@@ -97,7 +99,7 @@ def _progress() -> Tell:
 
 def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
     if json:
-        print(json_.dumps({"schema": 1} | asdict(report), indent=1, allow_nan=False), file=file)
+        print(json_.dumps(fit_row(report), indent=1, allow_nan=False), file=file)
         return
     console = Console(file=file, highlight=False, width=None if file.isatty() else WIDTH)
     for one in report.agents:
@@ -107,7 +109,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
         "as much as one: those of a trial, and of trials with equal labels, flips and draws, may repeat each other. "
         "Bits per choice better than chance, the probability of the joint chosen (geometric mean) and "
         "the share of choices that were the likeliest are those of trials left out, one part of "
-        f"{report.folds} at a time. {report.caution}"
+        f"{report.folds} at a time. {CAUTION}"
     )
 
 
@@ -119,7 +121,7 @@ def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
         f"{one.repeats:.1f} choices say as much as one" if one.repeats > 1.05 else "",
     ]
     console.print(f"\n[bold]{escape(printable(one.agent))}[/bold]  {'; '.join([counted, *filter(None, said)])}")
-    console.print(escape(printable(one.finding)))
+    console.print(escape(printable(finding(one))))
     print_table(_table(one), file)
     if one.described is not None:
         _print_best(console, one.rivals[0])
@@ -155,7 +157,7 @@ def _row(rival: RivalFit) -> list[str]:
         f"{rival.behind:.1f}",
         "-" if aside is None else f"{_two(aside.gain)}{escape(interval)}",
         "-" if aside is None else f"{aside.probability:.2f}",
-        "-" if aside is None else f"{100 * aside.hits:.0f} %",
+        "-" if aside is None else percent(aside.hits),
     ]
 
 

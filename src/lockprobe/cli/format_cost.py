@@ -1,4 +1,4 @@
-"""Money and tokens in words, and what a study would cost."""
+"""Money and tokens in words, and the estimated cost of a study."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.dollars import dollars as in_words
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import load
 from lockprobe.studies.spending import Spending, hosted
+from lockprobe.studies.spending import dollars as in_words
 from lockprobe.studies.study import Study
 
 __all__ = [

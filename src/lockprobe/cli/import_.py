@@ -1,4 +1,4 @@
-"""``lockprobe import``: trials that were played elsewhere."""
+"""``lockprobe import``: imports trials that were played elsewhere."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.export.read_dataset import is_dataset, source_of_dataset
-from lockprobe.people.import_diaries import Arriving
-from lockprobe.studies.merge import Source, gather, source_of_directory
+from lockprobe.people.import_diaries import DiaryImport
+from lockprobe.studies.merge import MergeSource, gather, source_of_directory
+from lockprobe.terminal_text import printable
 
 __all__ = ["take"]
 
@@ -29,7 +30,7 @@ def take(
     They have to be of the same study: every setting is the same but for the agents.
     """
     found = [source for path in sources for source in _sources(path, directory)]
-    diaries = Arriving(directory, {source.path: source.trials for source in found if source.path.is_dir()})
+    diaries = DiaryImport(directory, {source.path: source.trials for source in found if source.path.is_dir()})
     people: list[tuple[int, int]] = []
     gathered = gather(
         directory, found, beside=lambda trials: people.append((diaries.take(trials), diaries.lost(trials)))
@@ -55,7 +56,7 @@ def take(
     print(printable(said))
 
 
-def _sources(path: Path, directory: Path) -> list[Source]:
+def _sources(path: Path, directory: Path) -> list[MergeSource]:
     if path.resolve() == directory.resolve():
         raise BadValue("SOURCE", str(path), "another directory than DIR")
     if not path.exists():

@@ -1,4 +1,4 @@
-"""The report of a run that goes on: written when its strategies have played, and renewed while a slow agent plays."""
+"""Writes the report of a study while its run goes on, and renews it."""
 
 from __future__ import annotations
 

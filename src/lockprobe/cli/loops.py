@@ -1,4 +1,4 @@
-"""``lockprobe loops``."""
+"""``lockprobe loops``: measures loops in action sequences."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.analysis.loops.choices import Rule, Solver
-from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
     from lockprobe.analysis.loops import LoopCover

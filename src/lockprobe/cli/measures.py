@@ -1,4 +1,4 @@
-"""``lockprobe measures``: what can be measured of a trial, and what a study's conditions come to."""
+"""``lockprobe measures``: lists the measures, and their values in the conditions of a study."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import typer
 from rich.markup import escape
 
 from lockprobe.cli.agents import AsJson, list_all
-from lockprobe.cli.table import new_table, print_table
-from lockprobe.errors import printable
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
     from lockprobe.analysis.measures import Measured

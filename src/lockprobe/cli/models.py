@@ -1,4 +1,4 @@
-"""Language models on this machine, and what is known of others: ``lockprobe models``."""
+"""``lockprobe models``: language models on this machine, and facts about others."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def show(
     json: AsJson = False,
 ) -> None:
     """What is known of a hosted model, and what it would be sent. No key is needed, and nothing is asked."""
-    name, settings = read_settings(spec.removeprefix("llm:"))
+    name, settings = read_settings(spec)
     facts = facts_of(name)
     known = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:

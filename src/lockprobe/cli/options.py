@@ -1,4 +1,4 @@
-"""What can be asked of ``lockprobe run`` and ``lockprobe serve``: the options of a study, and how it is played."""
+"""The command-line options of ``lockprobe run`` and ``lockprobe serve``."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ __all__ = [
 ]
 
 _STUDY = "The study; mechanisms.toml comes with the package."
-_BUDGET = "US dollars that the study may cost, earlier runs included; it stops before more could be spent."
-_BATCH = "Use the provider's batch interface: cheaper, and hours instead of seconds."
-_ESTIMATE = "Only say what it would cost; nothing is asked, and nothing written."
-_REPORT = "Write the report; without, `lockprobe report DIR` does it later."
-_AGAIN = "reply: play anew what ended because no reply was usable; the earlier records stay in the file (nothing)."
-_RETRIES = "How often a request that the provider did not answer is made again."
-_WORKERS = "Processes for local models and simulated plants (one a core)."
+_BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."
+_BATCH = "Use the provider's batch interface: it is cheaper and takes hours instead of seconds."
+_ESTIMATE = "Only estimate the cost; call no model and write nothing."
+_REPORT = "Write the report; `lockprobe report DIR` does it later."
+_AGAIN = "reply: replay trials that ended without a usable reply; the earlier records stay in the file (nothing)."
+_RETRIES = "How often a request without an answer is made again."
+_WORKERS = "Processes for local models and simulated plants (one per core)."
 
 
 def _directory(path: str) -> Path:
@@ -50,8 +50,8 @@ def _directory(path: str) -> Path:
 Name = Annotated[str, typer.Argument(metavar="flips|modalities|FILE.toml", help=_STUDY)]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help="Directory of the study.")]
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
-Connections = Annotated[int, typer.Option(min=1, help="Requests to a provider on their way at once.")]
-Timeout = Annotated[float, typer.Option(help="Seconds after which a request that hangs is made again.")]
+Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
+Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
 Retries = Annotated[int, typer.Option(help=_RETRIES)]
 Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]

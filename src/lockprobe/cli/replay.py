@@ -1,4 +1,4 @@
-"""A finished trial again: step by step in words, or as a film."""
+"""``lockprobe replay``: shows a finished trial step by step, in words or as a film."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadValue, UnknownName, printable
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.film.agent_view import film_seen
 from lockprobe.film.replay import FASTEST, Film, film_trial, plan_of
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
+from lockprobe.terminal_text import printable
 
 __all__ = ["replay"]
 

@@ -1,4 +1,4 @@
-"""What a study directory holds: ``report``."""
+"""``lockprobe report``: writes the report of a study directory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``lockprobe run``: play what is owed of a study, then write its report."""
+"""``lockprobe run``: play the trials that a study still owes, then write its report."""
 
 from __future__ import annotations
 
@@ -10,29 +10,28 @@ from pathlib import Path
 
 import typer
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money, print_estimates
 from lockprobe.cli.live_report import LiveReport
-from lockprobe.cli.progress import Plain
-from lockprobe.cli.run_state import foreign_in_words
-from lockprobe.errors import BadValue, BudgetReached, printable
+from lockprobe.cli.progress import Plain, foreign_in_words
+from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.interventions.condition import flips
 from lockprobe.record import STATES
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.retry_replies import owe_anew
-from lockprobe.studies.runner import Limits
+from lockprobe.studies.runner import Limits, owe_anew
 from lockprobe.studies.runner import run as play_study
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import STUDIES, study
-from lockprobe.studies.valid import invalid_conditions
+from lockprobe.studies.valid_conditions import invalid_conditions
+from lockprobe.terminal_text import printable
 
 __all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "run"]
 

@@ -1,4 +1,4 @@
-"""Action sequences from a file or from standard input, one a line."""
+"""Reads action sequences from a file or standard input, one per line."""
 
 from __future__ import annotations
 

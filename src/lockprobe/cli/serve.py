@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.invitation import reminders, study_url, told_at_the_start
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.export.downloads import downloads
 from lockprobe.inputs import read_input
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.capacity import check_capacity, trials_for
-from lockprobe.people.diary_archive import kept_diaries
+from lockprobe.people.capacity import check_capacity, trials_for, what_each_plays
+from lockprobe.people.consent import CODE
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
-from lockprobe.people.texts import Words, read_words
+from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
 from lockprobe.spec import PEOPLE
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
@@ -32,27 +32,38 @@ from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import STUDIES, study
 
 if TYPE_CHECKING:
-    from lockprobe.web.serving import Where
+    from lockprobe.web.serving import RunningServer
 
 __all__ = ["EXAMPLE", "serve"]
 
 EXAMPLE = Path(__file__).with_name("people.toml")
 """How people take part, as a file to edit."""
 
-TEXTS = Path(__file__).parents[1] / "people" / "texts"
+PLACEHOLDERS = {
+    **{name: "{{%" + name + "%}}" for name in ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")},
+    "survey_code": "%SURVEY_CODE%",
+    "workerId": "${workerId}",
+    "assignmentId": "${assignmentId}",
+    "hitId": "${hitId}",
+}
+"""What recruitment platforms fill in, by the parameter that holds it: Prolific, SONA, MTurk."""
 
-_STUDY = "What is played: a study by name or file, or the directory of one in which people are to take part too."
-_PEOPLE = "How people take part (--write-people writes an example), or how many: the trials are worked out. Or both."
-_TEXTS = "What participants read: a language that ships, or a file; --write-texts writes an example."
+_STUDY = "The study: a name, a file, or the directory of a study that people join."
+_PEOPLE = (
+    "Settings for people (--write-people writes an example), or their number, or both; the number sets the trials."
+)
+_TEXTS = "The texts of the page: a shipped language, or a file; --write-texts writes an example."
 _EACH = "Boxes for each participant (each condition once)."
-_HOST = "What is listened on. Other than loopback needs LOCKPROBE_ADMIN_TOKEN."
-_PUBLIC = "Under which origin participants come through a proxy, for example https://study.example.org."
-_ALLOWED = "A name by which this machine is asked for on a local network; may be repeated."
+_HOST = "Address to listen on. Any except loopback needs LOCKPROBE_ADMIN_TOKEN."
+_PUBLIC = "The public origin of a proxy, for example https://study.example.org."
+_ALLOWED = "A name of this machine on a local network; may be repeated."
 
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
 People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
-RequireId = Annotated[bool | None, typer.Option("--require-id", help="Only with an ID of the platform in the URL.")]
-JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="What everybody has to give who joins.")]
+RequireId = Annotated[
+    bool | None, typer.Option("--require-id", help="Admit only people with a platform ID in the URL.")
+]
+JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="The code that participants need to join.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
 View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
 TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]
@@ -116,7 +127,7 @@ def _what(
         enough = _enough_trials(planned, asked, experiment, number)
         planned, directory = _planned(name, {**asked, **enough}, out)
         experiment = _experiment(file, own, directory)
-    if not kept_diaries(directory):
+    if not read_diaries(directory):
         check_capacity(planned, experiment)
     return planned, directory, experiment
 
@@ -126,8 +137,8 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
     from lockprobe.web.address import ADMIN_TOKEN
-    from lockprobe.web.admin import AdminDesk
-    from lockprobe.web.serving import Door
+    from lockprobe.web.admin import AdminPage
+    from lockprobe.web.serving import ServerOptions
     from lockprobe.web.serving import serve as until_stopped
 
     words = words_to_read(directory, experiment)
@@ -137,11 +148,11 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         planned,
         experiment,
         words,
-        Door(token=token, **door),  # type: ignore[arg-type] # named as its fields are
+        ServerOptions(token=token, **door),  # type: ignore[arg-type] # named as its fields are
         announce=lambda where: _announce(where, planned, experiment, words, json=json),
-        desk=AdminDesk(
-            study_url=lambda url: study_url(url, experiment),
-            reminders=reminders(words, experiment),
+        page=AdminPage(
+            study_url=lambda url: _study_url(url, experiment),
+            reminders=_reminders(words, experiment),
             files=downloads(directory),
         ),
     )
@@ -150,14 +161,57 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         print("Stopped. The same command goes on where everybody stood.")
 
 
-def _announce(where: Where, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
+def _announce(where: RunningServer, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
     if json:
-        given = study_url(where.url, experiment)
+        given = _study_url(where.url, experiment)
         said = {"url": where.url, "study_url": given, "admin_url": where.admin_url, "directory": str(where.directory)}
         print(jsonlib.dumps(said), flush=True)
         return
-    lines = told_at_the_start(planned, experiment, words, where.url, where.admin_url, where.directory)
+    lines = _told_at_the_start(planned, experiment, words, where.url, where.admin_url, where.directory)
     print("\n".join(lines), flush=True)
+
+
+def _study_url(url: str, experiment: Experiment) -> str:
+    """The address to paste into the recruitment platform, with its placeholders and the code with which one joins."""
+    parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
+    if experiment.join_code:
+        parts.append(f"{CODE}={experiment.join_code}")
+    return url + ("?" + "&".join(parts) if parts else "")
+
+
+def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
+    """What the experimenter still has to do before people come."""
+    found = []
+    if any(words.consent == read_words(language).consent for language in LANGUAGES):
+        found.append(
+            "The consent text is the one that ships: it names nobody who is responsible. "
+            "Edit a copy (lockprobe serve --write-texts mine.toml) and give --texts mine.toml."
+        )
+    if not (experiment.join_code or experiment.require_id):
+        found.append(
+            f"Whoever has the address can join, {experiment.joins_per_minute} a minute from one address "
+            "(joins_per_minute; a class behind one router is let in). "
+            "--require-id or --join-code CODE keep others out."
+        )
+    return tuple(found)
+
+
+def _told_at_the_start(
+    study: Study, experiment: Experiment, words: Words, url: str, admin_url: str, directory: Path
+) -> tuple[str, ...]:
+    """The lines that are printed when people can come."""
+    size = study.size // len(study.agents)
+    own, given = url.rstrip("/") + "/", _study_url(url, experiment)
+    return (
+        f"{study.name} on {study.box.name} for people: {size} trials, each played by one of them",
+        *what_each_plays(study, experiment),
+        f"Participants  {own}",
+        *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
+        f"Admin         {admin_url}",
+        f"Kept in       {directory}",
+        *(f"Note          {line}" for line in _reminders(words, experiment)),
+        "Ctrl-C ends; the same command goes on.",
+    )
 
 
 def _named(name: str | None) -> str:
@@ -197,7 +251,7 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 def _enough_trials(
     planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
 ) -> Mapping[str, object]:
-    """Trials and repetitions with which so many people have places, unless trials were asked for; p stays as it is."""
+    """Trials and repetitions that make places for this many people, unless trials were asked for; p stays as it is."""
     if "trials" in asked:
         return {}
     repetitions = planned.repetitions if "repetitions" in asked else 1
@@ -223,8 +277,7 @@ def _write(texts: Path | None, people: Path | None, language: str | None) -> Non
     if texts is not None:
         asked = language or Experiment().language
         read_words(asked)
-        of_own = asked.endswith(".toml") or "/" in asked
-        _copy(Path(asked) if of_own else TEXTS / f"{asked}.toml", texts, "--texts")
+        _copy(words_file(asked), texts, "--texts")
     if people is not None:
         _copy(EXAMPLE, people, "--people")
 

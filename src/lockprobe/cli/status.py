@@ -1,4 +1,4 @@
-"""``lockprobe status``: how a study stands and what it has cost, while it runs or afterwards."""
+"""``lockprobe status``: progress, errors and cost of a study, during a run or afterwards."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.call import BROKEN_OFF, Call
 from lockprobe.cli.format_cost import money, share, spent_facts
-from lockprobe.cli.run_state import count, foreign_in_words, in_boundaries, invalid_in_words
-from lockprobe.errors import printable
+from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
+from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import read_calls, unanswered
@@ -24,7 +23,8 @@ from lockprobe.studies.records import read_records
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid import Invalid, invalid_conditions
+from lockprobe.studies.valid_conditions import Invalid, invalid_conditions
+from lockprobe.terminal_text import printable
 
 __all__ = ["status"]
 

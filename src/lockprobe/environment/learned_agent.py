@@ -10,8 +10,7 @@ import numpy as np
 
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy import told_outcome
-from lockprobe.environment.observation import Vector, so_far
-from lockprobe.environment.pictures import Images, stacked
+from lockprobe.environment.observation import Images, Vector, so_far, stacked
 from lockprobe.record import STATES, Decision, Fact, Percept, Situation
 from lockprobe.spec import spec_name
 

@@ -1,7 +1,7 @@
-"""What an agent is told, as a short vector of whole numbers.
+"""Observations as arrays: reports as a short vector of whole numbers, pictures as colours and depth.
 
-It is the same for an agent that is trained and for one that plays a study; nothing here needs Gymnasium. With ``n``
-joints, numbered as they are listed to the agent:
+They are the same for an agent that is trained and for one that plays a study; nothing here needs Gymnasium. With ``n``
+joints, numbered as they are listed to the agent, the vector holds:
 
 =========================  ============  ==================================================================
 entry                      values        meaning
@@ -18,12 +18,31 @@ last                       0 to budget   steps left; absent unless asked for
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.errors import ChannelFault
+from lockprobe.pictures.picture import PictureKind
+from lockprobe.pictures.png import from_png
 from lockprobe.record import Percept, Situation, Task
 
-__all__ = ["BLOCKED", "MOVED", "UNTOLD", "Vector", "sizes", "so_far", "vector"]
+__all__ = [
+    "BLOCKED",
+    "FARTHEST",
+    "MOVED",
+    "UNTOLD",
+    "Images",
+    "Vector",
+    "colours",
+    "distances",
+    "images",
+    "sizes",
+    "so_far",
+    "stacked",
+    "vector",
+]
 
 Vector = NDArray[np.int64]
 
@@ -32,6 +51,13 @@ BLOCKED, MOVED = 1, 2
 
 UNTOLD = 2
 """The position of a joint where a report is missing."""
+
+
+FARTHEST = 4.0
+"""Metres; what is farther away has no reading."""
+
+Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
+"""Colours, or ``{"rgb": colours, "depth": distances}``."""
 
 
 def sizes(
@@ -72,3 +98,43 @@ def so_far(situation: Situation, *, steps_left: bool = False) -> Vector:
     task, positions = situation.task, any(percept.positions is not None for percept in percepts)
     left = [task.budget - i if steps_left else None for i in range(len(percepts))]
     return np.stack([vector(task, one, i, positions=positions) for one, i in zip(percepts, left, strict=True)])
+
+
+def colours(percept: Percept) -> NDArray[np.uint8]:
+    """The colour picture, shape (height, width, 3), 0 to 255.
+
+    Raises:
+        ChannelFault: If none is shown.
+    """
+    return from_png(_file(percept, "rgb")).astype(np.uint8, copy=False)
+
+
+def distances(percept: Percept) -> NDArray[np.float32]:
+    """Depth as it was measured, shape (height, width, 1), metres; 0 where there is no reading.
+
+    Raises:
+        ChannelFault: If none is kept.
+    """
+    metres = from_png(_file(percept, "depth16")).astype(np.float32)[..., None] / np.float32(1000)
+    return np.where(metres <= FARTHEST, metres, np.float32(0))
+
+
+def images(percept: Percept, observation: str) -> Images:
+    """What is shown under an observation, ``rgb`` or ``rgbd``."""
+    seen = colours(percept)
+    return seen if observation == "rgb" else {"rgb": seen, "depth": distances(percept)}
+
+
+def stacked(percepts: Sequence[Percept], observation: str) -> Images:
+    """The pictures of several percepts, stacked along a new first axis."""
+    seen = np.stack([colours(percept) for percept in percepts])
+    if observation == "rgb":
+        return seen
+    return {"rgb": seen, "depth": np.stack([distances(percept) for percept in percepts])}
+
+
+def _file(percept: Percept, kind: PictureKind) -> bytes:
+    for picture in percept.pictures:
+        if picture.kind == kind:
+            return picture.png
+    raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel took it away")

@@ -1,4 +1,4 @@
-"""The plant of an episode: made where it is safe, and looked at once per moment at most."""
+"""The plant of an episode: in this process or its own, with at most one look per moment."""
 
 from __future__ import annotations
 

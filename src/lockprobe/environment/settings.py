@@ -1,4 +1,4 @@
-"""What an environment was asked for, checked: one line of refusal for what does not exist.
+"""The settings of an environment, checked, and the trial that each episode plays.
 
 What a single trial can be asked is asked here in the same words, and read by the same code
 (:func:`lockprobe.studies.studyfile.trial_study`); the rest is what only an environment has.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -28,13 +28,13 @@ from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Channel, Intervention
 from lockprobe.record import Percept, Task
-from lockprobe.spec import spec_name
+from lockprobe.spec import spec_name, split_specs
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 
-__all__ = ["ELSEWHERE", "Settings", "read_settings", "whole"]
+__all__ = ["ELSEWHERE", "EnvironmentSettings", "EpisodeKey", "read_episode_key", "read_settings", "whole"]
 
 _OWN: Mapping[str, Any] = {
     "observation": None, "channels": (), "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
@@ -62,7 +62,7 @@ _ALWAYS_TELL = (OutcomeFlip, Burst, Yoked, Reword, TextChannel, CameraChannel)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class EnvironmentSettings:
     """What is played, and what is told of it.
 
     Attributes:
@@ -161,7 +161,7 @@ class Settings:
         return self.study.plan("gymnasium", self.study.conditions[0], repetition, trial, seed)
 
 
-def read_settings(given: Mapping[str, Any]) -> Settings:
+def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
     """The settings that keyword arguments of ``gymnasium.make`` describe.
 
     Args:
@@ -187,7 +187,7 @@ def read_settings(given: Mapping[str, Any]) -> Settings:
         raise BadValue("info", asked["info"], "None or 'truth'")
     channels = _channels(asked["channels"])
     trial = {name: asked[name] for name in played if name in asked} | _shown(asked, channels)
-    settings = Settings(
+    settings = EnvironmentSettings(
         study=trial_study(trial, agent="gymnasium", name="lockbox"),
         channels=channels if channels or not _says_condition(asked) else None,
         steps_left=_flag("steps_left", asked["steps_left"]),
@@ -219,7 +219,7 @@ def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, A
 
 def _says_modality(condition: object) -> bool:
     if isinstance(condition, str):
-        return spec_name(condition.rpartition("+")[2].strip()) in MODALITIES
+        return spec_name(split_specs(condition)[-1]) in MODALITIES
     return isinstance(condition, Condition)
 
 
@@ -230,7 +230,45 @@ def whole(what: str, value: object, largest: int | None = None) -> int:
     return int(value)
 
 
-def _can_be_played(settings: Settings) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EpisodeKey:
+    """The trial of a study that an episode plays.
+
+    Attributes:
+        seed: Seed of the study.
+        repetition: From 1.
+        trial: From 1.
+    """
+
+    seed: int
+    repetition: int = 1
+    trial: int = 1
+
+    @property
+    def next(self) -> EpisodeKey:
+        """The next trial."""
+        return EpisodeKey(seed=self.seed, repetition=self.repetition, trial=self.trial + 1)
+
+
+def read_episode_key(before: EpisodeKey, options: Mapping[str, Any] | None) -> EpisodeKey:
+    """The trial that ``reset(options={"repetition": r, "trial": t})`` asks for.
+
+    Args:
+        before: The trial that would be played without them.
+        options: What came; either may be left out.
+
+    Raises:
+        UserMistake: If there is another option, or a number is not from 1 on.
+    """
+    if not options:
+        return before
+    for name in options:
+        if name not in ("repetition", "trial"):
+            raise UnknownName("option of reset", str(name), ("repetition", "trial"))
+    return replace(before, **{name: whole(name, value) for name, value in options.items()})
+
+
+def _can_be_played(settings: EnvironmentSettings) -> None:
     """Refuses what does not go together, or not with this box or machine."""
     resolve_plant(settings.plant).check(settings.box)
     _check_acting(settings)
@@ -243,7 +281,7 @@ def _can_be_played(settings: Settings) -> None:
             raise BadValue("channel", channel, "none that changes reports: pictures show what happened")
 
 
-def _check_acting(settings: Settings) -> None:
+def _check_acting(settings: EnvironmentSettings) -> None:
     """Refuses a condition of which an observation shows nothing, or that leaves out a picture."""
     if settings.channels is not None:
         return

@@ -1,4 +1,4 @@
-"""One lockbox as a Gymnasium environment: the loop of :mod:`lockprobe.trial`, held at each decision."""
+"""One lockbox as a Gymnasium environment: the loop of :mod:`lockprobe.trial`, which waits at each decision."""
 
 from __future__ import annotations
 
@@ -13,11 +13,9 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from lockprobe.environment.episode import Place, read_place
-from lockprobe.environment.observation import Vector, vector
-from lockprobe.environment.pictures import FARTHEST, Images, images
+from lockprobe.environment.observation import FARTHEST, Images, Vector, images, vector
 from lockprobe.environment.plant import WatchedPlant, make_plant
-from lockprobe.environment.settings import Settings, read_settings
+from lockprobe.environment.settings import EnvironmentSettings, EpisodeKey, read_episode_key, read_settings
 from lockprobe.errors import BadValue, ChannelFault, PlantFault, UnknownName
 from lockprobe.plan import Names, Plan
 from lockprobe.protocols import Intervention
@@ -32,11 +30,10 @@ _RENDER_MODES = ("ansi", "rgb_array", "depth_array")
 class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     """A box, one joint per step, until the target moves or the budget is spent.
 
-    The observation is what the agent is told (:mod:`lockprobe.environment.observation`) or shown
-    (:mod:`lockprobe.environment.pictures`), an action the joint to attempt by its place in the listing. The reward is
-    1 when the target really moves, less ``step_cost`` at every step. ``terminated`` when the target really moves,
-    ``truncated`` when the budget is spent before. The k-th episode after ``reset(seed=s)`` has the same luck as trial
-    k of repetition 1 of a study with seed ``s``.
+    The observation is what the agent is told or shown (:mod:`lockprobe.environment.observation`), an action the joint
+    to attempt by its position in the listing. The reward is 1 when the target really moves, less ``step_cost`` at every
+    step. ``terminated`` when the target really moves, ``truncated`` when the budget is spent before. The k-th episode
+    after ``reset(seed=s)`` has the same luck as trial k of repetition 1 of a study with seed ``s``.
 
     Args:
         render_mode: ``"ansi"``, or None; for a plant with a camera also ``"rgb_array"`` and ``"depth_array"``: what it
@@ -51,13 +48,13 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
 
     def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
         self.render_mode = render_mode
-        self.settings: Settings = read_settings(settings)
+        self.settings: EnvironmentSettings = read_settings(settings)
         self.action_space = spaces.Discrete(len(self.settings.box.joints))
         self.observation_space = _space(self.settings)
         shown = _RENDER_MODES if self.settings.has_camera else ("ansi",)
         self.metadata = self.metadata | {"render_modes": list(shown)}
         self.trial: Trial | None = None
-        self._next: Place | None = None
+        self._next: EpisodeKey | None = None
         self._episode: _Episode | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -73,13 +70,13 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         """
         super().reset(seed=seed)
         if seed is not None:
-            self._next = Place(seed=seed)
+            self._next = EpisodeKey(seed=seed)
         elif self._next is None:
-            self._next = Place(seed=int(self.np_random.integers(2**31)))
-        place = read_place(self._next, options)
+            self._next = EpisodeKey(seed=int(self.np_random.integers(2**31)))
+        key = read_episode_key(self._next, options)
         self.close()
-        self._next = place.next
-        self._episode = _Episode(self.settings, place)
+        self._next = key.next
+        self._episode = _Episode(self.settings, key)
         return self._observation(self._episode), self._info(self._episode)
 
     def step(self, action: np.int64 | int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -148,19 +145,19 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     def __getstate__(self) -> dict[str, Any]:
         """A trial that is under way is kept as the actions that led there, so that the environment can be copied."""
         episode = self._episode
-        return self.__dict__ | {"_episode": None if episode is None else (episode.place, tuple(episode.actions))}
+        return self.__dict__ | {"_episode": None if episode is None else (episode.key, tuple(episode.actions))}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         if state["_episode"] is not None:
-            place, actions = state["_episode"]
+            key, actions = state["_episode"]
             self._episode = None
-            self._episode = _Episode(self.settings, place)
+            self._episode = _Episode(self.settings, key)
             for action in actions:
                 self._episode.attempt(action)
 
 
-def _space(settings: Settings) -> spaces.Space[Any]:
+def _space(settings: EnvironmentSettings) -> spaces.Space[Any]:
     if settings.observation == "symbolic":
         return spaces.MultiDiscrete(list(settings.sizes))
     height, width = settings.picture_size
@@ -201,7 +198,7 @@ class _Episode:
     """One trial, held where its agent is asked.
 
     Attributes:
-        place: Which trial it is.
+        key: Which trial it is.
         actions: The actions so far.
         heard: What was told last.
         plant: What is acted on, and may be looked at.
@@ -209,12 +206,12 @@ class _Episode:
         tells_positions: Whether the first look tells where joints stand.
     """
 
-    def __init__(self, settings: Settings, place: Place) -> None:
-        self.place = place
+    def __init__(self, settings: EnvironmentSettings, key: EpisodeKey) -> None:
+        self.key = key
         self.actions: list[int] = []
         self.heard = _Listener()
         self.trial: Trial | None = None
-        self._plan: Plan = settings.plan(place.seed, place.repetition, place.trial)
+        self._plan: Plan = settings.plan(key.seed, key.repetition, key.trial)
         self._names = Names(self._plan)
         self.plant = WatchedPlant(partial(make_plant, self._plan, self._names))
         self._moved = False

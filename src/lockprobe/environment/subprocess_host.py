@@ -1,4 +1,4 @@
-"""Plants that are played for another process: the other end of :mod:`lockprobe.environment.subprocess_plant`."""
+"""The process in which plants of :mod:`lockprobe.environment.subprocess_plant` live."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plant in a process of its own, for processes in which OpenGL would hang.
+"""A plant in a separate process, for processes in which OpenGL would hang.
 
 OpenGL does not survive a fork: a child of a process that has used it waits for ever for threads that it does not have.
 ``gymnasium.vector.AsyncVectorEnv`` forks by default. A plant that can be looked at then runs in an interpreter that is

@@ -1,4 +1,4 @@
-"""Many lockboxes at once, in numpy: the same episodes as so many single environments, step by step."""
+"""Many lockboxes at once, in numpy: the same episodes as in as many single environments."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from lockprobe.environment.episode import Place, read_place
 from lockprobe.environment.observation import BLOCKED, Vector
-from lockprobe.environment.settings import Settings, read_settings, whole
+from lockprobe.environment.settings import EnvironmentSettings, EpisodeKey, read_episode_key, read_settings, whole
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
@@ -57,7 +56,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         if render_mode is not None:
             raise BadValue("render_mode", render_mode, 'None; vectorization_mode="sync" renders')
         self.num_envs = whole("num_envs", num_envs)
-        self.settings: Settings = read_settings(settings)
+        self.settings: EnvironmentSettings = read_settings(settings)
         for what, asked in (("observation", self.settings.observation), ("plant", self.settings.plant)):
             if asked != "symbolic":
                 raise BadValue(what, asked, 'symbolic; vectorization_mode="sync" or "async" plays all others')
@@ -66,7 +65,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._boxes = _Boxes(self.settings, self.num_envs)
-        self._next: list[Place] = []
+        self._next: list[EpisodeKey] = []
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -87,10 +86,10 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         seeds = list(self._seeds(seed))
         if not self._next:
             unknown = self.np_random.integers(2**31, size=self.num_envs).tolist()
-            self._next = [Place(seed=own) for own in unknown]
+            self._next = [EpisodeKey(seed=own) for own in unknown]
         for i in np.flatnonzero(chosen).tolist():
             own = seeds[i]
-            self._next[i] = read_place(self._next[i] if own is None else Place(seed=own), asked)
+            self._next[i] = read_episode_key(self._next[i] if own is None else EpisodeKey(seed=own), asked)
         self._begin(chosen)
         return self._boxes.observation(), self._info()
 
@@ -156,7 +155,7 @@ class _Boxes:
         over: Which trials have ended, shape (num_envs,).
     """
 
-    def __init__(self, settings: Settings, count: int) -> None:
+    def __init__(self, settings: EnvironmentSettings, count: int) -> None:
         box, joints = settings.box, len(settings.box.joints)
         self._settings = settings
         self._flips = _flips(settings)
@@ -178,13 +177,13 @@ class _Boxes:
         self.taken = np.zeros(count, dtype=np.int64)
         self.over = np.zeros(count, dtype=np.bool_)
 
-    def begin(self, rows: NDArray[np.int64], places: Sequence[Place]) -> None:
+    def begin(self, rows: NDArray[np.int64], keys: Sequence[EpisodeKey]) -> None:
         """Begin these trials in these rows."""
         settings = self._settings
         drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if 0 < flip.p < 1]
         if drawn or self._is_drawn:
-            for i, place in zip(rows.tolist(), places, strict=True):
-                plan = settings.plan(place.seed, place.repetition, place.trial)
+            for i, key in zip(rows.tolist(), keys, strict=True):
+                plan = settings.plan(key.seed, key.repetition, key.trial)
                 for k, at in drawn:
                     self._luck[k, i, :-1] = plan.stream(f"channel-{at}").random(plan.budget)
                 if self._is_drawn:
@@ -238,7 +237,7 @@ class _Boxes:
         return {"positions": self._positions.astype(np.int8), "moved": self._moved.copy()}
 
 
-def _flips(settings: Settings) -> list[tuple[int, OutcomeFlip]]:
+def _flips(settings: EnvironmentSettings) -> list[tuple[int, OutcomeFlip]]:
     """The flips with their numbers among flips; text changes no number."""
     flips: list[tuple[int, OutcomeFlip]] = []
     for channel in settings.chain:

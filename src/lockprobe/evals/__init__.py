@@ -1,1 +1,1 @@
-"""Inspect AI: the studies as its tasks, any trials as its logs, and its logs read back."""
+"""Inspect AI: studies as its tasks, trials as its logs, and its logs read back."""

@@ -1,4 +1,4 @@
-"""The conversation of a finished trial, made again from its record."""
+"""Rebuilds the conversation of a finished trial from its record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trials out of Inspect logs: those that an eval of our tasks wrote, and those that were exported.
+"""Reads trials from Inspect logs, those of our tasks and those that were exported.
 
 A log is data from anyone: it is parsed with limits, every record is checked as a line of a journal is, and no code
 runs from it.
@@ -26,7 +26,7 @@ from lockprobe.evals.solver import agent_spec
 from lockprobe.inputs import check_regular
 from lockprobe.record import Trial
 from lockprobe.spec import group_of
-from lockprobe.studies.merge import Source
+from lockprobe.studies.merge import MergeSource
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_json
@@ -77,7 +77,7 @@ def trials_in(path: Path | str) -> list[Trial]:
     return list(found.values())
 
 
-def read_log(path: Path | str) -> Source:
+def read_log(path: Path | str) -> MergeSource:
     """What a log holds. Its epochs are further repetitions of its study.
 
     Raises:
@@ -116,7 +116,7 @@ def read_log(path: Path | str) -> Source:
     for key, sample in samples.items():
         if key not in _keys(sample, group_of(trials[key].agent), study, header):
             raise BadFile(path, f"its sample {sample.id}, epoch {sample.epoch}, holds the record of {key}")
-    return Source(
+    return MergeSource(
         path=path,
         study=study,
         trials=tuple(trials.values()),

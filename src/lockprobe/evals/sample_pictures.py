@@ -1,6 +1,6 @@
-"""The pictures of a trial in its sample: those that messages show, and those that are kept beside them for the record.
+"""The pictures of a trial in an Inspect sample.
 
-Depth as it was measured is shown to nobody, and a picture that was made smaller for a model is not the one on record.
+Measured depth is not shown, and a picture that was scaled down for a model differs from the recorded one.
 """
 
 from __future__ import annotations

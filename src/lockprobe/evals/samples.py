@@ -1,4 +1,4 @@
-"""What a log of trials looks like, whether an eval writes it or an export: samples, their names, how they are shown."""
+"""Samples of an Inspect log: their names, their content, and how the viewer lists them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What an Inspect log says of a trial: its score, its metrics, and the trial in words.
+"""Scores and metrics of trials in an Inspect log, and the trial in words.
 
-The score has five values. ``success``: 1 or 0. ``steps``: how many it took, the whole budget where the box was not
+The score has five values. ``success``: 1 or 0. ``steps``: the number of steps, or the whole budget if the box was not
 opened, as in the comparisons of the report. ``loop``: 1 if there is an action loop (Sec. 3.3), by the exact cover in
 linear time. ``loop_chance``: the probability of one in a trial of that length in which every action is random, without
 which a loop rate says nothing. ``misinterpretation``: share of its claims that contradict what it was told (Sec. 3.1),

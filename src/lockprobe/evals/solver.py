@@ -1,9 +1,9 @@
-"""A trial inside an Inspect eval: the same closed loop as everywhere, and the model of the eval decides.
+"""Plays a trial inside an Inspect eval: the usual closed loop, with the eval's model as the agent.
 
-What the model is sent is what :mod:`lockprobe.agents.llm.model` sends, and a trial has the same seeds, labels, flips
-and key as in ``lockprobe run``. The conversation is put into the sample's messages as it goes on, and the truth of
-every step into its transcript, which the model never sees. A fault of provider or plant is the sample's error, for
-Inspect to retry or to report; a reply that stays unusable is the model's own and ends the trial as ``error``.
+The model gets the same requests as from :mod:`lockprobe.agents.llm.model`, and a trial has the same seeds, labels,
+flips and key as in ``lockprobe run``. The conversation goes into the messages of the sample, and the truth of every
+step into its transcript, which the model never sees. A fault of provider or plant is an error of the sample, which
+Inspect retries or reports. A reply that stays unusable is the model's fault and ends the trial as ``error``.
 """
 
 from __future__ import annotations
@@ -16,21 +16,23 @@ from dataclasses import fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-from urllib.parse import urlencode
 
 import numpy as np
 
-from lockprobe.agents.llm.client import Answer, refuse_overflow, sent, usage_of
+from lockprobe.agents.llm.client import ModelReply, refuse_overflow, sent, usage_of
 from lockprobe.agents.llm.connect import WITH_BATCHES
+from lockprobe.agents.llm.inspect_internals import active_generate_config
 from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault, without_keys
+from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault
 from lockprobe.evals.conversation import told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.scoring import TRIAL, marked, told_of
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.redaction import without_keys
+from lockprobe.spec import Spec
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.settings import study_from
 from lockprobe.trial_json import trial_to_json
@@ -44,7 +46,6 @@ try:
         ResponseSchema,
         get_model,
     )
-    from inspect_ai.model._generate_config import active_generate_config
     from inspect_ai.solver import Generate, Solver, TaskState, solver
     from inspect_ai.util import JSONSchema
 except ImportError as error:
@@ -79,12 +80,12 @@ def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfi
     given = dict(settings) | {ours: getattr(config, theirs) for ours, theirs in _OURS.items()}
     named = {
         field.name: f"{value:g}" if isinstance(value, float) else str(value)
-        for field in fields(Settings)
+        for field in fields(ModelSettings)
         if (value := given.get(field.name)) not in (None, field.default)
     }
-    spec = f"{model}?{urlencode(named)}" if named else model
+    spec = str(Spec("llm", model, named))
     read_settings(spec)
-    return f"llm:{spec}"
+    return spec
 
 
 @solver
@@ -104,7 +105,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
         place = state.metadata
         repetition = place["repetition"] + (state.epoch - 1) * study.repetitions
         plan = study.plan(spec, study.condition_said(place["condition"]), repetition, place["trial"])
-        player = _ModelOfTheEval(model, spec.removeprefix("llm:"), config, state)
+        player = _ModelOfTheEval(model, spec, config, state)
         with TemporaryDirectory(prefix="lockprobe-") as pictures:
             trial, _ = await play_timed(plan, player, player.note, Path(pictures))
             _finish(state, trial, Path(pictures))
@@ -151,7 +152,7 @@ class _ModelOfTheEval:
         """Ask for the next joint; what Inspect raises is kept, so that its own limits and retries hold."""
         step = len(situation.past) + 1
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             try:
                 return await self._ask(step, turn, messages, schema)
             finally:
@@ -159,7 +160,7 @@ class _ModelOfTheEval:
 
         return await decided(situation, self._settings, ask)
 
-    async def _ask(self, step: int, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+    async def _ask(self, step: int, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
         asked = [self._message(i, message, step, turn) for i, message in enumerate(messages)]
         self._state.messages.append(asked[-1])
         began = time.perf_counter()
@@ -170,7 +171,7 @@ class _ModelOfTheEval:
         reply.id = output.message.id
         self._state.messages.append(output.message.model_copy(update={"metadata": dict(reply.metadata or {})}))
         self._state.output = output
-        return Answer(
+        return ModelReply(
             text=text,
             stop=output.stop_reason,
             served=without_keys(output.model),
@@ -205,7 +206,7 @@ class _ModelOfTheEval:
 def _finish(state: TaskState, trial: Trial, directory: Path) -> None:
     """Put into a sample what its model did not get to see: the last observation, and pictures kept for the record."""
     if trial.error is None:
-        last = sent(told_last(trial, directory), Settings())
+        last = sent(told_last(trial, directory), ModelSettings())
         last.metadata = {"step": len(trial.steps) + 1}
         state.messages.append(last)
     for name, value in beside(trial, state.messages, directory).items():

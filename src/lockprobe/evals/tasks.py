@@ -25,9 +25,10 @@ from lockprobe.studies.studyfile import study
 
 try:
     from inspect_ai import Task, task
-    from inspect_ai._util.error import PrerequisiteError
     from inspect_ai.dataset import MemoryDataset, Sample
     from inspect_ai.model import GenerateConfig
+
+    from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 except ImportError as error:
     raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 

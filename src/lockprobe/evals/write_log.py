@@ -1,4 +1,4 @@
-"""Any trials as an Inspect log, without an eval: those of models, of strategies, of people."""
+"""Writes trials of any agent as an Inspect log, without running an eval."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.agents.llm.client import sent
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.call import Usage
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.evals.conversation import Exchange, instruction, retold, told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import SCORER, marked, metrics_header, scored, told_of
+from lockprobe.model_call import Usage
 from lockprobe.record import Trial
 from lockprobe.spec import group_of
 from lockprobe.storage.atomic_file import atomic_files
@@ -166,7 +166,7 @@ def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalS
     messages: list[ChatMessage] = []
     events: list[Event] = []
     output = ModelOutput(model=model)
-    told = _Told(trial)
+    told = _Messages(trial)
     for exchange in retold(trial, pictures):
         asked, reply = told.asked(exchange), told.reply(exchange)
         messages += [asked[-1], reply]
@@ -200,7 +200,7 @@ def _model(trial: Trial) -> str:
     return str(trial.facts.get("model") or trial.agent)
 
 
-class _Told:
+class _Messages:
     """The messages of a trial. The same one is the same object in every call; each has metadata of its own.
 
     Inspect merges messages that are equal.
@@ -236,7 +236,7 @@ class _Told:
         """What was told; the same without its pictures is another message."""
         name = (step, turn, message.role, message.text, len(message.pictures))
         if name not in self._made:
-            made = self._made[name] = sent(message, Settings())
+            made = self._made[name] = sent(message, ModelSettings())
             self._mark(made, step, turn)
             if any(known[:2] == name[:2] for known in self._made if known != name):
                 made.id = f"{made.id}/without-pictures"

@@ -11,12 +11,13 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from lockprobe.errors import BadFile, readable
+from lockprobe.errors import BadFile
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.export.write_dataset import DATA, DESCRIPTION, RECORDS, data_file
 from lockprobe.inputs import check_regular
-from lockprobe.studies.merge import Source, source_of_directory
+from lockprobe.studies.merge import MergeSource, source_of_directory
+from lockprobe.terminal_text import readable
 
 __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
 
@@ -33,7 +34,7 @@ def is_dataset(directory: Path) -> bool:
     return (directory / DESCRIPTION).is_file() and (directory / RECORDS).is_dir()
 
 
-def source_of_dataset(directory: Path) -> Source:
+def source_of_dataset(directory: Path) -> MergeSource:
     """The trials in a dataset.
 
     Raises:

@@ -12,7 +12,7 @@ from typing import IO, Literal
 
 from lockprobe.errors import Missing
 from lockprobe.export.data_dictionary import as_bits, column, dictionary
-from lockprobe.export.tidy import NO_TIMES, Cell, Times, tidy_columns, tidy_rows
+from lockprobe.export.tidy import NO_TIMES, TidyCell, Times, tidy_columns, tidy_rows
 from lockprobe.export.trials import trial_columns, trial_rows
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_file, atomic_files
@@ -46,7 +46,7 @@ class Rows:
 
     about: str
     columns: tuple[str, ...]
-    rows: Iterable[Mapping[str, Cell]]
+    rows: Iterable[Mapping[str, TidyCell]]
 
 
 def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -> Rows:

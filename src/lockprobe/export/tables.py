@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.errors import readable
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
-from lockprobe.export.tidy import COLUMNS, Cell, tidy_columns, tidy_rows
+from lockprobe.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows
 from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
-from lockprobe.people.diary import Broken, Did, Released
-from lockprobe.people.diary_archive import Kept, kept_diaries
+from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
+from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.people.withdrawal import withdrawing
@@ -23,6 +22,7 @@ from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
+from lockprobe.terminal_text import readable
 
 __all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
 
@@ -52,7 +52,7 @@ class Table:
 
     name: str
     columns: tuple[str, ...]
-    rows: tuple[Mapping[str, Cell], ...]
+    rows: tuple[Mapping[str, TidyCell], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class PeopleRecords:
     directory: Path
     study: Study
     trials: tuple[Trial, ...]
-    diaries: tuple[Kept, ...]
+    diaries: tuple[Diary, ...]
     experiment: Experiment | None = None
 
     @classmethod
@@ -80,7 +80,7 @@ class PeopleRecords:
         Raises:
             BadFile: If it is none, or something in it is damaged.
         """
-        trials, diaries, leaves = load(directory), kept_diaries(directory), withdrawing(directory)
+        trials, diaries, leaves = load(directory), read_diaries(directory), withdrawing(directory)
         return cls(
             directory,
             read_study(directory),
@@ -117,7 +117,7 @@ def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) ->
     return tuple(made[name]() for name in TABLES if name in names)
 
 
-def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, Cell]]) -> Table:
+def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, TidyCell]]) -> Table:
     """A table in which no text is a formula, and no configuration a number."""
     return Table(
         name,
@@ -174,7 +174,7 @@ def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
     return ("participant", *COLUMNS, *more, "position", "view", "told", "rt_ms", "claimed_rt_ms", "at")
 
 
-def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:
+def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
     rows = tidy_rows(records.trials)
     for trial in records.trials:
         for step in trial.steps:
@@ -189,7 +189,7 @@ def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Itera
             }
 
 
-def _trials(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+def _trials(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
     for trial, row in zip(records.trials, trial_rows(records.trials), strict=True):
         more = {"position": _fact(trial, "position"), "view": _fact(trial, "view")}
         yield {"participant": _identity(trial), **row, **more}
@@ -199,14 +199,14 @@ def _identity(trial: Trial) -> str:
     return trial.agent.removeprefix(f"{PEOPLE}:") if group_of(trial.agent) == PEOPLE else ""
 
 
-def _fact(trial: Trial, name: str) -> Cell:
+def _fact(trial: Trial, name: str) -> TidyCell:
     value = trial.facts.get(name)
     return "" if value is None else value
 
 
-def _times(did: Did) -> dict[str, Cell]:
+def _times(did: Did) -> dict[str, TidyCell]:
     act = did.act
-    times: dict[str, Cell] = {"at": did.at}
+    times: dict[str, TidyCell] = {"at": did.at}
     if isinstance(act, Attempt | Answer):
         times["rt_ms"] = act.rt
     if isinstance(act, Attempt) and act.claimed_rt is not None:
@@ -214,24 +214,23 @@ def _times(did: Did) -> dict[str, Cell]:
     return times
 
 
-def _participant(kept: Kept, experiment: Experiment | None) -> dict[str, Cell]:
+def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCell]:
     joined, boxes = kept.joined, range(1, len(kept.joined.slots) + 1)
-    endings = {line.box: "error" for line in kept.lines if isinstance(line, Broken)}
-    endings |= {act.box: act.ended for act in kept.acts if act.box is not None and act.ended is not None}
+    journey = Journey.of(kept)
+    endings, checks = journey.endings, journey.checks
     language, _, texts = joined.words.partition(" ")
-    checks = [act.right for act in kept.acts if act.right is not None]
-    row: dict[str, Cell] = {
+    row: dict[str, TidyCell] = {
         "participant": joined.identity,
         "language": language,
         "texts": texts,
         "boxes_assigned": len(boxes),
         "boxes_finished": sum(endings.get(box) in ("solved", "budget") for box in boxes),
         "boxes_broken": sum(endings.get(box) == "error" for box in boxes),
-        "released": int(any(isinstance(line, Released) for line in kept.lines)),
+        "released": int(journey.released),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
         "conditions": "; ".join(f"{slot.modality} p={slot.p:g}" for slot in joined.slots),
-        "finished": int(all(box in endings for box in boxes) and _asked(kept, experiment) <= _answered(kept)),
+        "finished": int(journey.boxes_done and _asked(kept, experiment) <= _answered(kept)),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
@@ -240,7 +239,7 @@ def _participant(kept: Kept, experiment: Experiment | None) -> dict[str, Cell]:
     return row
 
 
-def _asked(kept: Kept, experiment: Experiment | None) -> set[tuple[str, str]]:
+def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
     """Checks and questions on the way of a participant, as far as the settings are kept."""
     if experiment is None:
         return set()
@@ -249,11 +248,11 @@ def _asked(kept: Kept, experiment: Experiment | None) -> set[tuple[str, str]]:
     return checks | {("ask", question.name) for question in experiment.questions}
 
 
-def _answered(kept: Kept) -> set[tuple[str, str]]:
+def _answered(kept: Diary) -> set[tuple[str, str]]:
     return {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
 
 
-def _device(kept: Kept) -> dict[str, Cell]:
+def _device(kept: Diary) -> dict[str, TidyCell]:
     """With what joints were chosen, and the first window; empty where the study does not keep it."""
     attempts = [did.act for did in kept.acts if isinstance(did.act, Attempt)]
     used = Counter(act.pointer for act in attempts if act.pointer)
@@ -262,14 +261,14 @@ def _device(kept: Kept) -> dict[str, Cell]:
     return {"pointers": pointers, "window_width": width, "window_height": height}
 
 
-def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, Cell]]:
+def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
     recorded = set(map(id, acts.values()))
     for kept in records.diaries:
         keys = {box: key_of(records.study, kept, box) for box in range(len(kept.joined.slots) + 1)}
         for line in kept.lines:
             if isinstance(line, Released):
                 continue
-            row: dict[str, Cell] = {"participant": kept.joined.identity, "turn": line.turn, "at": line.at}
+            row: dict[str, TidyCell] = {"participant": kept.joined.identity, "turn": line.turn, "at": line.at}
             if line.box is not None:
                 row |= {"position": line.box, "key": keys.get(line.box, "")}
             if isinstance(line, Broken):
@@ -284,7 +283,7 @@ def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterat
             yield row
 
 
-def _checks(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+def _checks(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
     asked = [check.question for check in records.experiment.checks] if records.experiment else []
     for kept in records.diaries:
         for did in kept.acts:
@@ -300,7 +299,7 @@ def _checks(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
                 }
 
 
-def _answers(records: PeopleRecords) -> Iterator[dict[str, Cell]]:
+def _answers(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
     asked = (
         {question.name: question.question for question in records.experiment.questions} if records.experiment else {}
     )

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
-from lockprobe.errors import readable
 from lockprobe.record import Trial
+from lockprobe.terminal_text import readable
 
-__all__ = ["COLUMNS", "NO_TIMES", "Cell", "Times", "tidy", "tidy_columns", "tidy_rows"]
+__all__ = ["COLUMNS", "NO_TIMES", "TidyCell", "Times", "tidy", "tidy_columns", "tidy_rows"]
 
 COLUMNS = (
     "key",
@@ -29,7 +29,7 @@ COLUMNS = (
 )
 """Names of the columns, in order."""
 
-Cell = str | int | float
+TidyCell = str | int | float
 
 Times = Mapping[tuple[str, int], float]
 """Response times in milliseconds, by the key of a trial and the step, from 1."""
@@ -38,7 +38,7 @@ NO_TIMES: Times = MappingProxyType({})
 """Nobody's response times."""
 
 
-def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, Cell]]:
+def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, TidyCell]]:
     """One row per step.
 
     ``moved`` (the truth) and ``told_moved`` (what the report implied) are 0 or 1. ``claimed`` is what the agent
@@ -64,7 +64,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     more = tidy_columns(trials, times)[len(COLUMNS) :]
     for trial in trials:
         for step in trial.steps:
-            last: dict[str, Cell] = {
+            last: dict[str, TidyCell] = {
                 "condition": trial.condition,
                 "chosen": step.chosen or "",
                 "panel": " ".join(trial.joints),
@@ -73,7 +73,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "confidence": "" if step.decision.confidence is None else step.decision.confidence,
                 "report_false": "" if step.decision.report_false is None else int(step.decision.report_false),
             }
-            row: dict[str, Cell] = {
+            row: dict[str, TidyCell] = {
                 "key": trial.key,
                 "agent": trial.agent,
                 "box": trial.box,
@@ -94,7 +94,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
             yield {name: readable(cell) if isinstance(cell, str) else cell for name, cell in row.items()}
 
 
-def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, Cell]]:
+def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
     """The steps of one trial or several as a table, one row a step, truth beside told: for pandas, polars or R.
 
     ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of :func:`tidy_rows`.

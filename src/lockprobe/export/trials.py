@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from lockprobe.analysis.loops import measure
 from lockprobe.analysis.misinterpretation import trial_claims
-from lockprobe.export.tidy import Cell
+from lockprobe.export.tidy import TidyCell
 from lockprobe.record import Trial
 
 __all__ = ["TRIAL_COLUMNS", "trial_columns", "trial_rows"]
@@ -39,7 +39,7 @@ def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
     return (*TRIAL_COLUMNS, *(("condition",) if any(trial.condition for trial in trials) else ()))
 
 
-def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, Cell]]:
+def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     """One row per trial, one that broke before its first step too.
 
     ``solved`` is 1 or 0, and empty where the trial ended as an error, which is no failure to solve.

@@ -27,9 +27,7 @@ from pathlib import Path
 from lockprobe.errors import BadFile, UserMistake
 from lockprobe.export.data_dictionary import column
 from lockprobe.export.tables import TABLES, PeopleRecords, Table, tables_of
-from lockprobe.people.anonymise import without_traces
-from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.people.diary_archive import write_diaries
+from lockprobe.people.diary import PEOPLE_DIRECTORY, without_identity, write_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import TEXTS, read_words, words_file
@@ -124,7 +122,7 @@ def to_give_away(source: PeopleRecords, *, everybody: bool = False, platform_ids
         source,
         study=source.study if everybody else replace(source.study, agents=(PEOPLE,)),
         trials=tuple(trial for trial in source.trials if everybody or group_of(trial.agent) == PEOPLE),
-        diaries=tuple(without_traces(kept, platform=platform_ids) for kept in source.diaries),
+        diaries=tuple(without_identity(kept, platform=platform_ids) for kept in source.diaries),
     )
 
 

@@ -5,12 +5,6 @@ axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` a
 """
 
 from lockprobe.figures.compose import condition_drawings, drawings, panels, pictures, render, single
-from lockprobe.figures.corrected import (
-    draw_relative_success,
-    draw_success_by_p_corrected,
-    draw_success_curves_by_p,
-    draw_success_curves_corrected,
-)
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import draw_changes, draw_differences
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
@@ -19,6 +13,12 @@ from lockprobe.figures.paper import (
     draw_loops_by_p,
     draw_success_by_p,
     draw_success_curves,
+)
+from lockprobe.figures.paper_corrected import (
+    draw_relative_success,
+    draw_success_by_p_corrected,
+    draw_success_curves_by_p,
+    draw_success_curves_corrected,
 )
 from lockprobe.figures.people import draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost

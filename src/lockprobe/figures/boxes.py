@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
-from lockprobe.figures.interlock import draw_interlock, extent, settable, short_name, symbols
+from lockprobe.figures.interlock import diagram_of, draw_interlock, settable, short_name, symbols
 from lockprobe.figures.palette import ACCENT, Dash
 from lockprobe.lockbox.box import Lockbox
 
@@ -41,7 +41,7 @@ _GHOST: Dash = (0, (2, 1.5))
 
 def box_figure(box: Lockbox) -> Figure:
     """The picture of a box: the panel, and below it the interlock; no wider than a printed page as far as that goes."""
-    panel, interlock = _panel_size(box), extent(box)
+    panel, interlock = _panel_size(box), diagram_of(box).size
     wide, marks = max(panel[0], interlock[0], 3.4) + 0.1, symbols(box)
     foot, above = _FOOT, interlock[1] + _HEAD + _GAP
     figure = Figure(figsize=(wide, panel[1] + above + _HEAD + foot))

@@ -16,25 +16,25 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.figures.corrected import (
-    draw_relative_success,
-    draw_success_by_p_corrected,
-    draw_success_curves_by_p,
-    draw_success_curves_corrected,
-    relative_rows,
-)
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import change_rows, difference_rows, draw_changes, draw_differences, shown
+from lockprobe.figures.dose_grid import GridPanel, draw_grid, grid_height
 from lockprobe.figures.effects import draw_effects, effect_rows
 from lockprobe.figures.forest import height
 from lockprobe.figures.frame import FAINT, SMALL
-from lockprobe.figures.grid import GridPanel, draw_grid, grid_height
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
     draw_loops_against_success,
     draw_loops_by_p,
     draw_success_by_p,
     draw_success_curves,
+)
+from lockprobe.figures.paper_corrected import (
+    draw_relative_success,
+    draw_success_by_p_corrected,
+    draw_success_curves_by_p,
+    draw_success_curves_corrected,
+    relative_rows,
 )
 from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost

@@ -10,7 +10,7 @@ from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.figures.forest import Row, differences, interval
+from lockprobe.figures.forest import ForestRow, differences, interval
 from lockprobe.figures.frame import agent_label, title
 from lockprobe.figures.palette import SUBJECTS
 
@@ -26,12 +26,12 @@ def shown(result: StudySummary) -> Sequence[Comparison]:
     return (between or result.comparisons)[:SHOWN]
 
 
-def difference_rows(result: StudySummary) -> list[Row]:
+def difference_rows(result: StudySummary) -> list[ForestRow]:
     """Differences in success over all p, a row for each pair."""
     return [_row(result, one, one.success, shown=one.verdict != 0) for one in shown(result)]
 
 
-def change_rows(result: StudySummary) -> list[Row]:
+def change_rows(result: StudySummary) -> list[ForestRow]:
     """How much more the success of one changes with p than that of the other, where the test sees it best."""
     return [
         _row(
@@ -61,9 +61,9 @@ def draw_changes(axes: Axes, result: StudySummary) -> None:
     title(axes, "change from the lowest flip rate to where it is clearest")
 
 
-def _row(result: StudySummary, one: Comparison, mean: BlockMean, *, shown: bool, where: str = "") -> Row:
+def _row(result: StudySummary, one: Comparison, mean: BlockMean, *, shown: bool, where: str = "") -> ForestRow:
     names = {(agent.agent, agent.modality): agent_label(agent) for agent in result.agents}
-    return Row(
+    return ForestRow(
         name=f"{names[one.second]}\n\N{MINUS SIGN} {names[one.first]}",
         said=where + interval(mean.value, mean.low, mean.high),
         value=mean.value,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 
 from lockprobe.analysis.effects import Effects
-from lockprobe.figures.forest import Row, differences, interval
+from lockprobe.figures.forest import ForestRow, differences, interval
 from lockprobe.figures.frame import safe_name, shortened, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS
 from lockprobe.record import UNNAMED
@@ -18,10 +18,10 @@ _LONGEST = 38
 """Characters of a name above a bar."""
 
 
-def effect_rows(found: Effects) -> list[Row]:
+def effect_rows(found: Effects) -> list[ForestRow]:
     """A row for each condition, and one for each crossing of two interventions that stands in no grid."""
     rows = [
-        Row(
+        ForestRow(
             name=_name(one.condition),
             said=interval(one.difference.value, one.difference.low, one.difference.high),
             value=one.difference.value,
@@ -33,7 +33,7 @@ def effect_rows(found: Effects) -> list[Row]:
         for one in found.effects
     ]
     crossed = [
-        Row(
+        ForestRow(
             name=_name(f"{one.crossing.first} \N{MULTIPLICATION SIGN} {one.crossing.second}"),
             said=interval(one.change.value, one.change.low, one.change.high),
             value=one.change.value,

@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 
-from lockprobe.figures.frame import FAINT, INK, SMALL, minus
+from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.palette import Dash, Marker
+from lockprobe.formatting import minus
 
-__all__ = ["Row", "differences", "forest", "height", "interval"]
+__all__ = ["ForestRow", "differences", "forest", "height", "interval"]
 
 _BAR, _LINE = 0.17, 0.165
 """Height of a bar and of a line of text, in inches."""
@@ -23,7 +24,7 @@ _ROOM, _BETWEEN = 2.8, 0.12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class ForestRow:
     """One estimate.
 
     Attributes:
@@ -47,16 +48,16 @@ class Row:
     face: str
 
 
-def height(rows: Sequence[Row]) -> float:
+def height(rows: Sequence[ForestRow]) -> float:
     """How high axes with these rows have to be, in inches, with a title and a named axis."""
     return 0.85 + len(rows) * _row(rows)
 
 
-def _row(rows: Sequence[Row]) -> float:
+def _row(rows: Sequence[ForestRow]) -> float:
     return _BAR + _LINE * max((_lines(row) for row in rows), default=1)
 
 
-def _lines(row: Row) -> int:
+def _lines(row: ForestRow) -> int:
     """Lines above a bar: the name's, and one more where there is no room for the numbers."""
     names = row.name.split("\n")
     return len(names) + (max(map(_width, names)) + _BETWEEN + _width(row.said) > _ROOM)
@@ -71,7 +72,7 @@ def _width(text: str) -> float:
 
 def forest(
     axes: Axes,
-    rows: Sequence[Row],
+    rows: Sequence[ForestRow],
     limits: tuple[float, float],
     *,
     left: float = 0.0,
@@ -116,7 +117,7 @@ def forest(
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
 
 
-def differences(axes: Axes, rows: Sequence[Row], label: str = "difference, points") -> None:
+def differences(axes: Axes, rows: Sequence[ForestRow], label: str = "difference, points") -> None:
     """Draw differences of shares around a line at none, on an axis in points.
 
     Args:
@@ -130,7 +131,7 @@ def differences(axes: Axes, rows: Sequence[Row], label: str = "difference, point
     axes.set_xlabel(label, fontsize=SMALL)
     ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]
     ticks = [tick for tick in ticks if abs(tick) <= reach]
-    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0") for tick in ticks])
+    axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0", zeros=True) for tick in ticks])
 
 
 def interval(value: float, low: float | None, high: float | None) -> str:
@@ -140,10 +141,10 @@ def interval(value: float, low: float | None, high: float | None) -> str:
     '+27 [+2, +50]'
     """
     said = f"{100 * value:+.0f}"
-    return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]")
+    return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]", zeros=True)
 
 
-def _write(axes: Axes, i: int, row: Row, left: float, inches: float) -> None:
+def _write(axes: Axes, i: int, row: ForestRow, left: float, inches: float) -> None:
     """The name of a row on its left, and its numbers on its right."""
     numbers = FAINT if row.face == "white" else INK
     name = _LINE * (_lines(row) - row.name.count("\n") - 1)

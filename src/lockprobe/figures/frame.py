@@ -21,6 +21,7 @@ from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.palette import Dash
+from lockprobe.spec import spec_name
 
 __all__ = [
     "BEYOND",
@@ -29,14 +30,12 @@ __all__ = [
     "INK",
     "SMALL",
     "agent_label",
+    "axis_label",
     "blank",
     "counts",
     "heading",
     "label_right",
-    "minus",
     "p_axis",
-    "p_value",
-    "percent",
     "safe_name",
     "share_axis",
     "shortened",
@@ -76,21 +75,6 @@ def counts(conditions: Sequence[ConditionSummary]) -> str:
     return f"n = {sizes[0]} to {sizes[-1]} trials" if len(sizes) > 1 else f"n = {sizes[0]} trial" + "s" * (sizes != [1])
 
 
-def percent(share: float) -> str:
-    """A share as it is set in print."""
-    return f"{100 * share:.0f} %"
-
-
-def minus(text: str) -> str:
-    """Numbers as they are set in print."""
-    return text.replace("-", "\N{MINUS SIGN}")
-
-
-def p_value(value: float | None) -> str:
-    """A P value, in a way that cannot be taken for a flip rate."""
-    return "not tested" if value is None else "$P$ < 0.001" if value < 0.001 else f"$P$ = {value:.2g}"
-
-
 def agent_label(agent: AgentSummary, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     extra = f" ({agent.shown})" if agent.shown else ""
@@ -113,10 +97,10 @@ def shortened(name: str, longest: int) -> str:
     """
     if _width(name) <= longest:
         return name
-    head, mark, options = name.partition("?")
+    head = spec_name(name)
     *_, last = re.split(r"(?<=[:/])", head)
     if last != head and _width(last) < longest:
-        return f"…{shortened(last + mark + options, longest - 1)}"
+        return f"…{shortened(last + name.removeprefix(head), longest - 1)}"
     fits = max(n for n in range(len(name)) if _width(name[:n]) < longest)
     ends = [found.start() for found in re.finditer(r"[^\w.]", name[: fits + 1]) if found.start() > fits // 3]
     return f"{name[: ends[-1] if ends else fits]}…"
@@ -151,7 +135,7 @@ def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.
     axes.set_xlim(values[0] - margin, values[-1] + margin)
     if len(values) == 1:
         axes.set_xticks([])
-        axes.set_xlabel(f"{axis.label} = {values[0]:g}", fontsize=SMALL, color=INK)
+        axes.set_xlabel(f"{axis_label(axis)} = {values[0]:g}", fontsize=SMALL, color=INK)
         return
     names, free = [], values[0]
     for value in values:
@@ -160,7 +144,12 @@ def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.
         names.append(name if value - width / 2 >= free or value == values[0] else "")
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
-    axes.set_xlabel(axis.label, fontsize=SMALL, color=INK)
+    axes.set_xlabel(axis_label(axis), fontsize=SMALL, color=INK)
+
+
+def axis_label(axis: Axis) -> str:
+    """What stands below the axis; a flip rate has the letter of the paper."""
+    return f"{axis.name} $p$" if axis.name == FLIPS.name else axis.name.replace("$", r"\$")
 
 
 def step_axis(axes: Axes, budget: int, label: str) -> None:

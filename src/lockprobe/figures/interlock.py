@@ -1,88 +1,201 @@
-"""The interlock of a box: joints in layers, and what each has to wait for.
+"""The interlock of a box as a wiring diagram: joints in columns by depth, one line for each alternative.
 
-Units are inches. Nothing depends on colour: the target is also bold and has a thick edge, and what has to be closed is
-dashed and ends in a hollow circle.
+A wire leaves each joint at the height of its box. Each alternative of a joint is an upright line in the gutter on the
+left of the joint's column, with an arrow to the joint. A mark where a wire meets the line says which position of that
+joint the alternative needs. Rows and gutters are shared only where lines stay apart, so no line crosses a name.
+
+Units are inches. Nothing depends on colour: the target is also bold with a thick edge; marks are filled or hollow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, groupby
+from statistics import fmean
 from typing import Literal
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
-from matplotlib.path import Path
 
-from lockprobe.figures.frame import FAINT, INK, SMALL
+from lockprobe.figures.frame import INK, SMALL
 from lockprobe.figures.palette import ACCENT
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.graph import Graph, Line, graph_of
+from lockprobe.lockbox.box import Clause, Lockbox
+from lockprobe.lockbox.difficulty import depths
 
-__all__ = ["draw_interlock", "extent", "settable", "short_name", "symbols"]
+__all__ = ["Alternative", "Diagram", "diagram_of", "draw_interlock", "settable", "short_name", "symbols"]
 
 Point = tuple[float, float]
 
-_WIDE, _HIGH = 0.87, 0.44
-"""Width and height of a joint."""
+_WIDE, _HIGH, _ROW = 0.87, 0.44, 0.58
+"""Width and height of a joint's box; distance of rows."""
 
-_BEFORE, _AFTER, _PLAIN = 0.51, 0.33, 0.46
-"""From joint to dot, from dot to joint, and from joint to joint where no dot is between."""
+_LANE, _BEFORE, _AFTER, _MARGIN = 0.15, 0.16, 0.28, 0.08
+"""Distance of lines in a gutter; room before the first and after the last; margin of the drawing."""
 
-_MARGIN = 0.54
-"""From the middle of the outermost joint, or a line beside it, to the edge."""
+_SPREAD, _BACK = 0.12, -0.165
+"""Largest height above its middle at which arrows meet a box; height at which a wire leaves it to the left."""
 
-_RING, _FAN, _SLOT = 0.058, 0.17, 0.135
-"""Radius of a hollow end; where lines that meet in a dot come together before it, and their distance there."""
-
-_CORNER, _BOW = 0.26, 0.33
-"""Where a line that left a joint upright is level; how far one goes aside that stays in its column."""
-
-_DASHED = (0, (3.5, 2.0))
+_MARK = 0.05
 _LONGEST = 10
 """Characters in a line of a name."""
 
 
-def extent(box: Lockbox) -> tuple[float, float]:
-    """Width and height of the drawing in inches."""
-    graph = graph_of(box)
-    heights = [node.height for node in graph.nodes]
-    return max(_columns(graph).values()) + _MARGIN, max(heights) - min(heights) + 2 * (_HIGH / 2 + 0.06)
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """One clause of a joint.
+
+    Attributes:
+        joint: The joint that it frees.
+        x: Where its line stands.
+        arrow: The height at which its arrow meets the joint.
+        needs: Joint -> the position that it needs, and the height at which that joint's wire meets the line.
+    """
+
+    joint: str
+    x: float
+    arrow: float
+    needs: Mapping[str, tuple[bool, float]]
 
 
-def _columns(graph: Graph) -> dict[int, float]:
-    """The middle of each column, from the left edge."""
-    dots = {node.column for node in graph.nodes if node.kind == "all"}
-    first, last = (pick(node.column for node in graph.nodes) for pick in (min, max))
-    bow = any(graph.nodes[line.nodes[0]].column == graph.nodes[line.nodes[-1]].column == first for line in graph.lines)
-    x = _MARGIN + _BOW * bow
-    found = {first: x}
-    for column in range(first + 1, last + 1):
-        dot, half = (column if column % 2 else column - 1) in dots, _WIDE / 2
-        x += half + _BEFORE if dot and column % 2 else half + _AFTER if dot else half + _PLAIN / 2
-        found[column] = x
-    return found
+@dataclass(frozen=True, slots=True)
+class Diagram:
+    """The layout. The middle of each joint's box by name, the alternatives, and the size of the whole."""
+
+    joints: Mapping[str, Point]
+    alternatives: tuple[Alternative, ...]
+    size: Point
+
+    def wires(self) -> Iterator[tuple[Point, Point]]:
+        """From each joint to the furthest line that its wire meets, to the right and to the left."""
+        for name, (x, y) in self.joints.items():
+            met = [line.x for line in self.alternatives if name in line.needs]
+            if max(met, default=x) > x:
+                yield (x + _WIDE / 2, y), (max(met), y)
+            if min(met, default=x) < x:
+                yield (x - _WIDE / 2, y + _BACK), (min(met), y + _BACK)
+
+
+def diagram_of(box: Lockbox) -> Diagram:
+    """The diagram of a box's interlock."""
+    found = depths(box)
+    last = 1 + max((depth for depth in found.values() if depth is not None), default=0)
+    columns = {name: depth or last for name, depth in found.items()}
+    clauses = [(name, clause) for name in box.names for clause in box.alternatives(name)]
+    rows = _rows(columns, clauses)
+    lanes = _lanes(columns, clauses, rows)
+    left, gutters, x = {}, {}, _MARGIN
+    for column in range(1, max(columns.values()) + 1):
+        lines = sum(columns[name] == column for name, _ in clauses)
+        gutters[column] = x + _BEFORE
+        left[column] = x + (_BEFORE + _LANE * (lines - 1) + _AFTER if lines else 0.0)
+        x = left[column] + _WIDE
+    high = _ROW * max(rows.values()) + _HIGH + 2 * _MARGIN
+    joints = {n: (left[columns[n]] + _WIDE / 2, high - _MARGIN - _HIGH / 2 - _ROW * rows[n]) for n in box.names}
+    alternatives: list[Alternative] = []
+    for name in box.names:
+        own = [i for i, (joint, _) in enumerate(clauses) if joint == name]
+        for i, arrow in zip(_by_arrival(own, clauses, rows, lanes), _heights(len(own)), strict=True):
+            at, needs = gutters[columns[name]] + _LANE * lanes[i], {}
+            for other, position in clauses[i][1].items():
+                needs[other] = (position, joints[other][1] + (_BACK if joints[other][0] > at else 0.0))
+            alternatives.append(Alternative(name, at, joints[name][1] + arrow, needs))
+    return Diagram(joints=joints, alternatives=tuple(alternatives), size=(x + _MARGIN, high))
+
+
+def _rows(columns: Mapping[str, int], clauses: Sequence[tuple[str, Clause]]) -> dict[str, int]:
+    """The row of each joint, near those that it needs; then rows change places while that shortens the lines."""
+    rows: dict[str, int] = {}
+    for name in sorted(columns, key=columns.__getitem__):
+        near = [rows[o] for joint, clause in clauses for o in clause if joint == name and o in rows]
+        wanted = fmean(near) if near else max(rows.values(), default=-1) + 1
+        tried = sorted(range(-1 - len(rows), 2 + 2 * len(rows)), key=lambda row: (abs(row - wanted), row))
+        rows[name] = next(r for r in tried if all(_apart(name, o, columns, clauses) for o in rows if rows[o] == r))
+    used = sorted(set(rows.values()))
+    rows = {name: used.index(row) for name, row in rows.items()}
+    while True:
+        pairs = [{a: b, b: a} for a, b in combinations(range(len(used)), 2)]
+        swapped = [{name: pair.get(row, row) for name, row in rows.items()} for pair in pairs]
+        best = min(swapped, key=lambda tried: _length(tried, clauses), default=rows)
+        if _length(best, clauses) >= _length(rows, clauses):
+            return rows
+        rows = best
+
+
+def _length(rows: Mapping[str, int], clauses: Sequence[tuple[str, Clause]]) -> int:
+    """The length of all lines in rows."""
+    return sum(abs(rows[name] - rows[other]) for name, clause in clauses for other in clause)
+
+
+def _apart(one: str, other: str, columns: Mapping[str, int], clauses: Sequence[tuple[str, Clause]]) -> bool:
+    """Whether two joints and their wires have room in one row: a chain may go straight on."""
+    if columns[one] < columns[other]:
+        one, other = other, one
+    fed = {joint for joint, clause in clauses if other in clause and columns[joint] == columns[one]}
+    alternatives = sum(joint == one for joint, _ in clauses)
+    start, _ = _span(one, columns, clauses)
+    _, end = _span(other, columns, clauses)
+    return end < start or (end == start and fed == {one} and alternatives == 1)
+
+
+def _span(name: str, columns: Mapping[str, int], clauses: Sequence[tuple[str, Clause]]) -> tuple[int, int]:
+    """From the first to the last gutter or box that a joint and its wires take up; gutters are even, boxes odd."""
+    gutters = [2 * columns[joint] for joint, clause in clauses if name in clause or name == joint]
+    return min([2 * columns[name] + 1, *gutters]), max([2 * columns[name] + 1, *gutters])
+
+
+def _lanes(
+    columns: Mapping[str, int], clauses: Sequence[tuple[str, Clause]], rows: Mapping[str, int]
+) -> dict[int, int]:
+    """For each clause the number of its line in its gutter, from the left: long lines first."""
+    lengths = [max(abs(rows[name] - rows[other]) for other in clause) for name, clause in clauses]
+    order = sorted(range(len(clauses)), key=lambda i: (columns[clauses[i][0]], -lengths[i], i))
+    groups = groupby(order, key=lambda i: columns[clauses[i][0]])
+    return {i: lane for _, group in groups for lane, i in enumerate(group)}
+
+
+def _by_arrival(
+    own: Iterable[int], clauses: Sequence[tuple[str, Clause]], rows: Mapping[str, int], lanes: Mapping[int, int]
+) -> list[int]:
+    """Clauses of one joint from the uppermost arrow to the lowest, such that none crosses another's line."""
+
+    def key(i: int) -> tuple[bool, int]:
+        name, clause = clauses[i]
+        below = fmean(rows[other] for other in clause) > rows[name]
+        return below, lanes[i] if below else -lanes[i]
+
+    return sorted(own, key=key)
+
+
+def _heights(count: int) -> list[float]:
+    """Heights above the middle of a box at which so many arrows meet it, the uppermost first."""
+    step = min(2 * _SPREAD / max(count - 1, 1), 0.1)
+    return [step * ((count - 1) / 2 - k) for k in range(count)]
 
 
 def draw_interlock(axes: Axes, box: Lockbox) -> None:
-    """Who has to be where so that a joint may move; what is free at the start stands on the left."""
-    graph, middle = graph_of(box), sum(axes.get_ylim()) / 2
-    x = _columns(graph)
-    where = [(x[node.column], middle + node.height) for node in graph.nodes]
-    gates, slots, ports = _gates(graph, where), _slots(graph, where), _ports(graph, where)
-    for i, line in enumerate(graph.lines):
-        points = _points(graph, line, where)
-        aside = ports.get((i, True), 0.0), ports.get((i, False), 0.0)
-        path, end = _course(graph, line, points, gates.get(i, 0.0) if line.arrow else slots[i], aside)
-        _draw_line(axes, line, path, end)
-    for node, at in zip(graph.nodes, where, strict=True):
-        if node.kind == "all":
-            axes.add_patch(Circle(at, 0.04, facecolor=INK, zorder=4))
-        elif node.kind == "joint":
-            _draw_joint(axes, box, node.name, at)
+    """Draw which positions each joint needs before it moves. Joints that are free at the start stand on the left."""
+    diagram = diagram_of(box)
+    up = (sum(axes.get_ylim()) - diagram.size[1]) / 2
+    for (x0, y0), (x1, y1) in diagram.wires():
+        axes.plot([x0, x1], [y0 + up, y1 + up], color=INK, linewidth=0.9, zorder=1)
+    for line in diagram.alternatives:
+        heights = [line.arrow, *(height for _, height in line.needs.values())]
+        axes.plot([line.x] * 2, [min(heights) + up, max(heights) + up], color=INK, linewidth=0.9, zorder=1)
+        edge = diagram.joints[line.joint][0] - _WIDE / 2
+        style = "-|>,head_length=3.6,head_width=1.8"
+        ends = (line.x, line.arrow + up), (edge, line.arrow + up)
+        axes.add_patch(
+            FancyArrowPatch(*ends, arrowstyle=style, color=INK, linewidth=0.9, shrinkA=0, shrinkB=0, zorder=2)
+        )
+        for position, height in line.needs.values():
+            face = INK if position else "white"
+            mark = Circle((line.x, height + up), _MARK, facecolor=face, edgecolor=INK, linewidth=0.9, zorder=4)
+            axes.add_patch(mark)
+    for name, (x, y) in diagram.joints.items():
+        _draw_joint(axes, box, name, (x, y + up))
     axes.set_title("its interlock: what a joint needs to move", loc="left", fontsize=SMALL, color=INK)
 
 
@@ -101,8 +214,7 @@ def _draw_joint(axes: Axes, box: Lockbox, name: str, at: Point) -> None:
         )
     )
     axes.text(
-        at[0],
-        at[1],
+        *at,
         short_name(name),
         ha="center",
         va="center",
@@ -123,178 +235,30 @@ def short_name(name: str) -> str:
 
 
 def settable(text: str) -> str:
-    """The text in glyphs that exist, and never read as a formula."""
+    """The text with ``?`` for glyphs that the font lacks, and with ``$`` escaped, so that it is never a formula."""
     font = get_font(findfont(FontProperties()))
     return "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in text).replace("$", r"\$")
 
 
-def _side_by_side(lines: list[int], origins: dict[int, float], apart: float, most: float) -> dict[int, float]:
-    """Shifts from the middle, in the order of the lines' origins."""
-    step = min(apart, most / max(1, len(lines) - 1))
-    ordered = sorted(lines, key=lambda i: (origins[i], i))
-    return {i: (k - (len(lines) - 1) / 2) * step for k, i in enumerate(ordered)}
-
-
-def _gates(graph: Graph, where: list[Point]) -> dict[int, float]:
-    """How far above the middle of its joint's left edge each arrow arrives."""
-    arriving: dict[int, list[int]] = {}
-    for i, line in enumerate(graph.lines):
-        if line.arrow and (len(line.nodes) == 2 or where[line.nodes[-2]][0] < where[line.nodes[-1]][0]):
-            arriving.setdefault(line.nodes[-1], []).append(i)
-    origins = {i: where[line.nodes[-2]][1] for i, line in enumerate(graph.lines)}
-    return {i: shift for lines in arriving.values() for i, shift in _side_by_side(lines, origins, 0.12, 0.24).items()}
-
-
-def _slots(graph: Graph, where: list[Point]) -> dict[int, float]:
-    """How far above a dot the lines that meet in it come near it, on either side."""
-    meeting: dict[tuple[int, bool], list[int]] = {}
-    for i, line in enumerate(graph.lines):
-        if not line.arrow:
-            meeting.setdefault((line.nodes[-1], where[line.nodes[-2]][0] < where[line.nodes[-1]][0]), []).append(i)
-    origins = {i: where[line.nodes[-2]][1] for i, line in enumerate(graph.lines)}
-    return {
-        i: shift
-        for (dot, from_left), lines in meeting.items()
-        for i, shift in _side_by_side(lines, origins, _SLOT, 1.0).items()
-    }
-
-
-def _ports(graph: Graph, where: list[Point]) -> dict[tuple[int, bool], float]:
-    """How far aside a line leaves (True) or meets (False) a joint from above or below, where several share that edge.
-
-    Lines that leave run to the left, those that arrive come from the right.
-    """
-    shared: dict[tuple[int, bool], list[tuple[bool, int]]] = {}
-    for i, line in enumerate(graph.lines):
-        for leaves, joint, bend in ((True, line.nodes[0], line.nodes[1]), (False, line.nodes[-1], line.nodes[-2])):
-            if graph.nodes[bend].kind == "bend" and where[joint][0] == where[bend][0]:
-                shared.setdefault((joint, where[bend][1] > where[joint][1]), []).append((leaves, i))
-    found: dict[tuple[int, bool], float] = {}
-    for users in shared.values():
-        arriving = [i for leaves, i in users if not leaves]
-        leaving = [i for leaves, i in users if leaves]
-        places = len(arriving) + bool(leaving)
-        found |= {(i, True): -0.07 * (places - 1) for i in leaving}
-        found |= {(i, False): 0.14 * (k + bool(leaving)) - 0.07 * (places - 1) for k, i in enumerate(arriving)}
-    return found
-
-
-def _draw_line(axes: Axes, line: Line, path: Path, end: Point) -> None:
-    axes.add_patch(
-        FancyArrowPatch(
-            path=path,
-            arrowstyle="-|>,head_length=3.6,head_width=1.8" if line.arrow and not line.closed else "-",
-            color=FAINT if line.closed else INK,
-            linewidth=0.9,
-            linestyle=_DASHED if line.closed else "-",
-            zorder=2,
-        )
-    )
-    if line.closed:
-        axes.add_patch(Circle(end, _RING, facecolor="white", edgecolor=INK, linewidth=0.9, zorder=4))
-
-
-def _points(graph: Graph, line: Line, where: list[Point]) -> list[Point]:
-    """Where a line runs through. Past a joint it is level for the joint's whole width."""
-    points = [where[line.nodes[0]]]
-    for before, node, after in zip(line.nodes, line.nodes[1:], line.nodes[2:], strict=False):
-        column = graph.nodes[node].column
-        (x, y), ahead = where[node], np.copysign(_WIDE / 2, where[after][0] - where[before][0])
-        passes = column % 2 == 0 and column not in (graph.nodes[before].column, graph.nodes[after].column)
-        points += [(x - ahead, y), (x + ahead, y)] if passes else [(x, y)]
-    return [*points, where[line.nodes[-1]]]
-
-
-def _course(
-    graph: Graph, line: Line, points: list[Point], shift: float, aside: tuple[float, float]
-) -> tuple[Path, Point]:
-    """The path of a line, and where its hollow end would be.
-
-    Args:
-        graph: The drawing.
-        line: The line.
-        points: Where it runs through.
-        shift: How far above the middle of a joint's left edge, or of a dot, it arrives.
-        aside: How far to the right of the middle it leaves and meets joints from above or below.
-    """
-    first, last = points[0], points[-1]
-    if len(points) == 2 and first[0] == last[0]:
-        return _beside(first, last, shift)
-    leaves_upright, arrives_upright = first[0] == points[1][0], points[-2][0] == last[0]
-    if graph.nodes[line.nodes[0]].kind == "joint":
-        points[0] = _edge(first, points[1], aside[0]) if leaves_upright else (first[0] + _WIDE / 2, first[1])
-    if not line.arrow:
-        meet = (last[0] - _FAN if points[-2][0] < last[0] else last[0] + _FAN, last[1] + shift)
-        path = _spline([*points[:-1], meet], leaves_upright=leaves_upright, arrives_upright=False)
-        codes = np.append(np.asarray(path.codes), Path.LINETO)
-        return Path(np.vstack([np.asarray(path.vertices), last]), codes), meet
-    points[-1] = _edge(last, points[-2], aside[1]) if arrives_upright else (last[0] - _WIDE / 2, last[1] + shift)
-    path = _spline(points, leaves_upright=leaves_upright, arrives_upright=arrives_upright)
-    if arrives_upright:
-        return path, (points[-1][0], points[-1][1] + (_RING if points[-1][1] > last[1] else -_RING))
-    return path, (points[-1][0] - _RING, points[-1][1])
-
-
-def _beside(first: Point, last: Point, shift: float) -> tuple[Path, Point]:
-    """A bow on the left of a column, from one joint of it to another."""
-    edge, away = first[0] - _WIDE / 2, first[0] - _WIDE / 2 - _BOW
-    start, end = first[1] + np.copysign(_HIGH / 4, last[1] - first[1]), last[1] + shift
-    path = Path([(edge, start), (away, start), (away, end), (edge, end)], [Path.MOVETO, *[Path.CURVE4] * 3])
-    return path, (edge - _RING, end)
-
-
-def _edge(joint: Point, bend: Point, aside: float) -> Point:
-    """A point of a joint's upper or lower edge, whichever faces the bend."""
-    return joint[0] + aside, joint[1] + (_HIGH / 2 if bend[1] > joint[1] else -_HIGH / 2)
-
-
-def _spline(points: list[Point], *, leaves_upright: bool, arrives_upright: bool) -> Path:
-    """A smooth path through points, level at its ends unless it leaves or meets a joint from above or below."""
-    inner = points[leaves_upright : len(points) - arrives_upright]
-    if leaves_upright:
-        inner[0] = (inner[0][0] + np.copysign(_CORNER, inner[1][0] - inner[0][0]), inner[0][1])
-    if arrives_upright:
-        inner[-1] = (inner[-1][0] - np.copysign(_CORNER, inner[-1][0] - inner[-2][0]), inner[-1][1])
-    slopes = [0.0, *(_slope(a, b, c) for (a, b), (_, c) in pairwise(pairwise(inner))), 0.0]
-    vertices, codes = [inner[0]], [Path.MOVETO]
-    if leaves_upright:
-        vertices, codes = [points[0], (points[0][0], inner[0][1]), inner[0]], [Path.MOVETO, *[Path.CURVE3] * 2]
-    for ((x0, y0), (x1, y1)), (m0, m1) in zip(pairwise(inner), pairwise(slopes), strict=True):
-        third = 0.4 * (x1 - x0)
-        vertices += [(x0 + third, y0 + m0 * third), (x1 - third, y1 - m1 * third), (x1, y1)]
-        codes += [Path.CURVE4] * 3
-    if arrives_upright:
-        vertices += [(points[-1][0], inner[-1][1]), points[-1]]
-        codes += [Path.CURVE3] * 2
-    return Path(vertices, codes)
-
-
-def _slope(before: Point, here: Point, after: Point) -> float:
-    """The slope at a bend: level where the line turns, else between those of its sides."""
-    if (here[1] - before[1]) * (after[1] - here[1]) <= 0:
-        return 0.0
-    return (after[1] - before[1]) / (after[0] - before[0])
-
-
 def symbols(box: Lockbox) -> list[tuple[Line2D, str]]:
-    """What the marks mean, of those that the drawing has."""
+    """The legend: the marks that the diagram of this box has."""
     alternatives = [box.alternatives(name) for name in box.names]
     clauses = [clause for several in alternatives for clause in several]
     positions = [position for clause in clauses for position in clause.values()]
     target = Line2D([], [], marker="s", color="white", markeredgecolor=ACCENT, linestyle="none", markersize=5)
     found: list[tuple[Line2D, str]] = [(target, "target")]
     if any(positions):
-        found.append((_mark("-", ">", INK), "has to be open"))
+        found.append((_mark(INK), "has to be open"))
     if not all(positions):
-        found.append((_mark(_DASHED, "o", "white"), "has to be closed"))
+        found.append((_mark("white"), "has to be closed"))
     if any(len(clause) > 1 for clause in clauses):
-        found.append((_mark("none", "o", INK), "joined: all together"))
+        found.append((_mark(INK, line="-"), "on one line: all together"))
     if any(len(several) > 1 for several in alternatives):
-        found.append((_mark("none", ">", INK), "several arrows: any one"))
+        found.append((_mark(INK, marker=">"), "several arrows: any one"))
     if any(box.initial):
         found.append((Line2D([], [], marker="s", color="#d4d4d4", linestyle="none", markersize=5), "open at the start"))
     return found
 
 
-def _mark(line: Literal["-", "none"] | tuple[float, Sequence[float]], marker: str, face: str) -> Line2D:
-    return Line2D([], [], color=INK, linestyle=line, marker=marker, markersize=4, markerfacecolor=face, linewidth=0.9)
+def _mark(face: str, *, marker: str = "o", line: Literal["-", "none"] = "none") -> Line2D:
+    return Line2D([], [], color=INK, linestyle=line, linewidth=0.9, marker=marker, markersize=5, markerfacecolor=face)

@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 from lockprobe.analysis.inference.hazard import LoopEffect
 from lockprobe.analysis.inference.logrank import EventGroup
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.figures.forest import Row, forest
+from lockprobe.figures.forest import ForestRow, forest
 from lockprobe.figures.frame import (
     EXACT,
     FAINT,
@@ -22,13 +22,13 @@ from lockprobe.figures.frame import (
     heading,
     label_right,
     p_axis,
-    p_value,
     share_axis,
     step_axis,
     title,
 )
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.figures.primitives import band, bars, staircase
+from lockprobe.formatting import p_value
 
 __all__ = ["draw_loop_harm", "draw_loop_onset", "draw_loops_beside_chance"]
 
@@ -47,7 +47,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     rows = [
         _effect("step by step", found.hazard),
         _effect("after step 10", found.landmark),
-        Row(
+        ForestRow(
             name="naive: whole trials",
             said=_said(found.whole.odds_ratio, None, None, found.whole.p_value),
             value=found.whole.odds_ratio,
@@ -76,8 +76,8 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals", blind)
 
 
-def _effect(name: str, found: LoopEffect) -> Row:
-    return Row(
+def _effect(name: str, found: LoopEffect) -> ForestRow:
+    return ForestRow(
         name=name,
         said=_said(found.odds_ratio, found.low, found.high, found.p_value),
         value=found.odds_ratio,
@@ -90,9 +90,9 @@ def _effect(name: str, found: LoopEffect) -> Row:
 
 def _said(value: float | None, low: float | None, high: float | None, p: float | None) -> str:
     if value is None:
-        return "not defined" if p is None else f"not defined, {p_value(p)}"
+        return "not defined" if p is None else f"not defined, {p_value(p, '$P$')}"
     interval = "" if low is None or high is None else f" [{_short(low)}, {_short(high)}]"
-    return f"{_short(value)}{interval}, {p_value(p)}"
+    return f"{_short(value)}{interval}, {p_value(p, '$P$')}"
 
 
 def _short(ratio: float) -> str:
@@ -170,7 +170,7 @@ def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
     return title(
         axes,
         agent_label(agent),
-        f"{ratio}, log-rank: {p_value(found.p_value)}",
+        f"{ratio}, log-rank: {p_value(found.p_value, '$P$')}",
         "1 \N{MINUS SIGN} Kaplan-Meier, censored at success; 95 % bands",
     )
 

@@ -30,7 +30,6 @@ from lockprobe.figures.frame import (
     blank,
     counts,
     heading,
-    minus,
     p_axis,
     share_axis,
     step_axis,
@@ -38,6 +37,7 @@ from lockprobe.figures.frame import (
 )
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
 from lockprobe.figures.primitives import dots, key, means, published, staircase
+from lockprobe.formatting import minus
 
 __all__ = ["draw_loops_against_success", "draw_loops_by_p", "draw_success_by_p", "draw_success_curves"]
 
@@ -112,7 +112,7 @@ def draw_loops_against_success(axes: Axes, agent: AgentSummary) -> None:
         ends = [min(point.loop_rate for point in points), max(point.loop_rate for point in points)]
         axes.plot(ends, [found.intercept + found.slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
     interval = "" if found.low is None else f" [{found.low:.2f}, {found.high:.2f}]"
-    said = "r is not defined" if found.r is None else minus(f"r = {found.r:.2f}{interval}")
+    said = "r is not defined" if found.r is None else minus(f"r = {found.r:.2f}{interval}", zeros=True)
     title(axes, heading(agent), f"{said}; n = {found.n} repetitions")
     axes.set_xlim(-0.04, 1.04)
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])

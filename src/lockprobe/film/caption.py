@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-__all__ = ["WIDTH", "Line", "captioned", "opening_lines", "outcome_lines", "step_lines"]
+__all__ = ["WIDTH", "CaptionLine", "captioned", "opening_lines", "outcome_lines", "step_lines"]
 
 WIDTH = 480
 """Of a film, pixels."""
@@ -27,7 +27,7 @@ _LINE = 22
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class CaptionLine:
     """A line of the strip.
 
     Attributes:
@@ -39,23 +39,23 @@ class Line:
     alarming: bool = False
 
 
-def opening_lines(trial: Trial) -> tuple[Line, ...]:
+def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
     """What is played."""
     target = trial.labels[trial.joints.index(trial.target)]
     return (
-        Line(f"{trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"),
-        Line(f"Target: {target} ({trial.target}); {trial.budget} steps"),
+        CaptionLine(f"{trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"),
+        CaptionLine(f"Target: {target} ({trial.target}); {trial.budget} steps"),
     )
 
 
-def step_lines(trial: Trial, at: int) -> tuple[Line, ...]:
+def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
     """What is attempted in a step, counted from 0."""
     step = trial.steps[at]
     label = trial.labels[trial.joints.index(step.joint)]
-    return (Line(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
+    return (CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
 
 
-def outcome_lines(trial: Trial, at: int) -> tuple[Line, ...]:
+def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
     """The same with what came of it: truth beside told, the robot's verdict, and what the agent then says.
 
     Where pictures are shown they say what happened, so that it is said of false ones only.
@@ -72,12 +72,12 @@ def outcome_lines(trial: Trial, at: int) -> tuple[Line, ...]:
     said = f"the agent then says {later}" if later in ("moved", "blocked") else last
     return (
         *step_lines(trial, at),
-        Line(f"truth {truth}{told}{robot}", alarming=false),
-        Line(said, alarming=later is not None and later != truth),
+        CaptionLine(f"truth {truth}{told}{robot}", alarming=false),
+        CaptionLine(said, alarming=later is not None and later != truth),
     )
 
 
-def captioned(picture: NDArray[np.uint8], lines: Sequence[Line], corner: str = "") -> NDArray[np.uint8]:
+def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: str = "") -> NDArray[np.uint8]:
     """A picture, scaled to the width of a film, with a strip under it.
 
     Args:
@@ -104,7 +104,7 @@ def captioned(picture: NDArray[np.uint8], lines: Sequence[Line], corner: str = "
     return np.asarray(whole)
 
 
-def _write(draw: ImageDraw, line: Line, top: int) -> None:
+def _write(draw: ImageDraw, line: CaptionLine, top: int) -> None:
     font, text = _font(), line.text
     while draw.textlength(text, font=font) > WIDTH - 50:
         text = f"{text[:-4]}..."

@@ -16,18 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.errors import BadFile, BadValue, TrialFault
-from lockprobe.film.caption import WIDTH, Line, captioned, opening_lines, outcome_lines, step_lines
+from lockprobe.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines, step_lines
 from lockprobe.film.files import RATES, FilmFile, open_film
 from lockprobe.lockbox.box import bits
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.settings import RendererChoice, TwinSettings
+from lockprobe.plants.twin_settings import RendererChoice, TwinSettings
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot, Trial
 from lockprobe.studies.study import Study
 
 if TYPE_CHECKING:
-    from lockprobe.plants.rendering.renderers import Renderer
+    from lockprobe.plants.rendering.renderer import Renderer
 
 __all__ = ["FASTEST", "STAND_IN", "Film", "film_trial", "plan_of"]
 
@@ -173,8 +173,8 @@ class _Shooting:
         self._every = max(1, round(_HOOK_RATE * speed / rate))
         self._corner = f"{speed}x" if speed > 1 else ""
         self._calls = 0
-        self._lines: tuple[Line, ...] = ()
-        self._first: tuple[tuple[Line, ...], float] | None = None
+        self._lines: tuple[CaptionLine, ...] = ()
+        self._first: tuple[tuple[CaptionLine, ...], float] | None = None
         self._renderer: Renderer | None = None
         self._running: tuple[Any, Any] | None = None
 
@@ -190,13 +190,13 @@ class _Shooting:
             self._first = None
         self._add(picture, self._lines, self._seconds)
 
-    def begin(self, snapshot: Snapshot, lines: tuple[Line, ...]) -> None:
+    def begin(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...]) -> None:
         """From here on these lines stand under what is filmed; a plant that does not run is shown as it stands."""
         self._lines = lines
         if not self._runs:
             self.show(snapshot, lines, _HOLD / 2)
 
-    def show(self, snapshot: Snapshot, lines: tuple[Line, ...], seconds: float) -> None:
+    def show(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...], seconds: float) -> None:
         """Show for a while how the plant stands now; one that runs, and has not yet, as soon as it does."""
         if self._running is not None:
             self._add(self._oblique(), lines, seconds)
@@ -221,11 +221,11 @@ class _Shooting:
         assert self._running is not None
         model, data = self._running
         if self._renderer is None:
-            from lockprobe.plants.rendering.renderers import open_renderer
+            from lockprobe.plants.rendering.choose_renderer import open_renderer
 
             self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT, choice=self._choice)
         return self._renderer.render(data, "oblique")[0]
 
-    def _add(self, picture: NDArray[np.uint8], lines: tuple[Line, ...], seconds: float) -> None:
+    def _add(self, picture: NDArray[np.uint8], lines: tuple[CaptionLine, ...], seconds: float) -> None:
         self._file.add(captioned(picture, lines, self._corner), seconds)
         self.pictures += 1

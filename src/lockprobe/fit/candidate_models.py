@@ -18,15 +18,13 @@ from lockprobe.agents.strategies import RoundRobin
 from lockprobe.errors import UnknownName
 from lockprobe.fit.choices import Choices, Heard, rule
 from lockprobe.fit.likelihood import Lapse, Model, Softmax
+from lockprobe.fit.result import PULLS
 
-__all__ = ["PULLS", "RIVALS", "Rival", "Versions", "chosen_rivals", "mapped"]
+__all__ = ["RIVALS", "Rival", "Versions", "chosen_rivals", "mapped"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Versions = Mapping[str, Model]
-
-PULLS = ("target", "closed", "failure", "recent", "stay", "position")
-"""The pulls of :class:`lockprobe.agents.cognitive.SoftmaxMemory`, beside which it has ``decay`` and ``reset``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,14 +33,12 @@ class Rival:
 
     Attributes:
         name: Its name.
-        says: What it claims of the agent, as the rest of a sentence that begins with "the agent".
         versions: From the choices to its versions by name.
         agent: The spec of the agent of a version, without fitted parameters; empty if there is no such agent.
         heeds: Whether it heeds what was reported, not only what was attempted.
     """
 
     name: str
-    says: str
     versions: Callable[[Choices, Sequence[Heard]], Versions]
     agent: str = ""
     heeds: bool = True
@@ -165,55 +161,47 @@ def _attempts(choices: Choices, window: int) -> list[Integers]:
 _SOFTMAX = "cognitive:softmax-memory"
 
 _RIVALS = (
-    Rival(name="random", says="takes any joint", versions=_softmax("random"), agent="random", heeds=False),
+    Rival(name="random", versions=_softmax("random"), agent="random", heeds=False),
     Rival(
         name="favourite-places",
-        says="prefers some places in the listing",
         versions=_favourites("place"),
         heeds=False,
     ),
-    Rival(name="favourite-labels", says="prefers some labels", versions=_favourites("label"), heeds=False),
-    Rival(name="round-robin", says="goes through the listing, but for lapses", versions=_round_robin, heeds=False),
+    Rival(name="favourite-labels", versions=_favourites("label"), heeds=False),
+    Rival(name="round-robin", versions=_round_robin, heeds=False),
     Rival(
         name="no-repeat",
-        says="avoids or repeats the joint attempted last, whether it moved or not",
         versions=_softmax("no-repeat", "recent"),
         agent=_SOFTMAX,
         heeds=False,
     ),
     Rival(
         name="win-stay-lose-shift",
-        says="avoids or repeats the joint attempted last, depending on whether it moved",
         versions=_softmax("win-stay-lose-shift", "recent", "stay"),
         agent=_SOFTMAX,
     ),
     Rival(
         name="failure-memory",
-        says="avoids, or returns to, what failed, as far as it remembers",
         versions=_softmax("failure-memory", "failure"),
         agent=_SOFTMAX,
     ),
     Rival(
         name="goal-and-failures",
-        says="weighs the target, what has not been opened, and what failed",
         versions=_softmax("goal-and-failures", "target", "closed", "failure"),
         agent=_SOFTMAX,
     ),
     Rival(
         name="softmax-memory",
-        says="weighs the target, what has not been opened, what failed, what it did last, and the order of the listing",
         versions=_softmax("softmax-memory", *PULLS),
         agent=_SOFTMAX,
     ),
     Rival(
         name="human-inspired",
-        says="leaves what failed until something has moved, but for lapses",
         versions=_human_inspired,
         agent="{version}",
     ),
     Rival(
         name="random-map",
-        says="does in a situation what it did there first, whatever that was, but for lapses",
         versions=_random_map,
         agent="cognitive:{version}",
     ),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from lockprobe.analysis.outcomes import ended
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit.candidate_models import Rival, chosen_rivals
 from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
-from lockprobe.fit.finding import finding, predicts
 from lockprobe.fit.held_out import folds_of, held_out, predicted
 from lockprobe.fit.intervals import parameters
 from lockprobe.fit.model_comparison import Competitor, Tell, contest, lead_by_reports
@@ -127,8 +125,8 @@ def fit_agent(
         if one.bic - found.best.bic <= within:
             tell(f"{agent}: {one.rival.name}, intervals and trials left out")
             rows.append(_row(one, found.best, choices, folds))
-    shown = predicts(rows[0])
-    fit = AgentFit(
+    shown = rows[0].predicts
+    return AgentFit(
         agent=agent,
         p=tuple(sorted({trial.dose for trial in used})),
         trials=len(used),
@@ -142,9 +140,7 @@ def fit_agent(
         described=rows[0].model if shown else None,
         lead_by_reports=lead_by_reports(found.best, used, heard) if shown else None,
         own=predicted(choices, choices.own) if len(choices.own) else None,
-        finding="",
     )
-    return replace(fit, finding=finding(fit))
 
 
 def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> RivalFit:
@@ -153,7 +149,6 @@ def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> Riv
         aside = predicted(choices, held_out(one.versions, one.fitted, fold, choices.present))
     return RivalFit(
         model=one.rival.name,
-        says=one.rival.says,
         version=one.version,
         versions=len(one.versions),
         spec=_spec(one.rival.agent.format(version=one.version), found),

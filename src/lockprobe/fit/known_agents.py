@@ -16,10 +16,10 @@ import numpy as np
 from lockprobe.agents.policy import draw
 from lockprobe.record import Decision, Fact, Situation
 
-__all__ = ["WORLDS", "Favourites", "FirstFour", "Subject", "Switching", "World"]
+__all__ = ["WORLDS", "Favourites", "FirstFour", "KnownAgent", "RuleAgent", "Switching"]
 
 
-class Subject:
+class RuleAgent:
     """A rule that weighs the joints at every step, and keeps nothing between steps."""
 
     @property
@@ -42,7 +42,7 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Favourites(Subject):
+class Favourites(RuleAgent):
     """Prefers joints by what they are called, or by where they are listed.
 
     Attributes:
@@ -70,7 +70,7 @@ class Favourites(Subject):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FirstFour(Subject):
+class FirstFour(RuleAgent):
     """Attempts every joint once, in any order.
 
     Attributes:
@@ -88,7 +88,7 @@ class FirstFour(Subject):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Switching(Subject):
+class Switching(RuleAgent):
     """Follows one rule, then another.
 
     Attributes:
@@ -97,8 +97,8 @@ class Switching(Subject):
         when: ``midway`` through the budget, or ``any`` time: one of the two by a coin at every step.
     """
 
-    first: Subject
-    second: Subject
+    first: RuleAgent
+    second: RuleAgent
     when: Literal["midway", "any"] = "midway"
 
     def weights(self, situation: Situation) -> Sequence[float]:
@@ -111,48 +111,50 @@ class Switching(Subject):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class World:
+class KnownAgent:
     """An agent, and what is true of it.
 
     Attributes:
         agent: The agent, or its spec.
-        pulls: What acts on it, by the names that :func:`lockprobe.fit.finding.claims` gives: 1 if a joint becomes
+        pulls: What acts on it, by the names that :class:`lockprobe.fit.result.Claim` gives: 1 if a joint becomes
             likelier by it, -1 if less likely, None if that cannot be said. What is not named does not act on it.
     """
 
-    agent: str | Subject
+    agent: str | RuleAgent
     pulls: Mapping[str, int | None]
 
 
 _ANY = Favourites()
 _NO_REPEAT = Favourites(repeats=False)
 
-WORLDS: Mapping[str, World] = {
-    "prefers labels": World(agent=Favourites(by="label", pull=1.0), pulls={}),
-    "prefers labels, never repeats": World(agent=Favourites(by="label", pull=1.0, repeats=False), pulls={"recent": -1}),
-    "prefers labels, leaves what just failed": World(
+WORLDS: Mapping[str, KnownAgent] = {
+    "prefers labels": KnownAgent(agent=Favourites(by="label", pull=1.0), pulls={}),
+    "prefers labels, never repeats": KnownAgent(
+        agent=Favourites(by="label", pull=1.0, repeats=False), pulls={"recent": -1}
+    ),
+    "prefers labels, leaves what just failed": KnownAgent(
         agent=Favourites(by="label", pull=1.5, failure=1.0),
         pulls={"reports": 1, "failure": -1, "recent": None, "stay": 1},
     ),
-    "prefers places": World(agent=Favourites(by="place", pull=1.0), pulls={"position": 1}),
-    "prefers places, never repeats": World(
+    "prefers places": KnownAgent(agent=Favourites(by="place", pull=1.0), pulls={"position": 1}),
+    "prefers places, never repeats": KnownAgent(
         agent=Favourites(by="place", pull=1.0, repeats=False), pulls={"position": 1, "recent": -1}
     ),
-    "all joints once, then any": World(agent=FirstFour(then="any"), pulls={"recent": None}),
-    "all joints once, then stays": World(agent=FirstFour(then="stays"), pulls={"recent": None}),
-    "any joint, midway no repeats": World(agent=Switching(first=_ANY, second=_NO_REPEAT), pulls={"recent": -1}),
-    "no repeats, midway prefers labels": World(
+    "all joints once, then any": KnownAgent(agent=FirstFour(then="any"), pulls={"recent": None}),
+    "all joints once, then stays": KnownAgent(agent=FirstFour(then="stays"), pulls={"recent": None}),
+    "any joint, midway no repeats": KnownAgent(agent=Switching(first=_ANY, second=_NO_REPEAT), pulls={"recent": -1}),
+    "no repeats, midway prefers labels": KnownAgent(
         agent=Switching(first=_NO_REPEAT, second=Favourites(by="label", pull=1.5)), pulls={"recent": None}
     ),
-    "all joints once, or prefers places, by a coin": World(
+    "all joints once, or prefers places, by a coin": KnownAgent(
         agent=Switching(first=FirstFour(then="any"), second=Favourites(by="place", pull=1.5), when="any"),
         pulls={"position": 1, "recent": None},
     ),
-    "failure memory": World(
+    "failure memory": KnownAgent(
         agent="cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8",
         pulls={"reports": 1, "failure": -1, "recent": None, "stay": None},
     ),
-    "human-inspired": World(
+    "human-inspired": KnownAgent(
         agent="human-inspired:target-first?lapse=0.15",
         pulls=dict.fromkeys(("target", "closed", "failure", "recent", "stay", "position"), None) | {"reports": 1},
     ),

@@ -18,13 +18,12 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.finding import CLOSE, Claim, claims
 from lockprobe.fit.fitting import fit_agent
 from lockprobe.fit.intervals import parameters
-from lockprobe.fit.known_agents import WORLDS, World
+from lockprobe.fit.known_agents import WORLDS, KnownAgent
 from lockprobe.fit.model_comparison import Competitor, contest
 from lockprobe.fit.optimise import maximum
-from lockprobe.fit.result import Parameter
+from lockprobe.fit.result import CLOSE, FitClaim, Parameter
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
@@ -33,12 +32,13 @@ from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.protocols import Agent
 from lockprobe.record import Trial
+from lockprobe.spec import Spec
 from lockprobe.trial import play
 
 __all__ = [
-    "Design",
     "Judged",
     "Recovered",
+    "RecoveryDesign",
     "Won",
     "recover_findings",
     "recover_models",
@@ -48,7 +48,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Design:
+class RecoveryDesign:
     """Which trials are played; the paper's flip study without anything said.
 
     Attributes:
@@ -130,7 +130,7 @@ class Judged:
     misled: int
 
 
-def simulate(agent: str | Agent, design: Design, seed: int) -> list[Trial]:
+def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Trial]:
     """One study of an agent.
 
     Args:
@@ -171,7 +171,7 @@ def simulate(agent: str | Agent, design: Design, seed: int) -> list[Trial]:
 
 
 def recover_parameters(
-    truth: Mapping[str, float], *, sets: int, design: Design | None = None, seed: int = 1
+    truth: Mapping[str, float], *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> list[Recovered]:
     """How well the softmax over a fading memory is found again, parameter by parameter.
 
@@ -182,10 +182,10 @@ def recover_parameters(
         seed: Of the first; the others follow.
     """
     model = "softmax-memory"
-    spec = f"cognitive:{model}?{'&'.join(f'{name}={value!r}' for name, value in truth.items())}"
+    spec = str(Spec("cognitive", model, {name: repr(value) for name, value in truth.items()}))
     known = {"decay": 1.0, "reset": 1.0} | dict(truth)
     found = []
-    for trials in _studies(spec, sets, design or Design(), seed):
+    for trials in _studies(spec, sets, design or RecoveryDesign(), seed):
         heard = [hear(trial) for trial in trials]
         choices = choices_of(trials, heard)
         fitted = RIVALS[model].versions(choices, heard)[model]
@@ -193,7 +193,7 @@ def recover_parameters(
     return [_recovered(known.get(same[0].name, 0.0), same) for same in zip(*found, strict=True)]
 
 
-def _studies(agent: str | Agent, sets: int, design: Design, seed: int) -> Iterator[list[Trial]]:
+def _studies(agent: str | Agent, sets: int, design: RecoveryDesign, seed: int) -> Iterator[list[Trial]]:
     return (simulate(agent, design, seed + i) for i in range(sets))
 
 
@@ -212,7 +212,7 @@ def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
 
 
 def recover_models(
-    agents: Mapping[str, str | Agent], *, sets: int, design: Design | None = None, seed: int = 1
+    agents: Mapping[str, str | Agent], *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> list[Won]:
     """How often the true model wins against all others.
 
@@ -226,7 +226,7 @@ def recover_models(
         UnknownName: If there is no such model.
     """
     chosen_rivals(agents)
-    asked, found = design or Design(), []
+    asked, found = design or RecoveryDesign(), []
     for model, agent in agents.items():
         bic: Counter[str] = Counter()
         aicc: Counter[str] = Counter()
@@ -244,7 +244,7 @@ def _aicc(one: Competitor) -> float:
 
 
 def recover_findings(
-    worlds: Mapping[str, World] = WORLDS, *, sets: int, design: Design | None = None, seed: int = 1
+    worlds: Mapping[str, KnownAgent] = WORLDS, *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> Iterator[Judged]:
     """How often findings claim of an agent what is not true of it, one kind of agent after the other.
 
@@ -254,7 +254,7 @@ def recover_findings(
         design: Which trials each has; the paper's without it.
         seed: Of the first study of each; the others follow.
     """
-    asked = design or Design()
+    asked = design or RecoveryDesign()
     for name, world in worlds.items():
         best: Counter[str] = Counter()
         told: Counter[str] = Counter()
@@ -262,7 +262,7 @@ def recover_findings(
         described = misled = 0
         for trials in _studies(world.agent, sets, asked, seed):
             fit = fit_agent(name, trials, chosen_rivals(), boxes={asked.box.name: asked.box}, within=CLOSE)
-            found = claims(fit)
+            found = fit.claims
             wrong = [claim for claim in found if not _true(claim, world)]
             best[fit.rivals[0].model] += 1
             described += fit.described is not None
@@ -280,9 +280,9 @@ def recover_findings(
         )
 
 
-def _true(claim: Claim, world: World) -> bool:
+def _true(claim: FitClaim, world: KnownAgent) -> bool:
     return world.pulls.get(claim.about, 0) in (None, claim.direction)
 
 
-def _signed(claim: Claim) -> str:
+def _signed(claim: FitClaim) -> str:
     return f"{claim.about} {'+' if claim.direction > 0 else '-'}"

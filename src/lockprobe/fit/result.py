@@ -1,16 +1,20 @@
-"""What a fit says, as values."""
+"""The result of a fit: parameters, predictions, models in order, and what they claim of an agent."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-__all__ = ["CAUTION", "AgentFit", "FitReport", "Parameter", "Predicted", "RivalFit"]
+__all__ = ["CLOSE", "PULLS", "AgentFit", "FitClaim", "FitReport", "Parameter", "Predicted", "RivalFit"]
 
-CAUTION = (
-    "Models are compared only with each other: the best of them may be far from what the agent does, and a model that "
-    "predicts choices need not be how they are made."
-)
-"""What would be wrong to conclude."""
+CLOSE = 6.0
+"""Difference in BIC below which a second model is not told apart from the first: odds of 20 to 1."""
+
+PULLS = ("target", "closed", "failure", "recent", "stay", "position")
+"""The pulls of :class:`lockprobe.agents.cognitive.SoftmaxMemory`, which also has ``decay`` and ``reset``."""
+
+_BY_REPORTS = ("closed", "failure", "stay")
+"""Pulls that depend on what was reported."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +34,23 @@ class Parameter:
     low: float | None
     high: float | None
     at_bound: bool
+
+    @property
+    def pull(self) -> Parameter:
+        """The same as a pull towards a joint: ``failure`` is one away from it."""
+        if self.name != "failure":
+            return self
+        return replace(self, value=-self.value, low=_negated(self.high), high=_negated(self.low))
+
+    @property
+    def shown(self) -> bool:
+        """Whether it is a pull whose interval leaves out 0."""
+        clear = (self.low is not None and self.low > 0) or (self.high is not None and self.high < 0)
+        return self.name in PULLS and clear
+
+
+def _negated(end: float | None) -> float | None:
+    return None if end is None else -end
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +80,6 @@ class RivalFit:
 
     Attributes:
         model: Its name.
-        says: What it claims of the agent, the rest of a sentence.
         version: The version of it that fits best.
         versions: How many there were to choose from.
         spec: An agent that acts as fitted; None where there is none.
@@ -74,7 +94,6 @@ class RivalFit:
     """
 
     model: str
-    says: str
     version: str
     versions: int
     spec: str | None
@@ -85,6 +104,25 @@ class RivalFit:
     bic: float
     behind: float
     held_out: Predicted | None
+
+    @property
+    def predicts(self) -> bool:
+        """Whether it is shown to predict trials that it was not fitted to better than chance."""
+        return bool(self.parameters) and self.held_out is not None and (self.held_out.low or 0.0) > 0
+
+
+class FitClaim(NamedTuple):
+    """What the best model claims of an agent.
+
+    Attributes:
+        about: The pull that acts on it; ``reports`` if it is that they are heeded.
+        direction: 1 if the pull makes a joint likelier or reports are heeded, -1 if it makes a joint less likely.
+        pull: The pull; None for reports.
+    """
+
+    about: str
+    direction: int
+    pull: Parameter | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +145,6 @@ class AgentFit:
         lead_by_reports: How far that model is ahead, in BIC, of itself where every attempt counts as failed, whatever
             was reported; None without such a model, or if it heeds no report.
         own: Of the probabilities that the agent itself recorded; no model can be expected to do better.
-        finding: What is found, in words.
     """
 
     agent: str
@@ -123,7 +160,30 @@ class AgentFit:
     described: str | None
     lead_by_reports: float | None
     own: Predicted | None
-    finding: str
+
+    @property
+    def close(self) -> tuple[RivalFit, ...]:
+        """The models that are not told apart from the best."""
+        return tuple(rival for rival in self.rivals[1:] if rival.behind < CLOSE)
+
+    @property
+    def needs_no_reports(self) -> bool:
+        """Whether the best model heeds reports and is no worse without them."""
+        return self.lead_by_reports is not None and self.lead_by_reports < CLOSE
+
+    @property
+    def claims(self) -> tuple[FitClaim, ...]:
+        """What acts on the agent, by the model that is best by BIC; nothing if it is not shown to predict."""
+        best = self.rivals[0]
+        if not best.predicts:
+            return ()
+        heeded = self.lead_by_reports is not None and not self.needs_no_reports
+        silent = _BY_REPORTS if self.needs_no_reports else ()
+        pulls = [one.pull for one in best.parameters if one.name not in silent]
+        return (
+            *([FitClaim("reports", 1)] if heeded else []),
+            *(FitClaim(one.name, 1 if one.value > 0 else -1, one) for one in pulls if one.shown),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,9 +193,7 @@ class FitReport:
     Attributes:
         agents: One for each agent, or for each agent and p.
         folds: Parts of the trials that were left out in turn.
-        caution: What would be wrong to conclude.
     """
 
     agents: tuple[AgentFit, ...]
     folds: int
-    caution: str = CAUTION

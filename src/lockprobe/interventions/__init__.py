@@ -1,1 +1,1 @@
-"""What can be changed between a box and an agent: interventions at the four places of the loop, and how it is shown."""
+"""Interventions at the four places of the loop between agent and box, and how the box is shown."""

@@ -1,4 +1,4 @@
-"""False reports that come in runs."""
+"""The intervention ``burst``: false reports that come in runs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The box as pictures: in colour, or in colour and depth (paper, Sec. 2.2: RGB and RGB-D).
+"""The modalities ``rgb`` and ``rgbd``: the box as pictures, with or without depth (paper, Sec. 2.2).
 
-A picture shows what the report before it says: the truth, or what interventions made of it. Besides it can be degraded,
-as a lens, a sensor and a thing in the way degrade it.
+A picture shows what the report says: the truth, or what interventions made of it. It can also be degraded, as by a
+lens, a sensor or an obstacle.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From specs to interventions: ``flip?p=0.4``, and several with plus signs between, in the order in which they act.
+"""The interventions by spec: ``flip?p=0.4``; plus signs join several, in the order in which they act.
 
 What ships is every class of this package with a ``name``. A package of one's own adds to it by an entry point in the
 group ``lockprobe.interventions``, whose name is the spec's; ``python:module:Name?lag=1`` names a class directly, from
@@ -13,12 +13,11 @@ from collections.abc import Sequence
 from dataclasses import is_dataclass
 from functools import cache
 from typing import Any, TypeVar
-from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plugins import Listed, find_plugin, listed_plugins, plugin_name_of, plugin_names
 from lockprobe.protocols import Intervention
-from lockprobe.spec import in_words, options_of, read_options, with_options
+from lockprobe.spec import Spec, in_words, options_of, split_specs, with_options
 
 __all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "packaged", "place_of", "shipped", "spec_of", "with_words"]
 
@@ -69,7 +68,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     """
     if spec.strip() in ("", TRUTH):
         return ()
-    return tuple(_made(part.strip()) for part in spec.split("+"))
+    return tuple(_made(Spec.parse(part, "intervention")) for part in split_specs(spec))
 
 
 def spec_of(intervention: Intervention) -> str:
@@ -86,7 +85,7 @@ def spec_of(intervention: Intervention) -> str:
         for option in options_of(kind)
         if option.field == getattr(kind, "dose", "") or getattr(intervention, option.field) != option.default
     }
-    return f"{name}?{urlencode(options, safe=';')}" if options else name
+    return str(Spec.parse(name, "intervention").adding(options))
 
 
 def place_of(kind: type[Any]) -> str:
@@ -107,8 +106,8 @@ def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
     return (*(one for one in interventions if one not in after), words, *after)
 
 
-def _made(spec: str) -> Intervention:
-    name, options = read_options(spec, "intervention")
+def _made(spec: Spec) -> Intervention:
+    name, options = spec.full_name, spec.options
     if name in shipped():
         own: Intervention = with_options(shipped()[name], name, options)
         return own

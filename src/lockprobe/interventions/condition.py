@@ -7,14 +7,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
-from urllib.parse import urlencode
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.protocols import Intervention
 from lockprobe.record import STATES
-from lockprobe.spec import read_options, spec_name
+from lockprobe.spec import Spec, spec_kind, spec_name, split_specs
 
 __all__ = [
     "MODALITIES",
@@ -113,7 +112,7 @@ class Condition:
         """Whether it is the truth: nothing acts, or at dose 0. Reports without positions are not."""
         if not self.tells_positions:
             return False
-        options = [read_options(spec, "intervention")[1] for spec in self.specs]
+        options = [Spec.parse(spec, "intervention").options for spec in self.specs]
         return all(dose and float(found[dose]) == 0 for found, dose in zip(options, self.doses, strict=True))
 
     @property
@@ -133,8 +132,8 @@ class Condition:
 def _flip_alone(specs: Sequence[str]) -> OutcomeFlip | None:
     if not specs:
         return OutcomeFlip()
-    name, options = read_options(specs[0], "intervention")
-    if len(specs) > 1 or name != OutcomeFlip.name or not options.keys() <= {"p", "persistence"}:
+    first = Spec.parse(specs[0], "intervention")
+    if len(specs) > 1 or first.full_name != OutcomeFlip.name or not first.options.keys() <= {"p", "persistence"}:
         return None
     (flip,) = interventions_of(specs[0])
     assert isinstance(flip, OutcomeFlip)
@@ -144,7 +143,7 @@ def _flip_alone(specs: Sequence[str]) -> OutcomeFlip | None:
 def _made(one: Intervention | Recorded) -> Intervention:
     if not isinstance(one, Recorded):
         return one
-    if one.spec.startswith("python:"):
+    if spec_kind(one.spec) == "python":
         raise BadValue("intervention", one.spec, "one that is named on the command line: settings import nothing")
     (made,) = interventions_of(one.spec)
     return made
@@ -191,9 +190,10 @@ def read_condition(spec: str, name: str = "") -> Condition:
         UnknownName: If there is no such intervention, or it has no such option.
         BadValue: If an option has a value that it cannot have.
     """
-    acting, _, last = spec.rpartition("+")
-    if spec_name(last.strip()) in MODALITIES:
-        return Condition(interventions=interventions_of(acting), modality=_without_zeros(last.strip()), name=name)
+    *acting, last = split_specs(spec)
+    if spec_name(last) in MODALITIES:
+        interventions = interventions_of(" + ".join(acting))
+        return Condition(interventions=interventions, modality=_without_zeros(last), name=name)
     return Condition(interventions=interventions_of(spec), modality=default_modality(spec), name=name)
 
 
@@ -203,19 +203,15 @@ def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
     >>> modality_doses("rgbd?blur=8&depth=height")
     ('rgbd?depth=height', {'blur': '8'})
     """
-    name, options = read_options(modality, "modality")
-    doses = {option: value for option, value in options.items() if option in MODALITY_DOSES}
-    rest = {option: value for option, value in options.items() if option not in doses}
-    return (f"{name}?{urlencode(rest)}" if rest else name), doses
+    spec = Spec.parse(modality, "modality")
+    doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
+    return str(spec.without(doses)), doses
 
 
 def _without_zeros(modality: str) -> str:
     """A modality without doses of 0, which do nothing, so that it has one name."""
-    name, options = read_options(modality, "modality")
-    kept = {
-        option: value for option, value in options.items() if option not in MODALITY_DOSES or value not in ("0", "0.0")
-    }
-    return f"{name}?{urlencode(kept)}" if kept else name
+    spec = Spec.parse(modality, "modality")
+    return str(spec.without([dose for dose in MODALITY_DOSES if spec.options.get(dose) in ("0", "0.0")]))
 
 
 def sweep(spec: str) -> tuple[Condition, ...]:
@@ -237,7 +233,7 @@ def sweep(spec: str) -> tuple[Condition, ...]:
         BadValue: As :func:`read_condition`, if there are not several values of a dose, if there are of two options of
             one intervention, and if there are too many combinations.
     """
-    parts = [part.strip() for part in spec.split("+")]
+    parts = split_specs(spec)
     swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
     if not swept or any(len(found) > 1 for found in swept.values()):
         raise BadValue("sweep", spec, "several values of a dose with commas between, for example tremble?p=0,0.1,0.2")
@@ -273,14 +269,13 @@ def _idle(part: str) -> bool:
 
 
 def _several(part: str) -> list[tuple[str, list[str]]]:
-    options = read_options(part.strip(), "sweep")[1]
+    options = Spec.parse(part, "sweep").options
     return [(option, value.split(",")) for option, value in options.items() if "," in value]
 
 
 def _with(part: str, option: str, value: str) -> str:
     """A spec with one value in place of several."""
-    name, options = read_options(part.strip(), "sweep")
-    return f"{name}?{urlencode({**options, option: value.strip()})}"
+    return str(Spec.parse(part, "sweep").adding({option: value.strip()}))
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:

@@ -1,4 +1,4 @@
-"""Whether an agent is asked how sure it is."""
+"""The intervention ``confidence``: the agent is asked how sure it is."""
 
 from __future__ import annotations
 

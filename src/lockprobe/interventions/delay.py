@@ -1,4 +1,4 @@
-"""Reports that come late."""
+"""The intervention ``delay``: reports that come late."""
 
 from __future__ import annotations
 

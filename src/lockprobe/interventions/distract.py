@@ -1,4 +1,4 @@
-"""A sentence beside the report about something else."""
+"""The intervention ``distract``: an irrelevant sentence next to the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reports that do not come."""
+"""The intervention ``drop``: missing reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interventions on what is told. They change the report, never the box."""
+"""The intervention ``flip``: false reports, the noise of the paper (Sec. 3.2). The box stays as it is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A step that the experimenter takes."""
+"""The intervention ``force``: the experimenter chooses the joint at one step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A past with gaps."""
+"""The intervention ``forget``: the agent loses exchanges of its past at random."""
 
 from __future__ import annotations
 

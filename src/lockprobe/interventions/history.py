@@ -1,4 +1,4 @@
-"""A past that ends some exchanges ago."""
+"""The intervention ``history``: the agent knows only the newest exchanges of its past."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether an agent has to say how the box works, before it chooses or after."""
+"""The intervention ``hypothesis``: the agent says how the box works before or after it chooses, or never."""
 
 from __future__ import annotations
 

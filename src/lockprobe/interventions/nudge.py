@@ -1,4 +1,4 @@
-"""A sentence beside the report that names the agent's loop."""
+"""The intervention ``nudge``: a sentence tells the agent that it repeats an action loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An instruction of one's own."""
+"""The intervention ``prompt``: an instruction from a file."""
 
 from __future__ import annotations
 

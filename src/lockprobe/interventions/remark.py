@@ -1,4 +1,4 @@
-"""A sentence beside the report that says nothing."""
+"""The intervention ``remark``: an empty sentence, as the control of ``nudge``."""
 
 from __future__ import annotations
 

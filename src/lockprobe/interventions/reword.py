@@ -1,4 +1,4 @@
-"""The same facts in other words."""
+"""The intervention ``reword``: the same report in other words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hand that slips."""
+"""The intervention ``tremble``: another joint than the chosen one is attempted."""
 
 from __future__ import annotations
 

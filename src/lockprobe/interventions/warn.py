@@ -1,4 +1,4 @@
-"""A warning that reports may be false."""
+"""The intervention ``warn``: the instruction says that reports may be false."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The symbolic observation (paper, Sec. 2.2: predefined labels of each joint and its corresponding state)."""
+"""The modality ``symbolic``: reports in words, with the label and the state of each joint (paper, Sec. 2.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The false reports of another trial."""
+"""The intervention ``yoked``: false reports at the steps of another trial's flips."""
 
 from __future__ import annotations
 

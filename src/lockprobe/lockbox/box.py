@@ -21,7 +21,7 @@ Clause = Mapping[str, bool]
 """Positions of other joints that must all hold."""
 
 MAX_JOINTS = 8
-"""As many as there are labels for."""
+"""Largest number of joints: there are this many labels."""
 
 JointKind = Literal["prismatic", "revolute"]
 
@@ -38,7 +38,7 @@ class Joint:
     Attributes:
         name: Its name in the box; the agent never sees it.
         kind: ``prismatic`` (slides) or ``revolute`` (turns).
-        place: Where it sits on the panel, in panel widths from the left and panel heights from below, [0, 1].
+        place: Its position on the panel, in panel widths from the left and panel heights from below, [0, 1].
     """
 
     name: str
@@ -104,7 +104,7 @@ class Lockbox:
         return tuple(joint.name for joint in self.joints)
 
     def as_data(self) -> dict[str, object]:
-        """The box as JSON would hold it; positions are 0 and 1."""
+        """The box as JSON data; positions are 0 and 1."""
         return {
             "name": self.name,
             "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in self.joints],
@@ -118,7 +118,7 @@ class Lockbox:
 
     @property
     def target_index(self) -> int:
-        """Place of the target joint in panel order."""
+        """Index of the target joint in panel order."""
         return self.names.index(self.target)
 
     def alternatives(self, joint: str) -> tuple[Clause, ...]:
@@ -127,7 +127,7 @@ class Lockbox:
         return tuple(clauses) if all(clauses) else ()
 
     def may_move(self, configuration: Configuration, joint: int) -> bool:
-        """Whether the interlock lets a joint (by place in panel order) move in a configuration."""
+        """Whether the interlock lets a joint (by index in panel order) move in a configuration."""
         return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])
 
     def attempt(self, configuration: Configuration, joint: int) -> tuple[Configuration, bool]:
@@ -135,7 +135,7 @@ class Lockbox:
 
         Args:
             configuration: The configuration before.
-            joint: The joint's place in panel order.
+            joint: The joint's index in panel order.
 
         Returns:
             The configuration after, and whether the joint moved. Only the attempted joint can change.

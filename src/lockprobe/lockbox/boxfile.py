@@ -33,10 +33,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, BadValue, printable
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_toml
 from lockprobe.lockbox.box import Clause, Joint, Lockbox, bits
 from lockprobe.lockbox.check import fault_of
+from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
 __all__ = ["box_from_data", "read_box", "toml_of"]

@@ -1,4 +1,4 @@
-"""Whether a box can be played, and if not, why."""
+"""Checks that a box can be played, and says why not."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ FaultKind = Literal["nothing moves", "unsolvable", "contradictory", "too short"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """Why a box is refused.
+    """Why a box cannot be played.
 
     Attributes:
         kind: ``nothing moves``: every joint is locked at the start. ``unsolvable``: no sequence of attempts moves the
             target. ``contradictory``: an alternative of the target holds in no configuration that can be reached, so
             the box is not what its interlock says. ``too short``: it is solved in fewer steps than were asked for.
-        reason: The same in a line, with names.
+        reason: The fault in one line, with names.
     """
 
     kind: FaultKind

@@ -1,4 +1,4 @@
-"""How hard a box is, in exact numbers. Each is defined in its docstring, and with examples in docs/boxes.md."""
+"""How hard a box is, in exact numbers (docs/boxes.md has examples)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["Difficulty", "cycle_success", "depths", "difficulty", "undone"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difficulty:
-    """How hard a box is. What a box that nothing opens does not have is None.
+    """How hard a box is. Numbers that an unsolvable box lacks are None.
 
     Attributes:
         optimum: The fewest steps that move the target.
-        optimal_plans: The number of plans with so many steps.
+        optimal_plans: The number of plans with that many steps.
         depth: How many joints deep the interlock is: the layer of the target in :func:`depths`. Never more than the
             optimum; less where several joints are needed side by side, or where moves have to be undone.
         undone: The fewest moves of an optimal plan that put a joint back where it started. Where clauses only ask for
@@ -52,7 +52,7 @@ class Difficulty:
 
 
 def difficulty(box: Lockbox) -> Difficulty:
-    """All of these numbers, exactly."""
+    """All measures of difficulty, exactly."""
     space = space_of(box)
     plans = optimal_plans(box, limit=0)
     steps, blocked = _random_walk(space)
@@ -105,13 +105,13 @@ def cycle_success(box: Lockbox, budget: int = 20) -> float:
 
 def _cycle_success(space: Space, budget: int) -> float:
     cycles = orders(space.joints)
-    places = np.full(len(cycles), space.start)
+    configurations = np.full(len(cycles), space.start)
     solved = np.zeros(len(cycles), bool)
     for step in range(budget):
         joint = cycles[:, step % space.joints]
-        moved = space.may_move[places, joint]
+        moved = space.may_move[configurations, joint]
         solved |= moved & (joint == space.target)
-        places ^= np.where(moved, 1 << joint, 0)
+        configurations ^= np.where(moved, 1 << joint, 0)
     return float(solved.mean())
 
 
@@ -119,17 +119,17 @@ def _random_walk(space: Space) -> tuple[float, float | None]:
     """Expected steps of a random agent, and the share of them that are blocked, from the expected visits."""
     if space.optimum is None:
         return float("inf"), None
-    places = space.reachable
+    reachable = space.reachable
     row = np.full(len(space.steps), -1)
-    row[places] = np.arange(places.size)
-    flow = np.eye(places.size)
+    row[reachable] = np.arange(reachable.size)
+    flow = np.eye(reachable.size)
     for j in range(space.joints):
-        moved = space.may_move[places, j]
-        after = np.where(moved, places ^ (1 << j), places)
+        moved = space.may_move[reachable, j]
+        after = np.where(moved, reachable ^ (1 << j), reachable)
         stays = ~moved if j == space.target else np.ones_like(moved)
         np.subtract.at(flow, (row[after[stays]], np.flatnonzero(stays)), 1 / space.joints)
-    visits = np.linalg.solve(flow, np.eye(places.size)[0])
-    blocked = 1 - space.may_move[places].mean(axis=1)
+    visits = np.linalg.solve(flow, np.eye(reachable.size)[0])
+    blocked = 1 - space.may_move[reachable].mean(axis=1)
     return float(visits.sum()), float(visits @ blocked / visits.sum())
 
 

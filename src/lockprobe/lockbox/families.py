@@ -1,4 +1,4 @@
-"""Boxes by name.
+"""Find a box by name, by file or by plugin.
 
 ``chain-4`` is the default: the target (leftmost revolute) needs slider 1, slider 1 needs slider 2, slider 2
 needs the right revolute, which is free. It has the four joints of the paper's box (Sec. 2.1: two prismatic in
@@ -17,7 +17,7 @@ from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.generate import random_box
 from lockprobe.lockbox.structures import STRUCTURES
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
-from lockprobe.spec import read_options
+from lockprobe.spec import Spec, spec_kind, spec_name
 
 __all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
 
@@ -26,16 +26,16 @@ _LARGEST_SEED = 10**9 - 1
 
 
 def named_boxes() -> tuple[str, ...]:
-    """Names that :func:`box` knows, beside ``random-N-SEED``."""
+    """Names that :func:`box` knows, in addition to ``random-N-SEED``."""
     return tuple(STRUCTURES)
 
 
 def sized(family: str, joints: int | None) -> str:
-    """The full name of a family with so many joints, for example ``chain-5`` for ``chain`` and 5.
+    """The full name of a family's box of a given size, for example ``chain-5`` for ``chain`` and 5.
 
     Args:
-        family: With its number or without, or ``random``.
-        joints: How many joints its boxes have; None is 4, or what the name says.
+        family: A family with or without its number, or ``random``.
+        joints: Number of joints; None means the number in the name, or else 4.
 
     Raises:
         BadValue: If the family has no box of that size; the message lists the sizes that it has.
@@ -51,16 +51,16 @@ def sized(family: str, joints: int | None) -> str:
 
 
 def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
-    """A box by name, by the path of a TOML file, or as it is: wherever somebody asks for a box.
+    """A box from a name, the path of a TOML file, or a :class:`Lockbox`.
 
     A name is one that :func:`box` knows, one that an installed package adds by an entry point in the group
     ``lockprobe.boxes``, or ``python:module:Name?option=value``: a :class:`Lockbox`, or a function that returns one.
 
     Raises:
-        UnknownName: If there is no box of the name, or it has no such option.
-        BadFile: If the file holds none that can be played.
-        BadValue: If it is neither, or what a package adds is no box that can be played.
-        BrokenPlugin: If what a package adds does not work.
+        UnknownName: If there is no box of that name, or it has no such option.
+        BadFile: If the file holds no box that can be played.
+        BadValue: If ``asked`` is none of these, or a package's box cannot be played.
+        BrokenPlugin: If a package's code fails.
 
     >>> find_box("chain-4") == find_box(find_box("chain-4"))
     True
@@ -69,21 +69,21 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
         return asked
     if not isinstance(asked, str | Path):
         raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
-    if isinstance(asked, Path) or (not asked.startswith("python:") and (asked.endswith(".toml") or "/" in asked)):
+    if isinstance(asked, Path) or (spec_kind(asked) != "python" and (asked.endswith(".toml") or "/" in asked)):
         from lockprobe.lockbox.boxfile import read_box  # pydantic: not for a box by name
 
         return read_box(Path(asked))
-    name = asked.partition("?")[0]
+    name = spec_name(asked)
     if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", name)) is None:
         return box(asked)
     return _of_another_package(asked, plugin)
 
 
 def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
-    """A box that Lockprobe does not have itself."""
+    """A box from another package."""
     from lockprobe.lockbox.check import fault_of
 
-    found = plugin.make(read_options(asked, "box")[1])
+    found = plugin.make(Spec.parse(asked, "box").options)
     if not isinstance(found, Lockbox):
         raise BadValue("box", asked, "a Lockbox, or a function that returns one")
     if fault := fault_of(found):

@@ -1,4 +1,4 @@
-"""Boxes from recipes: one seeded generator over interlock, layout, names and start. Same recipe, same box."""
+"""Random boxes from recipes: a seeded generator of interlock, layout, names and start."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lockprobe.lockbox.layouts import LayoutName, laid_out
 from lockprobe.lockbox.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.seeds import generator, integer_seed
 
-__all__ = ["InitialName", "Recipe", "Refused", "generate", "random_box"]
+__all__ = ["InitialName", "Recipe", "RefusedRecipe", "generate", "random_box"]
 
 InitialName = Literal["rest", "random"]
 
@@ -26,7 +26,7 @@ _RANDOM = re.compile(r"random-([2-8])")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """What a box is made from.
+    """The parameters of a generated box. Equal recipes give equal boxes.
 
     Attributes:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
@@ -75,15 +75,15 @@ class Recipe:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refused:
-    """A recipe that gives no box that can be played, and why."""
+class RefusedRecipe:
+    """A recipe whose box cannot be played, and why."""
 
     recipe: Recipe
     fault: Fault
 
 
-def generate(recipe: Recipe) -> Lockbox | Refused:
-    """The box of a recipe, or why there is none: nothing is drawn again until it fits."""
+def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
+    """The box of a recipe, or why there is none. It never redraws."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
         box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))
@@ -94,7 +94,7 @@ def generate(recipe: Recipe) -> Lockbox | Refused:
         start = generator(recipe.seed, "box", "initial").random(len(box.joints)) < 0.5
         box = replace(box, initial=tuple(bool(position) for position in start))
     fault = fault_of(box, recipe.shortest)
-    return Refused(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
+    return RefusedRecipe(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
 
 
 def random_box(joints: int, seed: int) -> Lockbox:

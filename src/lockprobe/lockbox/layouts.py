@@ -1,4 +1,4 @@
-"""Where joints sit on the panel: six layouts, and the same box with its joints dealt anew.
+"""Positions of joints on the panel: six layouts, and random reassignment of joints to positions.
 
 Three layouts are those of Baum et al. (IROS 2017): ``serial``, a row along the interlock; ``zigzag``, the same on two
 rows; ``ngram``, the corners of a polygon in the order of its star, so that joints that lock each other lie across.
@@ -62,7 +62,7 @@ def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Pl
 
 
 def _shuffled(count: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """An order of so many, made of uniform numbers alone: their stream is the same in every release of numpy."""
+    """A random order made from uniform numbers, whose stream is the same in every release of numpy."""
     return np.argsort(rng.random(count), kind="stable")
 
 
@@ -126,14 +126,14 @@ def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
 
 
 def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (by place in panel order, the first first) of which one is named in the other's interlock."""
+    """Pairs of joints (by index in panel order, the first first) of which one is named in the other's interlock."""
     index = {name: i for i, name in enumerate(box.names)}
     named = ((index[j], index[o]) for j in box.names for clause in box.alternatives(j) for o in clause)
     return {(min(pair), max(pair)) for pair in named}
 
 
 def neighbours(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (by place in panel order, the first first) of which one is nearest to the other, or as near."""
+    """Pairs of joints (by index in panel order, the first first) of which one is nearest to the other, or as near."""
     spots = np.array([joint.place for joint in box.joints])
     far = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
     np.fill_diagonal(far, np.inf)

@@ -1,4 +1,4 @@
-"""A box in characters, for terminals: its panel, and its interlock as a tree from the target down."""
+"""A box as text for terminals: its panel, and its interlock as a tree from the target down."""
 
 from __future__ import annotations
 
@@ -9,29 +9,28 @@ from lockprobe.lockbox.box import Joint, Lockbox
 __all__ = ["ascii_only", "interlock_lines", "panel_lines"]
 
 _WIDE, _ROW = 60, 0.12
-"""Characters inside the panel; joints whose heights differ by less stand in one row."""
+"""Width of the panel in characters; joints whose heights differ by less are in one row."""
 
 _SYMBOLS = {"prismatic": ("[#-]", "[-#]", "[? ]"), "revolute": ("(|) ", "(-) ", "(?) ")}
-"""What is drawn for a closed joint, for an open one, and for one of which nothing is told."""
+"""Symbols of a closed joint, an open joint, and a joint whose position is not told."""
 
 _ASCII = str.maketrans("┌┐└┘─│├", "++++-||")
 
 
 def ascii_only(text: str) -> str:
-    """The same with dashes and bars in place of box-drawing characters."""
+    """The text with dashes and bars instead of box-drawing characters."""
     return text.translate(_ASCII)
 
 
 def panel_lines(
     box: Lockbox, *, labels: Sequence[str] | None = None, positions: Sequence[bool | None] | None = None
 ) -> list[str]:
-    """The panel at the start, or as it is told. Under each joint it stands which it is; a star marks the target.
+    """The panel at the start, or as it is told, with a label under each joint; a star marks the target.
 
     Args:
         box: The box.
-        labels: What stands under each joint, in panel order; numbers from 1 where it is left out.
-        positions: How each joint is drawn, in panel order; None for one of which nothing is told. Its start where it
-            is left out.
+        labels: Label of each joint, in panel order; by default numbers from 1.
+        positions: Position of each joint, in panel order, None where it is not told; by default the start.
     """
     rows: list[list[int]] = []
     for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):

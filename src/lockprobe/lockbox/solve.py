@@ -1,4 +1,4 @@
-"""Exact facts about a box: the optimum, every plan that reaches it, and what blind agents reach, step by step."""
+"""Exact solutions of a box: the optimum, all optimal plans, and success curves of random agents."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def optimal_plans(box: Lockbox, limit: int | None = 1000) -> Plans:
 
     Args:
         box: The box.
-        limit: At most so many are listed; None lists all.
+        limit: Largest number of listed plans; None lists all.
 
     Returns:
         The plans; none if nothing moves the target.

@@ -1,4 +1,4 @@
-"""Every configuration of a box at once, as numbers: bit j of a number is the position of joint j in panel order."""
+"""The state space of a box. Configurations are numbers; bit j is the position of joint j in panel order."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["Space", "holds", "orders", "space_of"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Space:
-    """What may move where, and what can be reached before the target moves.
+    """Possible moves in every configuration, and the configurations reachable before the target moves.
 
-    A joint's condition speaks of other joints only, so every move can be taken back at once: the configurations that
-    can be reached can all be reached from each other.
+    A clause names other joints only, so every move can be undone at once. All reachable configurations can therefore be
+    reached from each other.
 
     Attributes:
         joints: Number of joints n.
-        target: Place of the target in panel order.
+        target: Index of the target in panel order.
         start: The initial configuration.
         may_move: Whether the interlock lets a joint move in a configuration, shape (2**n, n).
         steps: The fewest moves from the start to a configuration, none of them of the target, shape (2**n,); -1 where
@@ -72,7 +72,7 @@ def space_of(box: Lockbox) -> Space:
 
 
 def holds(box: Lockbox, clause: Clause, configurations: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """In which of these configurations a clause holds entirely; the same shape."""
+    """Whether a clause holds entirely, for each configuration; the same shape."""
     bit = {name: 1 << j for j, name in enumerate(box.names)}
     named = sum(bit[other] for other in clause)
     found: NDArray[np.bool_] = (configurations & named) == sum(bit[o] for o, position in clause.items() if position)
@@ -81,7 +81,7 @@ def holds(box: Lockbox, clause: Clause, configurations: NDArray[np.int64]) -> ND
 
 @cache
 def orders(joints: int) -> NDArray[np.int64]:
-    """Every order of so many joints, shape (joints!, joints)."""
+    """Every order of this many joints, shape (joints!, joints)."""
     return np.array(list(permutations(range(joints))))
 
 

@@ -1,4 +1,6 @@
-"""The named interlocks. A box of one of them starts at rest (all closed), its joints in a row, the target leftmost.
+"""The named boxes and their interlocks.
+
+Each starts at rest (all joints closed), its joints in a row, the target leftmost.
 
 The interlock of the paper's box is not public, so none of these is *the* box. ``chain``, ``bichain`` and ``branched``
 are those of the only public code of its lineage (github.com/hildensia/joint_dependency: ``lockbox_serial_*``,

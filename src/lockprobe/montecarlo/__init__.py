@@ -1,4 +1,4 @@
-"""Very many trials of a policy without records, and its exact course without any trial."""
+"""Monte Carlo simulation of policies: millions of trials without records, and exact probabilities."""
 
 from lockprobe.montecarlo.populations import Population, population
 from lockprobe.montecarlo.propagation import Propagation, propagate

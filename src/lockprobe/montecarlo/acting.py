@@ -1,4 +1,4 @@
-"""What of a condition can be carried along exactly: chances that hang on the step and the outcome alone."""
+"""Conditions that exact propagation supports: chances depend on step and outcome alone."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Trials on arrays, for compilation: the policies of :mod:`lockprobe.agents` once more, choice by choice the same.
+"""The agents' choices on arrays, for compilation: equal to :mod:`lockprobe.agents`, choice by choice.
 
-What costs a policy a number of its stream costs one here. All that is compiled together stands in this one file, since
-numba keeps what it has compiled until the file changes.
+Each choice draws as many random numbers as the policy draws. All functions that are compiled together are in this one
+file, because numba keeps compiled code until the file changes.
 """
 
 from __future__ import annotations

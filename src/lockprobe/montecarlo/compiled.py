@@ -1,7 +1,7 @@
-"""Many trials in one call, compiled: the only importer of numba in this package.
+"""Plays many trials in one compiled call; the only importer of numba in this package.
 
-Importing numba and compiling cost seconds the first time and a second or two in all afterwards, so nothing is imported
-or compiled before the work is worth it. The functions are plain Python on arrays; the loop is that of
+Importing numba and compiling take seconds the first time, and one or two seconds later. So nothing is imported or
+compiled for a small number of trials. The functions are plain Python on arrays; the loop is that of
 :func:`lockprobe.montecarlo.plain.play_plainly`.
 """
 
@@ -22,7 +22,7 @@ from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.montecarlo.choosing import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
-from lockprobe.montecarlo.plain import World
+from lockprobe.montecarlo.plain import BoxWorld
 from lockprobe.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record
 
 __all__ = [
@@ -197,7 +197,7 @@ def numbers_a_step(rule: Rule) -> int:
     return 2 if rule.kind == HUMAN and rule.lapse else 1
 
 
-def scene_of(world: World) -> Scene:
+def scene_of(world: BoxWorld) -> Scene:
     """A world in numbers. Distances are rounded as the human-inspired strategy rounds them."""
     scene = record(SCENE, {"p": world.p, "budget": world.budget, "flip": get_args(FlipKind).index(world.flip)})
     scene.joints, scene.target, scene.states_only = len(world.places), world.target, world.states_only

@@ -1,4 +1,4 @@
-"""One trial of a policy, as short as it can be written: the reference that faster ways are held to.
+"""Plays one trial of a policy in plain Python: the reference for the faster ways.
 
 It is the loop of :mod:`lockprobe.trial` for a policy, a box and an outcome flip, without records: the memory is carried
 along, and configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
@@ -26,13 +26,13 @@ from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
 
-__all__ = ["Played", "World", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
+__all__ = ["BoxWorld", "PlainTrial", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
 
 LONGEST = 10_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class World:
+class BoxWorld:
     """A box and what is told of it, in numbers.
 
     Attributes:
@@ -63,7 +63,7 @@ class World:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Played:
+class PlainTrial:
     """One trial.
 
     Attributes:
@@ -80,8 +80,12 @@ class Played:
 
 
 def play_plainly(
-    policy: Policy[Any], world: World, order: tuple[int, ...], channel: np.random.Generator, agent: np.random.Generator
-) -> Played:
+    policy: Policy[Any],
+    world: BoxWorld,
+    order: tuple[int, ...],
+    channel: np.random.Generator,
+    agent: np.random.Generator,
+) -> PlainTrial:
     """Play one trial.
 
     Args:
@@ -109,11 +113,11 @@ def play_plainly(
         moves.append(moved)
         reports.append(said)
         if moved and joint == world.target:
-            return Played(joints=joints, moved=moves, told_moved=reports, solved=True)
+            return PlainTrial(joints=joints, moved=moves, told_moved=reports, solved=True)
         shifted = None if world.flip == "outcome-only" else listed(shown, order)
         told = Told(joint=place, moved=said, shifted=shifted, states_only=world.states_only)
         memory = policy.remember(view, memory, told)
-    return Played(joints=joints, moved=moves, told_moved=reports, solved=False)
+    return PlainTrial(joints=joints, moved=moves, told_moved=reports, solved=False)
 
 
 def reported(flip: FlipKind, configuration: int, before: int, joint: int, *, flipped: bool) -> int:
@@ -133,7 +137,7 @@ def listed(configuration: int, order: tuple[int, ...]) -> int:
 
 def world_of(
     box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int, states_only: bool = False
-) -> World:
+) -> BoxWorld:
     """A box, by name or itself, and what is told of it.
 
     Raises:
@@ -148,7 +152,7 @@ def world_of(
     for shifted in range(1 << len(joints)):
         configuration = tuple(position ^ bool(shifted >> j & 1) for j, position in enumerate(lockbox.initial))
         movable.append(sum(lockbox.may_move(configuration, j) << j for j in joints))
-    return World(
+    return BoxWorld(
         name=lockbox.name,
         target=lockbox.target_index,
         movable=tuple(movable),

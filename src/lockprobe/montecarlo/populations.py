@@ -1,7 +1,7 @@
-"""Populations: very many trials of one agent in one condition, without records.
+"""Populations: many trials of one agent in one condition, without records.
 
-For mechanisms, whose curves need thousands of trials a point. What a population says of its trials is what
-:func:`lockprobe.run_trial` would have written down; with the extra ``fast`` it is compiled.
+The curves of mechanisms need thousands of trials for each point. The results equal those of the same trials played by
+:func:`lockprobe.run_trial`. With the extra ``fast`` the loop is compiled.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from lockprobe.montecarlo.compiled import (
     rule_of,
     scene_of,
 )
-from lockprobe.montecarlo.plain import World, heeds_order, play_plainly, policy_of, world_of
+from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
-from lockprobe.montecarlo.streams import Counted, FromTree, Source
+from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
 
 __all__ = ["Population", "Streams", "population"]
 
@@ -67,7 +67,7 @@ class Population:
     """
 
     agent: str
-    world: World
+    world: BoxWorld
     solved: NDArray[np.bool_]
     steps: NDArray[np.int32]
     actions: NDArray[np.int8] | None = None
@@ -207,7 +207,7 @@ class _Luck:
     shuffle: bool
     streams: Streams
 
-    def source(self, policy: Policy[Any], world: World, rule: Rule | None, *, swift: bool) -> Source:
+    def source(self, policy: Policy[Any], world: BoxWorld, rule: Rule | None, *, swift: bool) -> LuckSource:
         """Where they come from: as many as this policy may need."""
         joints, flips = len(world.places), world.budget if world.p or not swift else 0
         draws = 0 if rule is None else world.budget * numbers_a_step(rule)
@@ -226,7 +226,7 @@ class _Luck:
         )
 
 
-def _play(policy: Policy[Any], world: World, luck: _Luck, threads: int, found: _Found) -> None:
+def _play(policy: Policy[Any], world: BoxWorld, luck: _Luck, threads: int, found: _Found) -> None:
     """Plays the trials in the quickest way that there is."""
     rule = rule_of(policy)
     swift = rule is not None and pays(len(found.steps) * world.budget)
@@ -237,7 +237,7 @@ def _play(policy: Policy[Any], world: World, luck: _Luck, threads: int, found: _
         _play_plainly(policy, world, source, found)
 
 
-def _play_plainly(policy: Policy[Any], world: World, source: Source, found: _Found) -> None:
+def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, found: _Found) -> None:
     """One trial after another."""
     for trial in range(len(found.steps)):
         played = play_plainly(policy, world, *source.luck(trial))
@@ -249,7 +249,7 @@ def _play_plainly(policy: Policy[Any], world: World, source: Source, found: _Fou
             found.told_moved[trial, :steps] = played.told_moved
 
 
-def _play_swiftly(world: World, rule: Rule, source: Source, found: _Found, threads: int) -> None:
+def _play_swiftly(world: BoxWorld, rule: Rule, source: LuckSource, found: _Found, threads: int) -> None:
     """Many trials a call, and several calls at once where no stream has to be set up by Python."""
     scene, trials = scene_of(world), max(1, PIECE // world.budget)
     if isinstance(source, Counted) and rule.kind == RANDOM and not found.actions.shape[1]:

@@ -1,8 +1,8 @@
-"""What a policy's trials come to, exactly: probabilities are carried along, nothing is drawn.
+"""Exact results of a policy's trials: propagates probabilities and draws no random numbers.
 
-A trial of a policy is a walk over (true configuration, reported configuration, memory). Where the memory takes few
-values, the probability of every such state is known after every step, and with it success, as if infinitely many
-trials had been played. What has too many states is sampled by :mod:`lockprobe.montecarlo.populations`.
+A trial of a policy is a Markov chain over (true configuration, reported configuration, memory). If the memory has few
+values, the probability of every state after every step can be computed, and from it the success rate in the limit of
+infinitely many trials. Larger state spaces are sampled by :mod:`lockprobe.montecarlo.populations`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo.acting import Acting, Report, acting_of
-from lockprobe.montecarlo.plain import World, heeds_order, listed, policy_of, reported, world_of
+from lockprobe.montecarlo.plain import BoxWorld, heeds_order, listed, policy_of, reported, world_of
 from lockprobe.protocols import Intervention
 
 __all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
@@ -143,7 +143,7 @@ class _Walk:
     """The states of one policy that is listed the joints in one order, and the chances between them."""
 
     def __init__(
-        self, policy: Policy[Any], world: World, acting: Acting, order: tuple[int, ...], most_states: int
+        self, policy: Policy[Any], world: BoxWorld, acting: Acting, order: tuple[int, ...], most_states: int
     ) -> None:
         self.ways: dict[tuple[Hashable, _State], list[_Way]] = {}
         self._policy = policy

@@ -1,4 +1,4 @@
-"""Worlds, agents and memories as records of numbers, which compiled code passes on at no cost.
+"""Boxes, agents and memories as records of numbers that compiled code can use.
 
 Joints are places in panel order; configurations and sets of joints are numbers with bit j for joint j, and a
 configuration has a 1 where a joint is away from its start. What was compiled is kept until the file of its functions
@@ -38,7 +38,7 @@ SCENE = np.dtype(
         ("far", np.float64, (MAX_JOINTS, MAX_JOINTS)),
     ]
 )
-"""A box and what is told of it: :class:`lockprobe.montecarlo.plain.World`.
+"""A box and what is told of it: :class:`lockprobe.montecarlo.plain.BoxWorld`.
 
 ``flip`` is the kind by its place among them; ``states_only`` is 0 or 1; ``movable`` the joints that may move in each
 configuration; ``far`` the squared distance of every two joints on the panel.

@@ -1,7 +1,8 @@
-"""Where the trials of a population get their random numbers from.
+"""The random number streams of the trials of a population.
 
-Either from the tree of a study, so that trial 7 is trial 7 of that study, or by counting, which is far quicker. Either
-way a trial has the same luck whatever the flip probability is and whoever plays.
+They come either from the tree of seeds of a study, so that trial 7 equals trial 7 of that study, or from a counter,
+which is far faster. Both give common random numbers: a trial has the same numbers at every flip rate and for every
+agent.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from lockprobe.montecarlo.rules import Integers, Numbers
 from lockprobe.plan import drawn_orders
 from lockprobe.seeds import generator, trial_stream
 
-__all__ = ["Block", "Counted", "FromTree", "Luck", "Source"]
+__all__ = ["Counted", "FromTree", "Luck", "LuckBlock", "LuckSource"]
 
 OF_FLIPS = SPAN // 2
 OF_LISTING = SPAN - 8
@@ -32,8 +33,8 @@ class Luck(NamedTuple):
     agent: np.random.Generator
 
 
-class Block(NamedTuple):
-    """The luck of some trials in numbers, one trial a row.
+class LuckBlock(NamedTuple):
+    """The random numbers of several trials, one row for each trial.
 
     Attributes:
         orders: The joints as they are listed, by place in panel order, shape (trials, joints).
@@ -46,14 +47,14 @@ class Block(NamedTuple):
     draws: Numbers
 
 
-class Source(Protocol):
-    """Where luck comes from. Trials are counted from 0."""
+class LuckSource(Protocol):
+    """A source of random numbers for trials, which are counted from 0."""
 
     def luck(self, trial: int) -> Luck:
         """That of one trial."""
         ...
 
-    def block(self, first: int, trials: int) -> Block:
+    def block(self, first: int, trials: int) -> LuckBlock:
         """That of so many trials, from ``first`` on."""
         ...
 
@@ -84,9 +85,9 @@ class FromTree:
             order=self._order(trial), channel=self._stream(trial, "channel-0"), agent=self._stream(trial, "agent")
         )
 
-    def block(self, first: int, trials: int) -> Block:
+    def block(self, first: int, trials: int) -> LuckBlock:
         """The first numbers of many trials' streams."""
-        return Block(
+        return LuckBlock(
             orders=np.array([self._order(trial) for trial in range(first, first + trials)], np.int64),
             flips=self._numbers(first, trials, "channel-0", self._flips),
             draws=self._numbers(first, trials, "agent", self._draws),
@@ -147,12 +148,12 @@ class Counted:
         channel, agent = (cast("np.random.Generator", _Given(numbers[0])) for numbers in block[1:])
         return Luck(order=tuple(map(int, block.orders[0])), channel=channel, agent=agent)
 
-    def block(self, first: int, trials: int) -> Block:
+    def block(self, first: int, trials: int) -> LuckBlock:
         """That of so many trials, from ``first`` on."""
         orders = np.tile(np.arange(self._joints), (trials, 1))
         if self._shuffle:
             orders = np.argsort(self._numbers(first, trials, OF_LISTING, self._joints), axis=1)
-        return Block(
+        return LuckBlock(
             orders=orders,
             flips=self._numbers(first, trials, OF_FLIPS, self._flips),
             draws=self._joints_drawn(first, trials) if self._depth else self._numbers(first, trials, 0, self._draws),

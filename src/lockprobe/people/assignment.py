@@ -1,13 +1,11 @@
-"""Which boxes somebody plays who joins now, and in which order.
+"""Assignment: the boxes that a new participant plays, in balanced order.
 
-As long as everybody plays what they were given and there are trials left of each condition, none is played by more than
-one person more than another. Orders are the rows of a Williams square: in every so many people who join each condition
-stands once in each place, and comes equally often after each other. That stays so whoever leaves early and whatever
-breaks; how often conditions are really played then differs as much as those differ who leave, for a row that is due is
-preferred only if it begins with what was played least. Where everybody plays only some of the conditions, or one, those
-that were really played least are given next, and what somebody left is made up for. Nobody meets the same luck
-(repetition and trial) twice, since labels, layout and flips would be the same again. All follows from the study's seed
-and from what was given and is taken.
+While nobody drops out and trials remain, the numbers of participants per condition differ by at most one. Orders are
+the rows of a Williams square: in each block of participants every condition stands once in each place and follows every
+other condition equally often. Dropouts and broken trials do not change that: the numbers of played boxes decide only
+between rows that were used equally often. Where everybody plays only some of the conditions, the least played ones come
+next, which makes up for dropouts. Nobody plays the same repetition and trial twice, because labels, layout and flips
+would be the same again. The assignment depends only on the study's seed and on the trials that were given out or taken.
 """
 
 from __future__ import annotations
@@ -86,15 +84,15 @@ class Given:
             slots: Which, in their order.
             kept: Those of them that were finished or still will be; all if left out.
         """
-        self.orders[tuple(map(_condition, slots))] += 1
+        self.orders[tuple(slot.cell for slot in slots)] += 1
         kept = slots if kept is None else kept
-        self.boxes.update(map(_condition, kept))
+        self.boxes.update(slot.cell for slot in kept)
         self.take(kept)
 
     def take(self, slots: Iterable[Slot]) -> None:
         """Trials cannot be given any more."""
         for slot in slots:
-            condition, luck = _condition(slot), (slot.repetition, slot.trial)
+            condition, luck = slot.cell, (slot.repetition, slot.trial)
             if (condition, luck) not in self.taken:
                 self.taken.add((condition, luck))
                 self.taken_of[condition] += 1
@@ -120,10 +118,6 @@ def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, 
     else:
         order = _each(conditions, length, given, left, study.seed)
     return _with_luck(order, study, given)
-
-
-def _condition(slot: Slot) -> Cell:
-    return slot.p, slot.modality
 
 
 def _one(conditions: Sequence[Cell], length: int, before: Given, left: Counter[Cell]) -> list[Cell]:

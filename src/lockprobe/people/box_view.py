@@ -1,6 +1,6 @@
-"""What a person sees of a box: made of the situation that every agent gets, and of how the panel looks.
+"""The scene of a box: made of the situation that every agent gets, and of how the panel looks.
 
-Nothing here knows the truth: positions and outcomes are those that were told, and joints go by their labels.
+Nothing here knows the truth: positions and outcomes are the reported ones, and joints have their labels.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ import base64
 from typing import Literal
 
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.scenes import Box, Joint, Panel, Report
+from lockprobe.people.scenes import Box, BoxJoint, BoxPanel, PastStep
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Percept, Situation, Task
 from lockprobe.studies.modality import is_pictured
 
-__all__ = ["View", "box_to_show", "panel_to_show", "view_of_modality"]
+__all__ = ["View", "box_to_show", "is_asked", "panel_to_show", "view_of_modality"]
 
 View = Literal["text", "panel", "pictures"]
 
@@ -25,14 +25,7 @@ def view_of_modality(modality: str, view: Literal["text", "panel"]) -> View:
     return "pictures" if is_pictured(modality) else view
 
 
-def box_to_show(
-    plan: Plan,
-    situation: Situation,
-    *,
-    experiment: Experiment,
-    number: int,
-    of: int,
-) -> Box:
+def box_to_show(plan: Plan, situation: Situation, *, experiment: Experiment, number: int, of: int) -> Box:
     """A step of a box that has to be taken.
 
     Args:
@@ -48,7 +41,7 @@ def box_to_show(
         of=of,
         step=len(situation.past) + 1,
         budget=situation.task.budget,
-        ask=situation.task.assessment and bool(situation.past),
+        ask=is_asked(situation),
         panel=panel_to_show(plan, situation, experiment.view),
         history=_history(situation) if experiment.history else (),
         history_open=experiment.history_open,
@@ -56,14 +49,19 @@ def box_to_show(
     )
 
 
-def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> Panel:
+def is_asked(situation: Situation) -> bool:
+    """Whether the participant has to say what the last action did."""
+    return situation.task.assessment and bool(situation.past)
+
+
+def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> BoxPanel:
     """What the agent's channel shows now."""
     task, percept = situation.task, situation.percept
     shown = view_of_modality(plan.modality, view)
     kinds = [plan.box.joints[i].kind for i in Names(plan).order]
     handles = _handles(percept) if shown == "pictures" else {}
     joints = tuple(
-        Joint(
+        BoxJoint(
             label=label,
             target=label == task.target,
             kind=kinds[i] if shown == "panel" else None,
@@ -73,7 +71,7 @@ def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel
         )
         for i, label in enumerate(task.joints)
     )
-    return Panel(
+    return BoxPanel(
         view=shown,
         joints=joints,
         told=_told(percept),
@@ -83,10 +81,10 @@ def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel
     )
 
 
-def _history(situation: Situation) -> tuple[Report, ...]:
+def _history(situation: Situation) -> tuple[PastStep, ...]:
     after = [*(turn.percept for turn in situation.past[1:]), situation.percept]
     return tuple(
-        Report(
+        PastStep(
             step=number,
             joint=turn.decision.joint,
             told=_told(percept),

@@ -1,4 +1,4 @@
-"""How many people a study has places for, and what each of them plays; checked before anybody comes."""
+"""Capacity: how many people a study has places for, and what each of them plays."""
 
 from __future__ import annotations
 

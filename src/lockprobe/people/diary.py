@@ -1,50 +1,55 @@
-"""What participants did, on disk: one file for each, ``people/ID.jsonl``, one line an act.
+"""The diaries of participants on disk: who joined (with consent) and what they did.
 
-A line is on the disk itself before the page sees what came of it. A trial that is under way stands here; when it is
-over its record goes to ``trials.jsonl`` like any other, and its times stay here. One file each, so that all that is
-kept of one person can be deleted.
+Each participant has one file, ``people/ID.jsonl``, with one line for each act. The server flushes a line to disk before
+the page sees the outcome. The diary holds the steps of a trial that is under way. A finished trial goes to
+``trials.jsonl`` like any other; its response times stay in the diary. One file each, so that all that is kept of one
+person can be deleted.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from contextlib import closing
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
+from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.people.responses import Act
+from lockprobe.people.responses import Act, Attempt
+from lockprobe.people.scenes import StrictModel
+from lockprobe.plan import Plan
 from lockprobe.record import Ending
-from lockprobe.storage.atomic_file import sync_directory
-from lockprobe.storage.checksum import with_checksum, without_checksum
-from lockprobe.storage.jsonl import LineFile, state_of, whole_lines
+from lockprobe.storage.atomic_file import sync_directory, write_private
+from lockprobe.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
+from lockprobe.studies.directory import PEOPLE_DIRECTORY
+from lockprobe.studies.study import Study
 
 __all__ = [
     "PEOPLE_DIRECTORY",
     "Broken",
     "Diary",
+    "DiaryFile",
     "Did",
     "Entry",
     "Joined",
-    "Line",
     "Released",
     "Slot",
+    "diary_path",
+    "read_diaries",
     "read_diary",
+    "without_identity",
+    "write_diaries",
 ]
-
-PEOPLE_DIRECTORY = "people"
-"""Where in the directory of a study the diaries lie."""
 
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Since 1970 (UTC), of the server's clock."""
 
 
-class _Line(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Slot(_Line):
+class Slot(StrictModel):
     """Which trial of the study a participant plays; people play the trials of ``participant`` together, each once.
 
     Attributes:
@@ -59,17 +64,27 @@ class Slot(_Line):
     repetition: int
     trial: int
 
+    @property
+    def cell(self) -> tuple[float, str]:
+        """The condition: flip probability and modality."""
+        return self.p, self.modality
 
-class Joined(_Line):
-    """The first line: somebody has agreed to take part.
+    def plan(self, study: Study, identity: str) -> Plan:
+        """The trial as a participant plays it."""
+        condition = study.condition(self.p, self.modality)
+        return study.plan(participant_spec(identity), condition, self.repetition, self.trial)
+
+
+class Joined(StrictModel):
+    """The first line: the record of consent. Somebody has agreed to take part.
 
     Attributes:
-        identity: Made up here; no part of it comes from the person.
-        token: SHA-256 of what the browser shows as proof that it is the same.
-        at: When.
-        platform: What the recruitment platform said, as far as the experimenter asked for it.
+        identity: A random ID; no part of it comes from the person.
+        token: SHA-256 of the token that the browser sends; empty in a diary that was played elsewhere.
+        at: When the participant agreed.
+        platform: The parameters of the recruitment platform that the experimenter keeps.
         slots: The trials, in the order in which they are played.
-        words: Language and fingerprint of the texts that were read, for example ``en 3f9a01bc22d1``.
+        words: Language and fingerprint of the texts that the participant read, for example ``en 3f9a01bc22d1``.
     """
 
     kind: Literal["joined"] = "joined"
@@ -81,7 +96,7 @@ class Joined(_Line):
     words: str
 
 
-class Did(_Line):
+class Did(StrictModel):
     """One act.
 
     Attributes:
@@ -112,7 +127,7 @@ class Did(_Line):
     page: str = ""
 
 
-class Broken(_Line):
+class Broken(StrictModel):
     """A box cannot be played on: it broke before a joint could be chosen, or the trial came from elsewhere, finished.
 
     The participant goes on with what comes after it.
@@ -124,7 +139,7 @@ class Broken(_Line):
     box: int
 
 
-class Released(_Line):
+class Released(StrictModel):
     """The last line, where a participant was away too long: the trials that were not finished are others' now."""
 
     kind: Literal["released"] = "released"
@@ -133,18 +148,16 @@ class Released(_Line):
 
 Entry = Joined | Did | Broken | Released
 
-Line = Annotated[Entry, Field(discriminator="kind")]
-
-_adapter: TypeAdapter[Entry] = TypeAdapter(Line)
+_adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator="kind")])
 
 
-class Diary:
-    """The file of one participant, open only while a line is written.
+class DiaryFile:
+    """The diary of one participant as a file to append to. It is open only while it writes a line.
 
-    The line of who joins makes it; every other line needs one that is there, as this process left it.
+    The line ``joined`` makes the file. Every other line needs a file that is there, as this process left it.
 
     Args:
-        path: Where it lies.
+        path: The path of the file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -152,11 +165,11 @@ class Diary:
         self._left = state_of(path)
 
     def write(self, line: Entry) -> None:
-        """Put a line on the disk itself.
+        """Append a line and flush it to disk.
 
         Raises:
-            BadFile: If it cannot be written, there is no diary of whoever it is about, or somebody else has changed it;
-                then nothing of it is there.
+            BadFile: If it cannot be written, the participant has no diary, or somebody else has changed it; then
+                nothing of the line is there.
         """
         new = isinstance(line, Joined)
         if not new and not self.path.exists():  # one that was deleted in the meantime does not come back
@@ -175,11 +188,92 @@ class Diary:
             raise BadFile(self.path, f"cannot be written ({error.strerror})") from error
 
 
-def read_diary(path: Path) -> list[Entry]:
-    """The lines of one participant; an unfinished last line is none.
+@dataclass(frozen=True, slots=True)
+class Diary:
+    """The diary of one participant as it was read.
+
+    Attributes:
+        joined: The first line.
+        lines: The other lines, oldest first.
+    """
+
+    joined: Joined
+    lines: tuple[Did | Broken | Released, ...]
+
+    @property
+    def identity(self) -> str:
+        """The ID of the participant."""
+        return self.joined.identity
+
+    @property
+    def spec(self) -> str:
+        """The agent of the trials."""
+        return participant_spec(self.identity)
+
+    @property
+    def acts(self) -> tuple[Did, ...]:
+        """What the participant did, oldest first."""
+        return tuple(line for line in self.lines if isinstance(line, Did))
+
+    def attempts(self, box: int) -> tuple[Did, ...]:
+        """The steps of a box, oldest first."""
+        return tuple(act for act in self.acts if act.box == box and isinstance(act.act, Attempt))
+
+    def times(self, box: int) -> tuple[float, float]:
+        """When a box was first shown and when its last step came, seconds since 1970."""
+        steps = self.attempts(box)
+        shown = (before.at for before, line in pairwise((self.joined, *self.lines)) if line is steps[0])
+        return next(shown), steps[-1].at
+
+    def check_slots(self, study: Study, directory: Path) -> None:
+        """Refuse trials that the study does not have.
+
+        Raises:
+            BadFile: If the participant plays such a trial.
+        """
+        for slot in self.joined.slots:
+            there = 1 <= slot.repetition <= study.repetitions and 1 <= slot.trial <= study.trials
+            if not (there and slot.p in study.p and slot.modality in study.modalities):
+                raise BadFile(diary_path(directory, self.identity), "trials of another study")
+
+
+def diary_path(directory: Path, identity: str) -> Path:
+    """The path of a participant's diary in the directory of a study."""
+    return directory / PEOPLE_DIRECTORY / f"{identity}.jsonl"
+
+
+def without_identity(diary: Diary, *, platform: bool = False) -> Diary:
+    """The same diary to give away: without the token and without the time of day.
+
+    Args:
+        diary: A diary.
+        platform: Whether the parameters of the recruitment platform stay.
+
+    Returns:
+        No token; every moment in seconds since this participant joined, to the millisecond.
+    """
+    start = diary.joined.at
+    joined = diary.joined.model_copy(
+        update={"token": "", "at": 0.0, "platform": diary.joined.platform if platform else {}}
+    )
+    lines = (line.model_copy(update={"at": round(max(0.0, line.at - start), 3)}) for line in diary.lines)
+    return Diary(joined, tuple(lines))
+
+
+def read_diaries(directory: Path) -> list[Diary]:
+    """The diaries of a study in the order in which the participants joined.
 
     Raises:
-        BadFile: If a line is damaged, or the first does not say who it is.
+        BadFile: If a diary is damaged or a link, or its file bears another name than the participant.
+    """
+    return sorted(_diaries(directory), key=lambda diary: (diary.joined.at, diary.identity))
+
+
+def read_diary(path: Path) -> list[Entry]:
+    """The lines of one diary, without an unfinished last line.
+
+    Raises:
+        BadFile: If a line is damaged, or the first is not ``joined``.
     """
     found: list[Entry] = []
     for number, line in whole_lines(path):
@@ -192,3 +286,42 @@ def read_diary(path: Path) -> list[Entry]:
     if found and not isinstance(found[0], Joined):
         raise BadFile(path, "line 1: does not say who takes part")
     return found
+
+
+def _diaries(directory: Path) -> Iterator[Diary]:
+    people = directory / PEOPLE_DIRECTORY
+    if people.is_symlink():
+        raise BadFile(people, "a link, not a directory of its own")
+    for path in sorted(people.glob("*.jsonl")):
+        if path.is_symlink() or not path.is_file():
+            raise BadFile(path, "a diary has to be a file of its own")
+        lines = read_diary(path)
+        if not lines:
+            continue
+        joined, *rest = lines
+        assert isinstance(joined, Joined)
+        try:
+            check_participant(participant_spec(joined.identity))
+        except BadValue as mistake:
+            raise BadFile(path, str(mistake)) from None
+        if path.name != f"{joined.identity}.jsonl":
+            raise BadFile(path, f"the diary of another participant, {joined.identity}")
+        then = tuple(line for line in rest if not isinstance(line, Joined))
+        if len(then) < len(rest):
+            raise BadFile(path, "somebody joins twice")
+        turns = [line.turn for line in then if not isinstance(line, Released)]
+        if turns != list(range(2, 2 + len(turns))):
+            raise BadFile(path, "an act is missing, or stands there twice")
+        yield Diary(joined, then)
+
+
+def write_diaries(directory: Path, diaries: Iterable[Diary]) -> None:
+    """Write diaries into the directory of a study, each file atomically.
+
+    Raises:
+        BadFile: If a diary cannot be written.
+    """
+    for diary in diaries:
+        lines = (with_checksum(line.model_dump_json().encode()) for line in (diary.joined, *diary.lines))
+        content = b"".join(line + b"\n" for line in lines)
+        write_private(diary_path(directory, diary.identity), content)

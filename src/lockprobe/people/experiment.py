@@ -1,4 +1,4 @@
-"""How people take part in a study, as the experimenter sets it. It changes no trial that models play.
+"""The experimenter's settings for people (``people.toml``). They change no trial that models play.
 
 ::
 

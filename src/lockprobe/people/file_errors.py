@@ -1,4 +1,4 @@
-"""What is wrong with a file of settings or texts, said as all mistakes are: what came, and what is allowed."""
+"""Error messages for files of settings or texts: what came, and what is allowed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""The scenes of one participant in order, and where in them somebody stands: a function of the diary alone.
+"""How far one participant has come: the one fold of a diary, for the live server, the progress page and exports.
 
-Consent, instructions, practice, checks, then each box with what comes after it, questions, debrief.
+A participant sees the consent scene, instructions, practice, checks, then each box and the scene after it, questions,
+and the debriefing.
 """
 
 from __future__ import annotations
@@ -9,10 +10,9 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from typing import Literal, NamedTuple
 
-from lockprobe.people.diary import Broken, Did, Entry, Joined, Released, Slot
+from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.paused_trial import Played
-from lockprobe.people.responses import Act, Agree, Attempt
+from lockprobe.people.responses import Act, Agree
 from lockprobe.people.texts import Words
 from lockprobe.record import Ending
 
@@ -20,12 +20,12 @@ __all__ = ["Journey", "Station", "fingerprint", "stations"]
 
 
 class Station(NamedTuple):
-    """One place on the way.
+    """One scene in a participant's order of scenes.
 
     Attributes:
-        kind: Of its scene.
-        item: Which page or check, from 1; which question, by name.
-        box: Which box, from 1; 0 is the practice box.
+        kind: The kind of the scene.
+        item: The number of the page or check, from 1; the name of the question.
+        box: The number of the box, from 1; 0 is the practice box.
     """
 
     kind: Literal["page", "box", "over", "check", "ask", "debrief"]
@@ -34,7 +34,7 @@ class Station(NamedTuple):
 
 
 def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station, ...]:
-    """The way of somebody who has agreed to take part and plays so many boxes."""
+    """All scenes of a participant who has agreed to take part and plays this many boxes, in order."""
 
     def checks(after: int) -> Iterable[Station]:
         for number, check in enumerate(experiment.checks, 1):
@@ -58,25 +58,25 @@ def fingerprint(words: Words) -> str:
 
 
 class Journey:
-    """How far one participant has come.
+    """How far one participant has come. Feed it the lines of the diary with :meth:`follow`, or use :meth:`of`.
 
     Args:
         joined: The first line of the diary.
-        way: As :func:`stations` has it.
+        way: All scenes in order, as :func:`stations` returns them. Without it everything but the station is known.
 
     Attributes:
         joined: The first line of the diary.
         turn: The number of the scene that is shown, from 2.
-        last: The last act, which may come again if its reply was lost; None where something broke after it.
-        at: When the last line was written, seconds since 1970.
-        endings: How each box ended that is over, by its number; the practice box is none of them.
+        last: The last act, which may come again if its reply was lost; None where a box broke after it.
+        at: When the last act was written, seconds since 1970.
+        endings: How each box ended that is over, by its number, without the practice box.
         practised: How the practice ended; None before.
-        released: Whether the trials that were not finished are others' now.
-        checks: For each check that was answered whether that was right.
-        pages: By its number, the version of the page on which each box was begun, as far as that was written down.
+        released: Whether others play the trials that were not finished.
+        checks: For each answered attention check, whether the answer was right.
+        pages: The version of the page on which each box was begun, by the number of the box, as far as it is known.
     """
 
-    def __init__(self, joined: Joined, way: Sequence[Station]) -> None:
+    def __init__(self, joined: Joined, way: Sequence[Station] = ()) -> None:
         self.joined = joined
         self.turn = 2
         self.last: Act | None = Agree(agreed=True)
@@ -89,37 +89,35 @@ class Journey:
         self._way = way
         self._places = {station: place for place, station in enumerate(way)}
         self._place = 0
-        self._played: list[Played] = []
+        self._played: list[Did] = []
         self._shown = joined.at
 
     @classmethod
-    def of(cls, diary: Sequence[Entry], experiment: Experiment, words: Words) -> Journey:
-        """Where somebody stands after a diary."""
-        joined = diary[0]
-        assert isinstance(joined, Joined)
-        journey = cls(joined, stations(experiment, words, len(joined.slots)))
-        for line in diary[1:]:
+    def of(cls, diary: Diary, way: Sequence[Station] = ()) -> Journey:
+        """How far a participant has come by the end of a diary."""
+        journey = cls(diary.joined, way)
+        for line in diary.lines:
             journey.follow(line)
         return journey
 
     @property
     def identity(self) -> str:
-        """Whose it is."""
+        """The ID of the participant."""
         return self.joined.identity
 
     @property
     def station(self) -> Station:
-        """Where they stand."""
+        """The scene that the participant is in."""
         return self._way[self._place]
 
     @property
-    def played(self) -> tuple[Played, ...]:
-        """The steps so far of the box in which they stand."""
+    def played(self) -> tuple[Did, ...]:
+        """The steps so far of the box that is under way."""
         return tuple(self._played)
 
     @property
     def box_began(self) -> float:
-        """When the box in which they stand was first shown, seconds since 1970."""
+        """When the box that is under way was first shown, seconds since 1970."""
         return self._shown
 
     @property
@@ -128,13 +126,18 @@ class Journey:
         return len(self.endings) == len(self.joined.slots)
 
     @property
+    def closed_boxes(self) -> frozenset[int]:
+        """The boxes in which nothing more can happen, from 1: those that are over, and all after a release."""
+        return frozenset(range(1, len(self.joined.slots) + 1) if self.released else self.endings)
+
+    @property
     def finished(self) -> bool:
-        """Whether they have come to the end."""
+        """Whether the participant has reached the debriefing."""
         return self.station.kind == "debrief"
 
     @property
     def slots_kept(self) -> tuple[Slot, ...]:
-        """The trials that nobody else can play: finished, or still theirs. One that broke is owed again."""
+        """The trials that nobody else can play: finished, or still this participant's. A broken trial is owed again."""
         return tuple(
             slot
             for box, slot in enumerate(self.joined.slots, 1)
@@ -142,7 +145,7 @@ class Journey:
         )
 
     def follow(self, line: Entry) -> None:
-        """Go on as a line of the diary says."""
+        """Take in the next line of the diary."""
         assert not isinstance(line, Joined)
         if isinstance(line, Released):
             self.released = True
@@ -157,9 +160,8 @@ class Journey:
         ending: Ending | None = "error" if isinstance(line, Broken) else line.ended
         if station.kind == "box" and ending is None:
             assert isinstance(line, Did)
-            assert isinstance(line.act, Attempt)
             self._place = self._places.get(station, self._place)
-            self._played.append(Played(joint=line.act.joint, claimed=line.act.claimed, told=line.told))
+            self._played.append(line)
             return
         if station.kind == "box" and ending is not None:
             if station.box:
@@ -169,7 +171,7 @@ class Journey:
         self._go_on(station, line.at)
 
     def _go_on(self, station: Station, at: float) -> None:
-        """To what comes after a station; one that is on the way no longer leaves them where they are."""
+        """Go on to the scene after a station. A station that is no longer on the way changes nothing."""
         self._place = self._places.get(station, self._place - 1) + 1
         self._played = []
         self._shown = at

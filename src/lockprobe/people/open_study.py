@@ -1,48 +1,91 @@
-"""A study is opened for people: its directory, its settings, those who take part already; what was killed is mended."""
+"""Opening a study for people: its directory and settings, and what all participants share.
+
+A start that fails before people are invited leaves the directory as it was: it deletes the files that it made and
+restores settings and texts. Diaries and notes of withdrawals are none of these files. Once somebody has joined, all
+stays.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
-from dataclasses import replace
-from itertools import pairwise
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.inputs import read_input
 from lockprobe.people.assignment import boxes_each
-from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Entry
-from lockprobe.people.diary_archive import kept_diaries
-from lockprobe.people.directory import PeopleDirectory
+from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_experiment
-from lockprobe.people.journey import Journey, fingerprint
-from lockprobe.people.paused_trial import Played
-from lockprobe.people.practice import practice_plan
-from lockprobe.people.responses import Attempt
-from lockprobe.people.session import Seat, Table
-from lockprobe.people.text_scenes import Texts
+from lockprobe.people.journey import fingerprint
+from lockprobe.people.practice import examples_of, practice_plan
+from lockprobe.people.text_scenes import TextScenes
 from lockprobe.people.texts import LANGUAGES, TEXTS, Words, read_words, words_file
+from lockprobe.people.tokens import TOKENS
 from lockprobe.people.withdrawal import finish_withdrawal, put
+from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Trial
 from lockprobe.spec import PEOPLE
-from lockprobe.storage.atomic_file import write_private
+from lockprobe.storage.atomic_file import remove_file, write_private
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.play import own_thread
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
-from lockprobe.trial import here
+from lockprobe.trial import Executor, here
 
-__all__ = ["opened", "seats_on_disk", "words_to_read"]
+__all__ = ["LOG", "OpenStudy", "open_study", "words_to_read"]
+
+LOG = "server.log"
+"""The log of refused requests, next to the diaries."""
+
+_SETTINGS = (EXPERIMENT, TEXTS)
+"""Files that a start writes anew."""
+
+_MADE = (*_SETTINGS, TOKENS, LOG)
+"""Files that a start makes."""
 
 _MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_per_minute", *SECRET}
-"""Settings that change nothing of what somebody is shown in a box; of the language the texts themselves count."""
+"""Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenStudy:
+    """What all participants of a study share.
+
+    Attributes:
+        study: The study, people among its agents.
+        experiment: How people take part.
+        words: The texts that participants read.
+        texts: The scenes made of these texts.
+        practice: The practice box as a trial; None without practice.
+        journal: Where finished trials are recorded.
+        invited: Set when people are invited. From then on a failure leaves everything in the directory.
+        place: Where plants run.
+        clock: Seconds since 1970.
+        page: Version of the page on which people play.
+    """
+
+    study: Study
+    experiment: Experiment
+    words: Words
+    texts: TextScenes
+    practice: Plan | None
+    journal: Journal
+    invited: asyncio.Event
+    place: Executor
+    clock: Callable[[], float]
+    page: str
+
+    @property
+    def directory(self) -> Path:
+        """The directory of the study."""
+        return self.journal.directory
 
 
 def words_to_read(directory: Path, experiment: Experiment) -> Words:
-    """What people read here. A language that ships may change with a release: once somebody has joined its copy holds.
+    """The texts that people read here. Once somebody has joined, the copy in the directory counts: releases may change.
 
     Raises:
         UnknownName: If there is no such language.
@@ -52,28 +95,22 @@ def words_to_read(directory: Path, experiment: Experiment) -> Words:
     held = (
         experiment.language in LANGUAGES
         and copy.is_file()
-        and any(kept.joined.token for kept in kept_diaries(directory))
+        and any(diary.joined.token for diary in read_diaries(directory))
     )
     return read_words(str(copy) if held else experiment.language)
 
 
-@contextmanager
-def opened(
-    directory: Path,
-    study: Study,
-    experiment: Experiment,
-    words: Words,
-    *,
-    clock: Callable[[], float],
-    page: str,
-) -> Iterator[Table]:
-    """A study that people can play, in its directory; closed afterwards. Where a start fails it is left as it was.
+@asynccontextmanager
+async def open_study(
+    directory: Path, study: Study, experiment: Experiment, words: Words, *, clock: Callable[[], float], page: str
+) -> AsyncIterator[OpenStudy]:
+    """Open a study for people in its directory, and close it afterwards.
 
     Raises:
         SettingsChanged: If the directory holds another study, or people have joined under other settings.
         DirectoryBusy: If another process is writing there.
-        BadFile: If something in it is damaged.
-        UserMistake: If the plant cannot be had, or there is no such practice box.
+        BadFile: If a file in it is damaged.
+        UserMistake: If the plant is not available, or there is no such practice box.
     """
     known = read_study(directory).agents if (directory / "study.json").exists() else study.agents
     study = replace(study, agents=tuple(dict.fromkeys((*known, PEOPLE))))
@@ -85,24 +122,58 @@ def opened(
         plant.check(box)
     with (
         Journal.open(directory, replace(study, agents=known)) as journal,
-        own_thread() if study.simulated else nullcontext(here) as there,
+        own_thread() if study.simulated else nullcontext(here) as place,
     ):
         write_settings(directory, study)
         finish_withdrawal(journal)
-        with PeopleDirectory(directory) as people:
+        with _undone_if_it_fails(directory) as invited:
             _settle(directory, experiment, words)
-            yield Table(
+            yield OpenStudy(
                 study=study,
                 experiment=experiment,
                 words=words,
-                texts=Texts(words, study, experiment),
+                texts=TextScenes(words, study, experiment, await examples_of(study, experiment, place)),
                 practice=practice,
                 journal=journal,
-                people=people,
-                place=there,
+                invited=invited,
+                place=place,
                 clock=clock,
                 page=page,
             )
+
+
+@contextmanager
+def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
+    """Leave the directory of people as it was, where opening fails before the invitation and before anybody joins.
+
+    Raises:
+        BadFile: If settings that are there cannot be read.
+    """
+    people, invited = directory / PEOPLE_DIRECTORY, asyncio.Event()
+    new, diaries = not people.exists(), _count_diaries(people)
+    made = [path for name in _MADE if not (path := people / name).exists()]
+    settings = {path: read_input(path) for name in _SETTINGS if (path := people / name).is_file()}
+    failed = True
+    try:
+        yield invited
+        failed = False
+    except KeyboardInterrupt:
+        failed = False
+        raise
+    finally:
+        if failed and not (invited.is_set() or _count_diaries(people) > diaries):
+            with suppress(OSError, BadFile):
+                for path in made:
+                    remove_file(path)
+                for path, content in settings.items():
+                    if path.read_bytes() != content:
+                        write_private(path, content)
+                if new:
+                    people.rmdir()
+
+
+def _count_diaries(people: Path) -> int:
+    return sum(1 for _ in people.glob("*.jsonl"))
 
 
 def _check(study: Study, experiment: Experiment) -> None:
@@ -115,67 +186,15 @@ def _check(study: Study, experiment: Experiment) -> None:
             raise BadValue("checks, after", check.after, f"at most {boxes}, the boxes of a participant")
 
 
-async def seats_on_disk(table: Table) -> list[Seat]:
-    """Everybody who takes part already. Trials that were over and not written down are played again and written.
-
-    Raises:
-        BadFile: If a diary is damaged or copied, tells of other steps than the record, or a trial is not told again as
-            it was shown.
-    """
-    seats, whose = [], dict[str, str]()
-    for kept in kept_diaries(table.journal.directory):
-        kept.check_slots(table.study, table.journal.directory)
-        token, identity = kept.joined.token, kept.joined.identity
-        if token and whose.setdefault(token, identity) != identity:
-            raise BadFile(_diary(table, identity), f"a copy of the diary of {whose[token]}")
-        diary = (kept.joined, *kept.lines)
-        journey = Journey.of(diary, table.experiment, table.words)
-        seat = Seat(table, journey)
-        for box, ending in journey.endings.items():
-            slot = journey.joined.slots[box - 1]
-            agent = participant_spec(journey.identity)
-            plan = table.study.plan(agent, table.study.condition(slot.p, slot.modality), slot.repetition, slot.trial)
-            if ending == "error":
-                continue
-            played, began, ended = _steps(diary, box)
-            if table.journal.owes(plan.key):
-                await seat.record_again(box, played, began, ended)
-            elif not _as_recorded(played, table.journal.trials[plan.key], agent):
-                raise BadFile(_diary(table, identity), f"other steps than in the record of {plan.key}")
-        seats.append(seat)
-    return seats
-
-
-def _as_recorded(played: Sequence[Played], trial: Trial, agent: str) -> bool:
-    """Whether steps are those of a trial on record, if it is theirs and its steps are at hand."""
-    theirs = trial.agent == agent and bool(trial.steps)
-    return not theirs or [step.joint for step in played] == [step.decision.joint for step in trial.steps]
-
-
-def _diary(table: Table, identity: str) -> Path:
-    return table.journal.directory / PEOPLE_DIRECTORY / f"{identity}.jsonl"
-
-
-def _steps(diary: Sequence[Entry], box: int) -> tuple[list[Played], float, float]:
-    """The steps of one box, when it was first shown and when it was over, seconds since 1970."""
-    played, began, at = [], 0.0, 0.0
-    for before, line in pairwise(diary):
-        if isinstance(line, Did) and isinstance(line.act, Attempt) and line.box == box:
-            began, at = began or before.at, line.at
-            played.append(Played(joint=line.act.joint, claimed=line.act.claimed, told=line.told))
-    return played, began, at
-
-
 def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
-    """Write the settings down, or hold them and the texts against those under which people have joined.
+    """Write settings and texts; refuse them where they differ from those under which people have joined.
 
-    Texts are the same wherever their file lies. Whoever came from elsewhere may have read others: they do not go on
-    here.
+    Imported participants may have read other texts: they do not go on here.
     """
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
     asked, known = experiment.model_dump(mode="json"), kept_experiment(directory)
-    diaries = kept_diaries(directory)
-    read = {kept.joined.words for kept in diaries if kept.joined.token}
+    diaries = read_diaries(directory)
+    read = {diary.joined.words for diary in diaries if diary.joined.token}
     different: dict[str, tuple[object, object]] = {}
     if read - {fingerprint(words)}:
         different["texts"] = (", ".join(sorted(read)), fingerprint(words))

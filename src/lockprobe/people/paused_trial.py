@@ -1,51 +1,38 @@
-"""One trial of a person, held at each decision until somebody says which; what was done before is played again first.
+"""A participant's trial under way, paused at each decision until the participant chooses.
 
-The same seed tells the same, so a trial that was let go of, or whose server was killed, goes on where it stood.
+It first replays the steps in the diary. The same seed gives the same reports, so a trial goes on where it stood after
+the server let go of it or was killed.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import AsyncExitStack, suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.participant import Participant
 from lockprobe.errors import BadValue
+from lockprobe.people.diary import Did
+from lockprobe.people.responses import Attempt
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Outcome, Situation, Step, Trial
 from lockprobe.studies.play import play_timed
-from lockprobe.trial import Place, here
+from lockprobe.trial import Executor, here
 
-__all__ = ["Held", "Played"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Played:
-    """One step as it was played and shown before.
-
-    Attributes:
-        joint: Label of the joint.
-        claimed: What was said of the step before; None where nobody asked.
-        told: The report that was shown; empty with pictures.
-    """
-
-    joint: str
-    claimed: Outcome | None = None
-    told: str = ""
+__all__ = ["PausedTrial"]
 
 
-class Held:
-    """A trial that waits at each decision. Use :meth:`begin`; :meth:`close` lets go of it.
+class PausedTrial:
+    """A trial that waits at each decision. Start it with :meth:`begin`; :meth:`close` releases its plant.
 
     Attributes:
-        plan: What is played.
+        plan: The trial.
         situation: All that may be shown now; None once the trial is over.
         trial: Its record once it is over, else None.
     """
 
-    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Place) -> None:
+    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor) -> None:
         self.plan = plan
         self.situation: Situation | None = None
         self.trial: Trial | None = None
@@ -57,37 +44,38 @@ class Held:
     async def begin(
         cls,
         plan: Plan,
-        played: Sequence[Played] = (),
+        played: Iterable[Did] = (),
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
-        place: Place = here,
-    ) -> Held:
-        """Begin a trial, play what was played of it before, and wait at the next decision.
+        place: Executor = here,
+    ) -> PausedTrial:
+        """Begin a trial, replay its steps so far, and wait at the next decision.
 
         Args:
-            plan: What is played.
-            played: Its steps so far.
-            facts: What the person plays on, for the record.
-            pictures: Directory in which pictures are kept; without it they are not.
-            place: Where its plant does its work.
+            plan: The trial.
+            played: Its steps so far, from the diary.
+            facts: The settings of the page, for the record.
+            pictures: Directory in which pictures are stored; None stores none.
+            place: Where the plant runs.
 
         Raises:
-            BadValue: If now something else is told than what was shown, or the steps do not fit.
+            BadValue: If a report differs from the one that was shown, or the steps do not fit the trial.
             LockprobeError: If a file cannot be written.
         """
-        held = cls(plan, facts or {}, pictures, place)
+        paused = cls(plan, facts or {}, pictures, place)
         async with AsyncExitStack() as undo:
-            undo.push_async_callback(held.close)
-            await held._wait()
-            for number, step in enumerate(played, 1):
-                await held._again(number, step)
+            undo.push_async_callback(paused.close)
+            await paused._wait()
+            for number, did in enumerate(played, 1):
+                if isinstance(did.act, Attempt):
+                    await paused._replay(number, did.act, did.told)
             undo.pop_all()
-        return held
+        return paused
 
     @property
     def sound(self) -> bool:
-        """Whether nothing of the plant or a channel has broken it so far."""
+        """Whether neither the plant nor a channel has broken it so far."""
         return self.trial is None or self.trial.error is None
 
     async def attempt(self, joint: str, claimed: Outcome | None = None) -> str:
@@ -95,10 +83,10 @@ class Held:
 
         Args:
             joint: Its label.
-            claimed: What is said of the step before; None where nobody asked.
+            claimed: What the participant says of the step before; None where nobody asked.
 
         Returns:
-            The report that is told of it; empty with pictures, and where it broke.
+            The report of the attempt; empty with pictures, and where the trial broke.
         """
         before = len(self._told)
         self.situation = None
@@ -107,26 +95,26 @@ class Held:
         return self._told[-1] if len(self._told) > before else ""
 
     async def close(self) -> None:
-        """Let go of it and of its plant."""
+        """End the trial and release its plant."""
         if self._loop.done():
             return
         self._loop.cancel()
         with suppress(asyncio.CancelledError):
             await self._loop
 
-    async def _again(self, number: int, step: Played) -> None:
-        """Play a step that was played before. What has broken tells nothing."""
+    async def _replay(self, number: int, act: Attempt, shown: str) -> None:
+        """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
         what = f"step {number} of {self.plan.key}"
-        if self.situation is None or step.joint not in self.situation.task.joints:
+        if self.situation is None or act.joint not in self.situation.task.joints:
             if self.sound:
-                raise BadValue(what, step.joint, "a step of this trial")
+                raise BadValue(what, act.joint, "a step of this trial")
             return
-        told = await self.attempt(step.joint, step.claimed)
-        if told != step.told and self.sound:
-            raise BadValue(what, told, f"{step.told!r}, as it was shown before")
+        told = await self.attempt(act.joint, act.claimed)
+        if told != shown and self.sound:
+            raise BadValue(what, told, f"{shown!r}, as it was shown before")
 
     async def _wait(self) -> None:
-        """Until the loop asks or is over; what it raises is raised."""
+        """Wait until the loop asks or is over; pass on its exceptions."""
         asked = asyncio.create_task(self._person.asked())
         try:
             await asyncio.wait({asked, self._loop}, return_when=asyncio.FIRST_COMPLETED)

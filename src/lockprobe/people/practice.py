@@ -1,38 +1,101 @@
-"""Boxes that people meet beside those of the study: the practice box, and the example of the instructions."""
+"""The practice box and the example box of the instructions: boxes that are no part of the study."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import Joint, JointKind, Lockbox
 from lockprobe.lockbox.families import box as named_box
+from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
-from lockprobe.plan import Plan
+from lockprobe.people.paused_trial import PausedTrial
+from lockprobe.people.scenes import BoxPanel
+from lockprobe.plan import Names, Plan
 from lockprobe.seeds import integer_seed
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
+from lockprobe.trial import Executor, here
 
-__all__ = ["plan_beside", "practice_plan"]
+__all__ = ["ExamplePanels", "example_box", "examples_of", "practice_plan"]
+
+_KINDS: tuple[JointKind, ...] = ("prismatic", "revolute", "prismatic")
+
+
+class ExamplePanels(NamedTuple):
+    """The example box in one modality.
+
+    Attributes:
+        before: The box before the first step.
+        after: The same when one joint was attempted.
+    """
+
+    before: BoxPanel
+    after: BoxPanel
 
 
 def practice_plan(study: Study, experiment: Experiment) -> Plan | None:
-    """The practice box as a trial: the same for everybody, and all that is told of it is true; None without.
+    """The practice box as a trial: the same for everybody, with true reports only; None without practice.
 
     Raises:
         UnknownName: If there is no such box.
     """
     if not experiment.practice:
         return None
-    return plan_beside(study, "practice", named_box(experiment.practice), study.modalities_of(PEOPLE)[0])
+    return _extra_plan(study, "practice", named_box(experiment.practice), study.modalities_of(PEOPLE)[0])
 
 
-def plan_beside(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
-    """One trial that is no part of the study but is shown as its trials are, and told truly.
+def example_box(study: Study) -> Lockbox:
+    """The box of the instructions: two or three joints of which none locks another; the last slider is the target.
+
+    It has another number of joints than the box of the study, and its target is another kind of joint in another place.
+
+    >>> from lockprobe.studies.studyfile import study
+    >>> example_box(study("flips")).names
+    ('joint-1', 'joint-2', 'joint-3')
+    """
+    kinds = _KINDS if len(study.box.joints) != len(_KINDS) else _KINDS[1:]
+    joints = tuple(
+        Joint(name=f"joint-{number}", kind=kind, place=(round((number - 0.5) / len(kinds), 3), 0.5))
+        for number, kind in enumerate(kinds, 1)
+    )
+    return Lockbox(name="example", joints=joints, interlock={}, initial=(False,) * len(joints), target=joints[-1].name)
+
+
+async def examples_of(study: Study, experiment: Experiment, place: Executor = here) -> Mapping[str, ExamplePanels]:
+    """The example in each modality in which people see the study's boxes; none where the plant breaks.
+
+    It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do.
 
     Args:
         study: The study.
-        name: What it is for; its luck depends on it.
+        experiment: How people take part.
+        place: Where plants run.
+    """
+    found: dict[str, ExamplePanels] = {}
+    for modality in study.modalities_of(PEOPLE):
+        plan = _extra_plan(study, "example", example_box(study), modality)
+        trial = await PausedTrial.begin(plan, place=place)
+        try:
+            if trial.situation is None:
+                continue
+            before = panel_to_show(plan, trial.situation, experiment.view)
+            await trial.attempt(Names(plan).labels[0])
+            if trial.situation is not None:
+                found[modality] = ExamplePanels(before, panel_to_show(plan, trial.situation, experiment.view))
+        finally:
+            await trial.close()
+    return found
+
+
+def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
+    """One trial that is no part of the study. It is shown as the study's trials are, with true reports only.
+
+    Args:
+        study: The study.
+        name: Its purpose; the trial's random seed depends on it.
         box: The box.
         modality: How it is shown.
     """

@@ -1,18 +1,20 @@
-"""How far people have come, for the experimenter: counts, and nothing that somebody wrote or was sent with."""
+"""Counts of how far participants have come, for the admin page and for reports; nothing that somebody wrote."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
-from lockprobe.people.assignment import Cell, conditions_of
-from lockprobe.people.diary import Slot
+from lockprobe.people.assignment import conditions_of
+from lockprobe.people.diary import Slot, read_diaries
 from lockprobe.people.journey import Journey
+from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.study import Study
 
-__all__ = ["ConditionProgress", "ParticipantProgress", "Progress", "progress_of"]
+__all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "PeopleProgress", "flow_of", "progress_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +64,7 @@ class ParticipantProgress:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
+class PeopleProgress:
     """A study as far as people play it.
 
     Attributes:
@@ -86,21 +88,61 @@ class Progress:
     checks_wrong: int
 
 
-def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[Slot], withdrawn: int) -> Progress:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoxesAt:
+    """Boxes of one condition.
+
+    Attributes:
+        modality: How they are shown.
+        p: Flip probability, [0, 1].
+        given: Boxes that people got when they joined.
+        left_open: Of these, the boxes that are not over: left, or still to come.
+    """
+
+    modality: str
+    p: float
+    given: int
+    left_open: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Flow:
+    """Everybody who joined a study, for its report: who dropped out bends all other numbers.
+
+    Attributes:
+        joined: How many joined and have not withdrawn.
+        finished: How many of them have no box open any more.
+        left_open: How many have: they left, or are still at it.
+        withdrawn: How many withdrew besides; nothing else is known of them.
+        checks: Attention checks answered.
+        right: Of these, answered right.
+        boxes: By condition, p ascending.
+    """
+
+    joined: int
+    finished: int
+    left_open: int
+    withdrawn: int
+    checks: int
+    right: int
+    boxes: tuple[BoxesAt, ...]
+
+
+def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[Slot], gone: int) -> PeopleProgress:
     """How far people have come.
 
     Args:
         study: The study.
         journeys: Of all who have joined and not withdrawn.
         finished: Trials that are on record, whoever played them.
-        withdrawn: How many have withdrawn.
+        gone: How many have withdrawn.
     """
-    done = Counter(map(_condition, finished))
+    done = Counter(slot.cell for slot in finished)
     open_ones = {slot for journey in journeys for slot in journey.slots_kept} - set(finished)
-    under_way = Counter(map(_condition, open_ones))
+    under_way = Counter(slot.cell for slot in open_ones)
     slots = study.repetitions * study.trials
     people = tuple(map(_participant, journeys))
-    return Progress(
+    return PeopleProgress(
         conditions=tuple(
             ConditionProgress(
                 p=one[0],
@@ -115,15 +157,42 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
         participants=people,
         joined=len(people),
         finished=sum(person.stage == "finished" for person in people),
-        withdrawn=withdrawn,
+        withdrawn=gone,
         late=sum(person.stage == "late" for person in people),
         checks_right=sum(person.checks_right for person in people),
         checks_wrong=sum(person.checks_wrong for person in people),
     )
 
 
-def _condition(slot: Slot) -> Cell:
-    return slot.p, slot.modality
+def flow_of(directory: Path) -> Flow | None:
+    """How many participants of a study came to its end; None where nobody has taken part.
+
+    Raises:
+        BadFile: If a diary is damaged.
+    """
+    journeys, gone = [Journey.of(diary) for diary in read_diaries(directory)], withdrawn(directory)
+    if not journeys and not gone:
+        return None
+    given: Counter[tuple[str, float]] = Counter()
+    left: Counter[tuple[str, float]] = Counter()
+    for journey in journeys:
+        boxes = [(slot.modality, slot.p) for slot in journey.joined.slots]
+        given.update(boxes)
+        left.update(condition for box, condition in enumerate(boxes, 1) if box not in journey.endings)
+    finished = sum(journey.boxes_done for journey in journeys)
+    checks = [right for journey in journeys for right in journey.checks]
+    return Flow(
+        joined=len(journeys),
+        finished=finished,
+        left_open=len(journeys) - finished,
+        withdrawn=gone,
+        checks=len(checks),
+        right=sum(checks),
+        boxes=tuple(
+            BoxesAt(modality=one[0], p=one[1], given=given[one], left_open=left[one])
+            for one in sorted(given, key=lambda one: (one[1], one[0]))
+        ),
+    )
 
 
 def _participant(journey: Journey) -> ParticipantProgress:

@@ -1,43 +1,40 @@
-"""What a participant does in a scene, as the page sends it."""
+"""A participant's acts, as the page sends them, and whether an answer fits its question."""
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from lockprobe.people.scenes import LONGEST_ANSWER
+from lockprobe.people.scenes import LONGEST_ANSWER, Ask, StrictModel
 
-__all__ = ["Act", "Agree", "Answer", "Attempt", "Next"]
+__all__ = ["Act", "Agree", "Answer", "Attempt", "Next", "fits"]
 
 Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
-"""Of the page's monotonic clock (``performance.now``); what is measured from is said where it stands."""
+"""Time on the page's monotonic clock (``performance.now``); each field says from when."""
 
 Pixels = Annotated[int, Field(ge=0, le=100_000)]
 
 Label = Annotated[str, Field(min_length=1, max_length=8)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Agree(_Part):
-    """Of ``Consent``: yes or no."""
+class Agree(StrictModel):
+    """In ``Consent``: yes or no."""
 
     kind: Literal["agree"] = "agree"
     agreed: bool
     code: Annotated[str, Field(max_length=100)] = ""
 
 
-class Next(_Part):
-    """Of ``Page`` and ``TrialOver``: go on."""
+class Next(StrictModel):
+    """In ``Page`` and ``TrialOver``: go on."""
 
     kind: Literal["next"] = "next"
 
 
-class Attempt(_Part):
-    """Of ``Box``: a joint is chosen.
+class Attempt(StrictModel):
+    """In ``Box``: choose a joint.
 
     Attributes:
         joint: Its label.
@@ -57,8 +54,8 @@ class Attempt(_Part):
     viewport: tuple[Pixels, Pixels] | None = None
 
 
-class Answer(_Part):
-    """Of ``Check`` and ``Ask``: an option by its words, or words.
+class Answer(StrictModel):
+    """In ``Check`` and ``Ask``: an option in its words, or a written answer.
 
     Attributes:
         answer: The answer; empty where an ``Ask`` that is not required is passed over.
@@ -71,4 +68,28 @@ class Answer(_Part):
 
 
 Act = Annotated[Agree | Next | Attempt | Answer, Field(discriminator="kind")]
-"""What a participant does in a scene."""
+"""One act in a scene."""
+
+_WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}
+
+
+def fits(question: Ask, act: Answer) -> bool:
+    """Whether an answer can be taken.
+
+    >>> age = Ask(name="age", question="How old are you?", type="integer", low=18, high=120)
+    >>> [fits(age, Answer(answer=answer, rt=1.0)) for answer in ("34", "banana", "7", "")]
+    [True, False, False, True]
+    """
+    answer = act.answer.strip()
+    if not answer:
+        return not question.required
+    if question.options:
+        return act.answer in question.options
+    if question.type == "text":
+        return True
+    if not _WRITTEN[question.type].fullmatch(answer):
+        return False
+    number = float(answer.replace(",", "."))
+    return not (
+        (question.low is not None and number < question.low) or (question.high is not None and number > question.high)
+    )

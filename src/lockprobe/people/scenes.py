@@ -1,7 +1,7 @@
-"""What a participant's page is shown, one scene after the other, and what may be done in each.
+"""Scenes: all that a participant's page gets to show, one after the other.
 
-A scene is all that the page gets: nothing in it says what is true where something else was told, what locks what, how
-often reports are false, or which trial of the study this is. It is made of the ``Situation`` that every agent gets.
+A scene never says what is true where something else was told, what locks what, how often reports are false, or which
+trial of the study this is. It is made of the ``Situation`` that every agent gets.
 """
 
 from __future__ import annotations
@@ -14,16 +14,17 @@ __all__ = [
     "LONGEST_ANSWER",
     "Ask",
     "Box",
+    "BoxJoint",
+    "BoxPanel",
     "Check",
     "Closed",
     "Consent",
     "Debrief",
     "Example",
-    "Joint",
-    "Page",
-    "Panel",
-    "Report",
+    "InstructionPage",
+    "PastStep",
     "Scene",
+    "StrictModel",
     "TrialOver",
 ]
 
@@ -31,12 +32,14 @@ LONGEST_ANSWER = 2000
 """Characters of an answer in words."""
 
 
-class _Part(BaseModel):
+class StrictModel(BaseModel):
+    """The base of all that is stored or sent: immutable, no other fields, no conversion of types."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-class Consent(_Part):
-    """Who it is by, what is kept, what one can do: the first scene. Nothing is kept before it was agreed to.
+class Consent(StrictModel):
+    """The first scene asks for consent. Nothing is stored before the participant agrees.
 
     Attributes:
         title: Its title.
@@ -50,7 +53,7 @@ class Consent(_Part):
     ask_code: bool = False
 
 
-class Joint(_Part):
+class BoxJoint(StrictModel):
     """One joint as a participant knows it.
 
     Attributes:
@@ -71,8 +74,8 @@ class Joint(_Part):
     handle: tuple[tuple[float, float], tuple[float, float]] | None = None
 
 
-class Report(_Part):
-    """One finished step: what was attempted, and what was told of it. Nothing of that where pictures are shown.
+class PastStep(StrictModel):
+    """One finished step: what was attempted, and what was reported. The report is empty where pictures are shown.
 
     Attributes:
         step: Which, from 1.
@@ -89,7 +92,7 @@ class Report(_Part):
     ones: tuple[str, ...] | None = None
 
 
-class Panel(_Part):
+class BoxPanel(StrictModel):
     """What the agent's channel shows now.
 
     Attributes:
@@ -102,14 +105,14 @@ class Panel(_Part):
     """
 
     view: Literal["text", "panel", "pictures"]
-    joints: tuple[Joint, ...]
+    joints: tuple[BoxJoint, ...]
     told: str
     last: str | None = None
     outcome: Literal["moved", "blocked"] | None = None
     pictures: tuple[str, ...] = ()
 
 
-class Example(_Part):
+class Example(StrictModel):
     """A made-up box as those of the study are shown, on which nothing can be done.
 
     Attributes:
@@ -117,11 +120,11 @@ class Example(_Part):
         ask: Whether the question what the last action did stands there too.
     """
 
-    panel: Panel
+    panel: BoxPanel
     ask: bool = False
 
 
-class Page(_Part):
+class InstructionPage(StrictModel):
     """A page of instructions, or what stands before the first box.
 
     Attributes:
@@ -140,7 +143,7 @@ class Page(_Part):
     examples: tuple[Example, ...] = ()
 
 
-class Box(_Part):
+class Box(StrictModel):
     """A step of a trial, or of the practice: a joint has to be chosen.
 
     Attributes:
@@ -163,13 +166,13 @@ class Box(_Part):
     step: int
     budget: int
     ask: bool
-    panel: Panel
-    history: tuple[Report, ...] = ()
+    panel: BoxPanel
+    history: tuple[PastStep, ...] = ()
     history_open: bool = True
     device: bool = False
 
 
-class TrialOver(_Part):
+class TrialOver(StrictModel):
     """A box is done with. What the last attempt did is said only where the experimenter says so (``feedback``).
 
     Attributes:
@@ -190,7 +193,7 @@ class TrialOver(_Part):
     paragraphs: tuple[str, ...]
 
 
-class Check(_Part):
+class Check(StrictModel):
     """An attention check: one of some options, of which only the server knows the right one."""
 
     kind: Literal["check"] = "check"
@@ -198,7 +201,7 @@ class Check(_Part):
     options: tuple[str, ...]
 
 
-class Ask(_Part):
+class Ask(StrictModel):
     """A question of the experimenter's at the end.
 
     Attributes:
@@ -223,7 +226,7 @@ class Ask(_Part):
     high: float | None = None
 
 
-class Debrief(_Part):
+class Debrief(StrictModel):
     """The end: what it was about, and the way back to the recruitment platform, if there is one.
 
     Attributes:
@@ -240,7 +243,7 @@ class Debrief(_Part):
     completion_code: str = ""
 
 
-class Closed(_Part):
+class Closed(StrictModel):
     """Nothing can be done here (any more).
 
     Attributes:
@@ -261,6 +264,5 @@ class Closed(_Part):
 
 
 Scene = Annotated[
-    Consent | Page | Box | TrialOver | Check | Ask | Debrief | Closed,
-    Field(discriminator="kind"),
+    Consent | InstructionPage | Box | TrialOver | Check | Ask | Debrief | Closed, Field(discriminator="kind")
 ]

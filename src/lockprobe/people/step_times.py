@@ -1,4 +1,4 @@
-"""Which act of which participant stands behind each step of the record: the record has no clock, the diary has."""
+"""Response times: the act of a participant behind each step of the record. Records have no clock, diaries have."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from lockprobe.errors import BadFile
-from lockprobe.people.diary import PEOPLE_DIRECTORY, Did, Slot
-from lockprobe.people.diary_archive import Kept, kept_diaries
+from lockprobe.people.diary import Diary, Did, diary_path, read_diaries
 from lockprobe.people.responses import Attempt
 from lockprobe.record import Trial
 from lockprobe.studies.settings import read_study
@@ -16,16 +15,15 @@ from lockprobe.studies.study import Study
 __all__ = ["acts_of_steps", "key_of", "times_of_steps"]
 
 
-def key_of(study: Study, kept: Kept, box: int | None) -> str:
+def key_of(study: Study, diary: Diary, box: int | None) -> str:
     """The key of the trial that somebody plays as their box number ``box``, from 1; empty for the practice box."""
-    if not box or box > len(kept.joined.slots):
+    if not box or box > len(diary.joined.slots):
         return ""
-    slot: Slot = kept.joined.slots[box - 1]
-    return study.plan(kept.spec, study.condition(slot.p, slot.modality), slot.repetition, slot.trial).key
+    return diary.joined.slots[box - 1].plan(study, diary.identity).key
 
 
 def acts_of_steps(
-    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Kept], directory: Path
+    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Diary], directory: Path
 ) -> dict[tuple[str, int], Did]:
     """The act behind each step of the trials that people played, by key of the trial and step from 1.
 
@@ -39,13 +37,13 @@ def acts_of_steps(
         BadFile: If a diary and a record say different things, or a diary is of another study.
     """
     found: dict[tuple[str, int], Did] = {}
-    for kept in diaries:
-        kept.check_slots(study, directory)
-        for box in range(1, len(kept.joined.slots) + 1):
-            trial = trials.get(key := key_of(study, kept, box))
-            if trial is None or trial.agent != kept.spec:
+    for diary in diaries:
+        diary.check_slots(study, directory)
+        for box in range(1, len(diary.joined.slots) + 1):
+            trial = trials.get(key := key_of(study, diary, box))
+            if trial is None or trial.agent != diary.spec:
                 continue
-            acts = {act.step: act for act in kept.acts if act.box == box and isinstance(act.act, Attempt)}
+            acts = {act.step: act for act in diary.attempts(box)}
             for step in trial.steps:
                 act = acts.get(step.step)
                 said = step.decision
@@ -56,7 +54,7 @@ def acts_of_steps(
                 else:
                     found[key, step.step] = act
                     continue
-                raise BadFile(directory / PEOPLE_DIRECTORY / f"{kept.joined.identity}.jsonl", why)
+                raise BadFile(diary_path(directory, diary.identity), why)
     return found
 
 
@@ -66,7 +64,7 @@ def times_of_steps(directory: Path, trials: Iterable[Trial]) -> dict[tuple[str, 
     Raises:
         BadFile: If a diary is damaged, or it and a record say different things.
     """
-    if not (diaries := kept_diaries(directory)):
+    if not (diaries := read_diaries(directory)):
         return {}
     by_key = {trial.key: trial for trial in trials}
     acts = acts_of_steps(read_study(directory), by_key, diaries, directory)

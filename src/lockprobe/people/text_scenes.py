@@ -1,4 +1,4 @@
-"""Scenes that are made of texts: what stands before, between and after the boxes."""
+"""Scenes made of texts: consent, instructions, checks, questions, debriefing."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from collections.abc import Mapping
 from typing import Literal
 
 from lockprobe.people.diary import Joined
-from lockprobe.people.example import Shown
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Journey, Station
-from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, Page, TrialOver
+from lockprobe.people.practice import ExamplePanels
+from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, InstructionPage, TrialOver
 from lockprobe.people.texts import Longer, Words, example_on, filled
 from lockprobe.studies.study import Study
 
-__all__ = ["Texts"]
+__all__ = ["TextScenes"]
 
 Why = Literal["declined", "withdrawn", "full", "taken", "late"]
 
 
-class Texts:
-    """What is read, with the facts of the study filled in.
+class TextScenes:
+    """Makes scenes of the texts, with the facts of the study filled in.
 
     Args:
         words: The texts.
@@ -29,7 +29,7 @@ class Texts:
     """
 
     def __init__(
-        self, words: Words, study: Study, experiment: Experiment, examples: Mapping[str, Shown] | None = None
+        self, words: Words, study: Study, experiment: Experiment, examples: Mapping[str, ExamplePanels] | None = None
     ) -> None:
         self._words = words
         self._experiment = experiment
@@ -60,7 +60,7 @@ class Texts:
         """Where those go who come to an end, and what they enter there."""
         return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
 
-    def at(self, journey: Journey) -> Page | TrialOver | Check | Ask | Debrief:
+    def at(self, journey: Journey) -> InstructionPage | TrialOver | Check | Ask | Debrief:
         """The scene in which somebody stands, if it is no box."""
         station, boxes = journey.station, len(journey.joined.slots)
         if station.kind == "page":
@@ -69,7 +69,7 @@ class Texts:
             asked = text.if_asked if self._asks else ()
             title, paragraphs = self._filled(text, {"boxes": boxes}, more=asked or ())
             of, examples = len(self._words.instructions), self._shown(number, journey.joined)
-            return Page(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
+            return InstructionPage(title=title, paragraphs=paragraphs, number=number, of=of, examples=examples)
         if station.kind == "over":
             return self._over(journey, station)
         if station.kind == "check":

@@ -1,4 +1,4 @@
-"""What participants read: texts from a file that an experimenter edits. Another language is another file."""
+"""The texts that participants read, consent included, from a TOML file for each language."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""By what a browser proves that it is the same as before. A token that was not given out here is found out."""
+"""Tokens by which a browser proves that it is the same as before. A forged token is detected."""
 
 from __future__ import annotations
 
@@ -10,23 +10,26 @@ import secrets
 from pathlib import Path
 
 from lockprobe.errors import BadFile
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.storage.atomic_file import write_private
 
-__all__ = ["Tokens", "mark_of"]
+__all__ = ["TOKENS", "Tokens", "mark_of"]
+
+TOKENS = "secret"
+"""The file of the secret, next to the diaries."""
 
 _BYTES = 32
 
 
 class Tokens:
-    """Gives tokens out and knows its own: random bytes, and what only this study can make of them.
+    """Issues tokens and recognises them: random bytes, and their keyed hash (HMAC) under the secret of this study.
 
     Args:
-        path: Of the secret, made where there is none; nobody else can read it.
-        given: Whether tokens were given out before, so that there has to be one.
+        path: The file of the secret. It is made where there is none; only its owner can read it.
+        given: Whether tokens were given out before, so that the file has to be there.
 
     Raises:
-        BadFile: If it cannot be read or made, or is none.
+        BadFile: If it cannot be read or made, or is no such secret.
     """
 
     def __init__(self, path: Path, *, given: bool = False) -> None:
@@ -52,10 +55,10 @@ class Tokens:
         return _written(chance + self._sealed(chance))
 
     def mark(self, token: str) -> str:
-        """By what a token is known here: its SHA-256, from which it cannot be made.
+        """The mark by which a token is known here: its SHA-256, from which the token cannot be derived.
 
         Raises:
-            Refused: As ``forged``, if it was not given out here.
+            ActRefused: As ``forged``, if it was not given out here.
         """
         try:
             raw = base64.b64decode(token.encode("ascii"), altchars=b"-_", validate=True)
@@ -63,7 +66,7 @@ class Tokens:
             raw = b""
         right = len(raw) == 2 * _BYTES and _written(raw) == token  # one way only: bits that fill it up are none of it
         if not right or not hmac.compare_digest(raw[_BYTES:], self._sealed(raw[:_BYTES])):
-            raise Refused("forged", "a token that was not given out here")
+            raise ActRefused("forged", "a token that was not given out here")
         return mark_of(token)
 
     def _sealed(self, chance: bytes) -> bytes:

@@ -1,6 +1,6 @@
-"""Somebody withdraws: all that is kept of them is deleted. It is noted first, so that what is killed can be finished.
+"""Withdrawal: all data of a participant is deleted, and only the number of withdrawals stays.
 
-It is finished at the next opening, or before somebody else's deletion. What stays is how many have withdrawn.
+A note is written first, so that a deletion that was killed is finished at the next opening or before the next deletion.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ def withdrawing(directory: Path) -> str | None:
 
 
 def note_withdrawal(journal: Journal, identity: str) -> None:
-    """Note that all that is kept of a participant is to be deleted; from then on it can be finished at any time.
+    """Note that all data of a participant is to be deleted. From then on the deletion can be finished at any time.
 
-    There is one such note: what was noted before has to be finished first.
+    There is one such note: an earlier deletion has to be finished first.
 
     Raises:
         BadFile: If it cannot be written, or something that was noted before is not finished.
@@ -56,7 +56,7 @@ def note_withdrawal(journal: Journal, identity: str) -> None:
 
 
 def finish_withdrawal(journal: Journal) -> str | None:
-    """Finish what was noted, if anything was.
+    """Finish the deletion that was noted, if there is one.
 
     Returns:
         Who has withdrawn with it; None if nothing was noted.
@@ -75,7 +75,7 @@ def finish_withdrawal(journal: Journal) -> str | None:
     try:
         remove_file(people / f"{note['participant']}.jsonl")
         sync_directory(people)
-        journal.strike(agent)
+        journal.delete_agent(agent)
         put(people / _COUNT, {"withdrawn": note["withdrawn"]})
         remove_file(people / _UNDER_WAY)
         sync_directory(people)
@@ -85,7 +85,7 @@ def finish_withdrawal(journal: Journal) -> str | None:
 
 
 def put(path: Path, data: object) -> None:
-    """A small file of JSON in its place, whole or not at all, on the disk itself.
+    """Write a small JSON file atomically and flush it to disk.
 
     Raises:
         BadFile: If it cannot be written.

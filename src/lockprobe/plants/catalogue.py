@@ -1,4 +1,4 @@
-"""From a plant's spec to the plant. Nothing heavy is imported before it is asked for.
+"""The plants by spec. Nothing heavy is imported before it is asked for.
 
 Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor).
 Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Beside them stand those that installed packages
@@ -18,16 +18,17 @@ import numpy as np
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.plants.settings import SceneSettings, TwinSettings
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.plants.twin_settings import SceneSettings, TwinSettings
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
-from lockprobe.spec import arguments_from, read_options, with_options
+from lockprobe.spec import Spec, arguments_from, with_options
 
 __all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
 
-PLANTS = ("symbolic", "fast-twin", "twin")
+_SETTINGS: Mapping[str, type[SceneSettings]] = {"fast-twin": SceneSettings, "twin": TwinSettings}
 
+PLANTS = ("symbolic", *_SETTINGS)
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 
@@ -56,44 +57,44 @@ class PlantSource:
 
 def known_plants() -> dict[str, str]:
     """Every plant that Lockprobe has itself, and what it is."""
-    options = {kind: ", ".join(field.name for field in fields(kind)) for kind in (SceneSettings, TwinSettings)}
+    options = {name: ", ".join(field.name for field in fields(kind)) for name, kind in _SETTINGS.items()}
     return {
         "symbolic": "The rules and nothing else.",
-        "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options[SceneSettings]}.",
-        "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options[TwinSettings]}.",
+        "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options['fast-twin']}.",
+        "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options['twin']}.",
     }
 
 
-def resolve_plant(spec: str) -> PlantSource:
+def resolve_plant(spec: str | Spec) -> PlantSource:
     """The plant that a spec names.
 
     Raises:
         UnknownName: If there is none, or an option does not exist; the message lists what exists.
         BadValue: If an option has a value that it cannot have.
     """
-    if not isinstance(spec, str):
+    if not isinstance(spec, str | Spec):
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
-    name, options = read_options(spec, "plant")
-    if name not in PLANTS:
-        if (plugin := find_plugin("plant", name)) is None:
-            raise UnknownName("plant", name, [*PLANTS, *plugin_names("plant")])
-        return _of_another_package(spec, plugin, options)
-    if name == "symbolic":
-        if options:
-            raise BadValue("plant", spec, "symbolic without options")
-        return PlantSource(spec=spec, make=lambda box, labels, rng: SymbolicPlant(box))
-    settings = with_options(SceneSettings if name == "fast-twin" else TwinSettings, name, options)
-    make = _twin(settings) if isinstance(settings, TwinSettings) else _fast_twin(settings)
-    return PlantSource(spec=spec, settings=settings, make=make, check=partial(_check, settings, make))
+    spec = spec if isinstance(spec, Spec) else Spec.parse(spec, "plant")
+    if spec.full_name in _SETTINGS:
+        settings = with_options(_SETTINGS[spec.full_name], spec.full_name, spec.options)
+        make = _twin(settings) if isinstance(settings, TwinSettings) else _fast_twin(settings)
+        return PlantSource(spec=str(spec), settings=settings, make=make, check=partial(_check, settings, make))
+    if spec.full_name == "symbolic":
+        if spec.options:
+            raise BadValue("plant", str(spec), "symbolic without options")
+        return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box))
+    if (plugin := find_plugin("plant", spec.full_name)) is not None:
+        return _of_another_package(spec, plugin)
+    raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant")])
 
 
-def _of_another_package(spec: str, plugin: Plugin, options: Mapping[str, str]) -> PlantSource:
+def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
     """A plant that Lockprobe does not have itself. Nothing of it is imported before it is made or checked."""
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         # not guarded: what breaks here breaks one trial, and not the study
         kind, given = plugin.load(), {"box": box, "labels": labels, "rng": rng}
-        made: Plant = kind(**given, **arguments_from(kind, plugin.name, options, given))
+        made: Plant = kind(**given, **arguments_from(kind, plugin.name, spec.options, given))
         return made
 
     def check(box: Lockbox) -> None:
@@ -103,9 +104,9 @@ def _of_another_package(spec: str, plugin: Plugin, options: Mapping[str, str]) -
             if is_one:
                 plant.close()
         if not is_one:
-            raise BadValue("plant", spec, "a class with `facts`, `observe()`, `attempt(joint)` and `close()`")
+            raise BadValue("plant", str(spec), "a class with `facts`, `observe()`, `attempt(joint)` and `close()`")
 
-    return PlantSource(spec=spec, make=make, check=check)
+    return PlantSource(spec=str(spec), make=make, check=check)
 
 
 def _fast_twin(settings: SceneSettings) -> Make:
@@ -146,7 +147,7 @@ def require_mujoco() -> None:
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
     """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
     require_mujoco()
-    from lockprobe.plants.rendering.probing import decide
+    from lockprobe.plants.rendering.choose_renderer import decide
 
     decide(settings.renderer)
     make(box, box.names, np.random.default_rng(0)).close()

@@ -1,4 +1,4 @@
-"""The mechanism simulated and pushed without an arm, with a camera: the same pictures as the twin's, much sooner."""
+"""The plant ``fast-twin``: the simulated lockbox pushed by a force instead of an arm, with the same camera."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.plants.rendering.camera import Sight
-from lockprobe.plants.scene.board import compile_scene
+from lockprobe.plants.rendering.camera import PlantCamera
 from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.scene.scene import build_scene
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.record import Fact, Snapshot
 
 __all__ = ["FastTwin"]
@@ -26,54 +26,58 @@ class FastTwin:
 
     Args:
         box: The box.
-        labels: What stands on the panel beside the joints, in panel order.
-        settings: Of mechanism, looks and camera.
-        rng: For looks and for the noise of depth, which has a stream of its own.
+        labels: Labels of the joints, in panel order.
+        settings: Mechanism, looks and camera.
+        rng: For the appearance; the noise of depth draws from a child of it.
 
     Raises:
         BadValue: If the box cannot be built.
-        Missing: If a package is not there.
+        Missing: If a package is missing.
     """
 
     def __init__(
         self, box: Lockbox, *, labels: tuple[str, ...], settings: SceneSettings, rng: np.random.Generator
     ) -> None:
-        scene = compile_scene(box, labels=labels, settings=settings, rng=rng)
+        scene = build_scene(box, labels=labels, settings=settings, rng=rng)
         model = scene.spec.compile()
         data = mujoco.MjData(model)
         self._mechanism = Mechanism(model, data, scene)
         self._mechanism.set_configuration(box.initial)
         self._mechanism.settle()
-        self._sight = Sight(model, data, mechanism=self._mechanism, scene=scene, settings=settings, rng=rng.spawn(1)[0])
+        self._camera = PlantCamera(
+            model, data, mechanism=self._mechanism, scene=scene, settings=settings, rng=rng.spawn(1)[0]
+        )
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Engine, settings, and what made the pictures (None if none was taken)."""
-        return self._sight.facts
+        """Engine, settings and renderer (None if no picture was taken)."""
+        return self._camera.facts
 
     def observe(self) -> Snapshot:
         """The truth now."""
         return Snapshot(
-            configuration=self._mechanism.configuration(), look=self._sight.now(), render=self._sight.otherwise()
+            configuration=self._mechanism.configuration(),
+            look=self._camera.look_now(),
+            render=self._camera.look_as_if(),
         )
 
     def attempt(self, joint: int) -> Snapshot:
-        """Push a joint's handle towards its other end, by place in panel order.
+        """Push a joint's handle towards its other end, by index in panel order.
 
         Raises:
-            PlantFault: If a joint is left between its ends, or one moved that was not pushed.
+            PlantFault: If a joint stays between its ends, or a joint moves that was not pushed.
         """
         before = self._mechanism.configuration()
-        self._sight.end_moment()
+        self._camera.end_moment()
         moved = self._mechanism.push(joint, _PUSH)
         return Snapshot(
             configuration=self._mechanism.configuration_after(joint, before),
             joint=joint,
             outcome="moved" if moved else "blocked",
-            look=self._sight.now(),
-            render=self._sight.otherwise(),
+            look=self._camera.look_now(),
+            render=self._camera.look_as_if(),
         )
 
     def close(self) -> None:
-        """Let go of the renderer."""
-        self._sight.close()
+        """Release the renderer."""
+        self._camera.close()

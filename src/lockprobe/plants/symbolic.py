@@ -1,4 +1,4 @@
-"""The symbolic plant: the rules and nothing else (paper, Sec. 2.1, "Lockbox Simulation")."""
+"""The plant ``symbolic``: the rules of the box without physics (paper, Sec. 2.1, "Lockbox Simulation")."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["SymbolicPlant"]
 
 
 class SymbolicPlant:
-    """A box that is acted on without body, time or noise."""
+    """A box that follows its rules, without body, time or noise."""
 
     facts: ClassVar[Mapping[str, Fact]] = {}
 
@@ -25,9 +25,9 @@ class SymbolicPlant:
         return Snapshot(configuration=self._configuration)
 
     def attempt(self, joint: int) -> Snapshot:
-        """Attempt a joint, by place in panel order."""
+        """Attempt a joint, by index in panel order."""
         self._configuration, moved = self._box.attempt(self._configuration, joint)
         return Snapshot(configuration=self._configuration, joint=joint, outcome="moved" if moved else "blocked")
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Do nothing: there is nothing to release."""

@@ -1,7 +1,7 @@
-"""The physical lockbox with a robot: home, look, approach, feel, drag, judge, retreat, home (paper, Sec. 2.1).
+"""The plant ``twin``: a physical lockbox that a robot arm acts on (paper, Sec. 2.1).
 
-What did happen and what the robot makes of it are both told: a snapshot's outcome is the truth, read off the
-mechanism after it has come to rest, and ``sensed`` is what the arm's guarded move measured and concluded.
+A snapshot holds both the truth and the robot's judgement. Its outcome is read off the mechanism after it has come to
+rest; ``sensed`` holds what the arm's guarded move measured and concluded.
 """
 
 from __future__ import annotations
@@ -14,45 +14,44 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Configuration, Lockbox
-from lockprobe.plants.arm.guarded import GuardedMove
+from lockprobe.plants.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe.plants.arm.hand import add_hand
 from lockprobe.plants.arm.panda import add_panda
-from lockprobe.plants.arm.path import Path
-from lockprobe.plants.arm.simulated import SimulatedArm
+from lockprobe.plants.arm.simulated_arm import SimulatedArm
 from lockprobe.plants.arm.skin import find_skin, wear_skin
-from lockprobe.plants.rendering.camera import Sight
-from lockprobe.plants.scene.board import compile_scene
-from lockprobe.plants.scene.fitting import KNOB_TOP
+from lockprobe.plants.rendering.camera import PlantCamera
 from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.settings import TwinSettings
+from lockprobe.plants.scene.mounted_joint import KNOB_TOP
+from lockprobe.plants.scene.scene import build_scene
+from lockprobe.plants.twin_settings import TwinSettings
 from lockprobe.record import Fact, Snapshot
 
 __all__ = ["Twin"]
 
 _POINTS = 33
-"""Of a handle's path."""
+"""Number of points on a handle's path."""
 
 _PATIENCE = 1.0
-"""Seconds that the mechanism has for coming to rest, once the arm is at home."""
+"""Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
 
 _FILM_EVERY = 1 / 25
-"""Seconds."""
+"""Seconds between frames of a film."""
 
 
 class Twin:
     """A lockbox, an arm and a camera in one simulation.
 
-    Before every attempt the robot is given where handles stand, as if it had seen them without error but for
-    ``pose_error``: a verdict of its own that was wrong does not mislead its next move.
+    Before every attempt the robot gets the true positions of the handles, up to ``pose_error``. So a wrong
+    verdict does not mislead its next move.
 
     Args:
-        box: Its rules become pins and blocks.
-        labels: What stands beside the joints, in panel order.
-        settings: What it is like.
-        rng: The trial's stream for the plant. Looks draw from it; depth, believed places and force each from a child of
-            it. The n-th look and the n-th attempt have the same luck whatever the settings are; force has a stream of
-            its own in every attempt, since an attempt takes as long as it takes.
-        film: Called about 25 times in a simulated second with the model and its state, which it may not change; the
+        box: The box; its rules become pins and blocks.
+        labels: Labels of the joints, in panel order.
+        settings: Mechanism, looks, camera and errors of the robot.
+        rng: The trial's random stream for the plant. The appearance draws from it; depth noise, pose error and force
+            noise each draw from a child of it. The n-th look and the n-th attempt have the same luck whatever the
+            settings are. Every attempt has a separate force stream, because attempts differ in length.
+        film: Called about 25 times in a simulated second with the model and its state, which it must not change. The
             arm then wears its skin, if there is one.
 
     Raises:
@@ -68,9 +67,9 @@ class Twin:
         rng: np.random.Generator,
         film: Callable[[mujoco.MjModel, mujoco.MjData], None] | None = None,
     ) -> None:
-        scene = compile_scene(box, labels=labels, settings=settings, rng=rng)
-        # Looks and sight as fast-twin has them, so that one seed gives the same panel with and without an arm.
-        sight, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
+        scene = build_scene(box, labels=labels, settings=settings, rng=rng)
+        # The same streams as in fast-twin: one seed gives the same panel with and without an arm.
+        noise, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
         add_hand(scene.spec, add_panda(scene.spec), stiffness=settings.finger_stiffness)
         skin = find_skin() if film is not None else None
         if skin is not None:
@@ -79,8 +78,8 @@ class Twin:
         self._model = scene.spec.compile()
         self._data = mujoco.MjData(self._model)
         self._mechanism = Mechanism(self._model, self._data, scene)
-        self._sight = Sight(
-            self._model, self._data, mechanism=self._mechanism, scene=scene, settings=settings, rng=sight
+        self._camera = PlantCamera(
+            self._model, self._data, mechanism=self._mechanism, scene=scene, settings=settings, rng=noise
         )
         self._next_film = 0.0
         self._arm = SimulatedArm(
@@ -97,24 +96,26 @@ class Twin:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Engine, settings, and what made the pictures (None if none was taken)."""
-        return self._sight.facts
+        """Engine, settings and renderer (None if no picture was taken)."""
+        return self._camera.facts
 
     def observe(self) -> Snapshot:
         """The truth now."""
         return Snapshot(
-            configuration=self._mechanism.configuration(), look=self._sight.now(), render=self._sight.otherwise()
+            configuration=self._mechanism.configuration(),
+            look=self._camera.look_now(),
+            render=self._camera.look_as_if(),
         )
 
     def attempt(self, joint: int) -> Snapshot:
-        """Let the arm attempt a joint, by place in panel order.
+        """Let the arm attempt a joint, by index in panel order.
 
         Raises:
-            PlantFault: If the arm was held on its way, a joint stayed between its ends, or another one moved.
+            PlantFault: If the arm was blocked, a joint stayed between its ends, or another joint moved.
         """
         before = self._mechanism.configuration()
-        self._sight.end_moment()
-        self._arm.take_luck(self._force.spawn(1)[0])
+        self._camera.end_moment()
+        self._arm.use_stream(self._force.spawn(1)[0])
         touch = self._move.attempt(self._arm, self._believed_path(joint, before[joint]))
         self._settle()
         after = self._mechanism.configuration_after(joint, before)
@@ -123,18 +124,18 @@ class Twin:
             joint=joint,
             outcome="moved" if after[joint] != before[joint] else "blocked",
             sensed=touch.as_facts(),
-            look=self._sight.now(),
-            render=self._sight.otherwise(),
+            look=self._camera.look_now(),
+            render=self._camera.look_as_if(),
         )
 
     @property
     def model(self) -> mujoco.MjModel:
-        """The compiled scene, arm and all."""
+        """The compiled scene with the arm."""
         return self._model
 
     @property
     def data(self) -> mujoco.MjData:
-        """Its state; for measurements."""
+        """Its state, for measurements."""
         return self._data
 
     def put(self, configuration: Configuration) -> None:
@@ -144,11 +145,11 @@ class Twin:
         self._settle()
 
     def close(self) -> None:
-        """Let go of the renderer."""
-        self._sight.close()
+        """Release the renderer."""
+        self._camera.close()
 
     def _settle(self) -> None:
-        """Wait until every joint is at an end, for a while."""
+        """Wait until every joint is at an end, up to a time limit."""
         deadline = self._data.time + _PATIENCE
         self._arm.wait()
         while not self._mechanism.resting() and self._data.time < deadline:
@@ -159,22 +160,22 @@ class Twin:
             self._next_film += _FILM_EVERY
             self._film(self._model, self._data)
 
-    def _path(self, joint: int, position: bool) -> Path:
-        """The path of a handle from a position to the other one, in the world."""
-        fitting = self._panel.fittings[joint]
+    def _path(self, joint: int, position: bool) -> HandlePath:
+        """The path of a handle from one position to the other, in the world."""
+        mounted = self._panel.mounted_joints[joint]
         fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)
-        tops = np.array([[*fitting.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
-        return Path(points=self._in_world(tops), axis=-self._panel.pose[:3, 2])
+        tops = np.array([[*mounted.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
+        return HandlePath(points=self._in_world(tops), axis=-self._panel.pose[:3, 2])
 
     def _in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         pose = self._panel.pose
         return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
-    def _believed_path(self, joint: int, position: bool) -> Path:
-        """The same shifted in the panel's plane by as much as the robot errs."""
+    def _believed_path(self, joint: int, position: bool) -> HandlePath:
+        """The path shifted in the panel's plane by a random error of the robot."""
         shift = self._settings.pose_error * self._aim.standard_normal(2)
         path = self._path(joint, position)
-        return Path(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)
+        return HandlePath(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)
 
     def _refuse_out_of_reach(self) -> None:
         for joint, name in enumerate(self._box.names):

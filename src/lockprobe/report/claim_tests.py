@@ -10,17 +10,17 @@ from typing import Literal
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
-from lockprobe.analysis.speaking import test_said
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.report.format import minus
+from lockprobe.formatting import minus
+from lockprobe.prose.hypothesis_tests import name_of_test, unit_said
 from lockprobe.report.paper_reanalysis import share
 
 __all__ = [
     "NOT_MEASURED",
-    "Found",
-    "Measure",
-    "Pattern",
-    "Verdict",
+    "ClaimFinding",
+    "ClaimMeasure",
+    "ClaimPattern",
+    "ClaimVerdict",
     "apart",
     "borne_out",
     "error",
@@ -32,51 +32,55 @@ __all__ = [
     "verdict_of",
 ]
 
-Verdict = Literal["compatible", "not compatible", "borne out", "not decided", "not measured"]
+ClaimVerdict = Literal["compatible", "not compatible", "borne out", "not decided", "not measured"]
 """*Compatible*: the study cannot tell the paper's figure and its own apart, which may only mean few trials, and shows
 what else the claim says. *Borne out*: the same of a claim without a figure. *Not compatible*: a test of the study
 contradicts the claim, its figure or its pattern. *Not decided*: neither."""
 
-Pattern = Literal["shown", "opposite", "open"]
+ClaimPattern = Literal["shown", "opposite", "open"]
 """What a valid test says of the pattern that a claim describes: it shows it, or the opposite, or neither."""
 
-Found = tuple[str, Verdict, str, float | None]
+ClaimFinding = tuple[str, ClaimVerdict, str, float | None]
 """What was measured, in words; the verdict; what it rests on; its p-value, where it has one."""
 
-Measure = Callable[[AgentSummary, list[ConditionSummary]], Found]
+ClaimMeasure = Callable[[AgentSummary, list[ConditionSummary]], ClaimFinding]
 """What an agent says to a claim by its conditions with trials, ascending from p = 0."""
 
-NOT_MEASURED: Found = ("", "not measured", "", None)
+NOT_MEASURED: ClaimFinding = ("", "not measured", "", None)
 
 
-def verdict_of(p_value: float | None, also: Pattern = "shown") -> Verdict:
+def verdict_of(p_value: float | None, also: ClaimPattern = "shown") -> ClaimVerdict:
     """On a claim of a figure and a pattern, from the test that may tell the two figures apart."""
     if also == "opposite" or (p_value is not None and p_value < ALPHA):
         return "not compatible"
     return "compatible" if also == "shown" else "not decided"
 
 
-def borne_out(found: Pattern) -> Verdict:
+def borne_out(found: ClaimPattern) -> ClaimVerdict:
     """On a claim that is a pattern and no figure."""
-    verdicts: dict[Pattern, Verdict] = {"shown": "borne out", "opposite": "not compatible", "open": "not decided"}
+    verdicts: dict[ClaimPattern, ClaimVerdict] = {
+        "shown": "borne out",
+        "opposite": "not compatible",
+        "open": "not decided",
+    }
     return verdicts[found]
 
 
-def pattern(p_value: float | None, direction: float) -> Pattern:
+def pattern(p_value: float | None, direction: float) -> ClaimPattern:
     """From a two-sided test, where a positive direction is that of the claim."""
     if p_value is None or p_value >= ALPHA or not direction:
         return "open"
     return "shown" if direction > 0 else "opposite"
 
 
-def same_share(here: Proportion, paper: Proportion) -> Found:
+def same_share(here: Proportion, paper: Proportion) -> ClaimFinding:
     """A share against one of the paper's."""
     found = difference(paper, here)
     p_value = found.p_value if found else None
     return share(here), verdict_of(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
 
 
-def same_step(here: ConditionSummary, paper: int) -> Found:
+def same_step(here: ConditionSummary, paper: int) -> ClaimFinding:
     """The step by which 80 % of the trials are solved against the paper's."""
     curve = here.curve
     reached, (early, late) = curve.steps_to(0.8), curve.steps_to_interval(0.8)
@@ -100,15 +104,15 @@ def error(change: tuple[Proportion, Proportion]) -> float:
     return math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
 
 
-def tested(question: Question, sign: int) -> Measure:
+def tested(question: Question, sign: int) -> ClaimMeasure:
     """The recommended test of a question; the claim expects an effect of this sign."""
 
-    def measure(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+    def measure(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
         (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
         if test.p_value is None or agent.blind:
             return NOT_MEASURED
-        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({test.unit})")
-        return said, borne_out(pattern(test.p_value, sign * test.direction)), test_said(test.name), test.p_value
+        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({unit_said(test)})")
+        return said, borne_out(pattern(test.p_value, sign * test.direction)), name_of_test(test.name), test.p_value
 
     return measure
 

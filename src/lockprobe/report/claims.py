@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.published import REFERENCE, REFERENCE_STEPS, TABLE1
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.report.claim_tests import NOT_MEASURED, Found, Measure, Verdict, same_share, same_step
+from lockprobe.report.claim_tests import NOT_MEASURED, ClaimFinding, ClaimMeasure, ClaimVerdict, same_share, same_step
 from lockprobe.report.loop_claims import LOOP_MEASURES
 from lockprobe.report.misread_claims import hallucinated, misread
 from lockprobe.report.modality_claims import MODALITY_MEASURES
 from lockprobe.report.noise_claims import NOISE_MEASURES
 from lockprobe.report.paper import CLAIMS, PaperClaim
-from lockprobe.spec import spec_name
+from lockprobe.spec import spec_kind, spec_name
 
 __all__ = ["ClaimRow", "claim_rows"]
 
@@ -34,7 +34,7 @@ class ClaimRow:
     claim: PaperClaim
     agent: str
     here: str
-    verdict: Verdict
+    verdict: ClaimVerdict
     test: str
     p_value: float | None
 
@@ -53,14 +53,14 @@ def claim_rows(summary: StudySummary) -> tuple[ClaimRow, ...]:
     return tuple(rows)
 
 
-def _by_agent(claim: PaperClaim, summary: StudySummary) -> list[tuple[str, Found]]:
+def _by_agent(claim: PaperClaim, summary: StudySummary) -> list[tuple[str, ClaimFinding]]:
     """What every agent that was shown the box as the claim has it says to it."""
     reference = claim.measure in ("reference", "reference-steps")
-    agents = [a for a in summary.agents if a.agent.startswith("human-inspired")] if reference else summary.subjects
+    agents = [a for a in summary.agents if spec_kind(a.agent) == "human-inspired"] if reference else summary.subjects
     return [(agent.name, _measure(claim, agent)) for agent in agents if spec_name(agent.modality) == claim.modality]
 
 
-def _measure(claim: PaperClaim, agent: AgentSummary) -> Found:
+def _measure(claim: PaperClaim, agent: AgentSummary) -> ClaimFinding:
     """What one agent says to one claim."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted or counted[0].p != 0:
@@ -70,17 +70,17 @@ def _measure(claim: PaperClaim, agent: AgentSummary) -> Found:
     return _MEASURES[claim.measure](agent, counted)
 
 
-def _reference(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _reference(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     return same_share(counted[0].success, REFERENCE)
 
 
-def _reference_steps(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _reference_steps(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     return same_step(counted[0], REFERENCE_STEPS)
 
 
 _MISREAD = {"misinterpretation": misread, "hallucination": hallucinated}
 
-_MEASURES: Mapping[str, Measure] = {
+_MEASURES: Mapping[str, ClaimMeasure] = {
     "reference": _reference,
     "reference-steps": _reference_steps,
     **NOISE_MEASURES,

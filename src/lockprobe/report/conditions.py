@@ -10,42 +10,48 @@ from operator import call
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.conclusions import conclusions, courses_said, loop_finding
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
+from lockprobe.analysis.dose_grid import grids
 from lockprobe.analysis.effects import Effects, effects
-from lockprobe.analysis.finding import finding
-from lockprobe.analysis.grid import grids
 from lockprobe.analysis.reference import Reference, reference_of
-from lockprobe.analysis.series import Arm, Series, control_of, crossings, series_of, series_of_agents
+from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
-from lockprobe.audit.shipped_rates import shipped
 from lockprobe.interventions.condition import Condition, modality_doses
+from lockprobe.prose.effects import effects_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
-from lockprobe.report.effects_said import effects_said
-from lockprobe.report.examples import example
-from lockprobe.report.grids import grid_rows
+from lockprobe.report.dose_grids import grid_rows
+from lockprobe.report.examples import ExampleTrial, example
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.results import (
     RESULTS_VERSION,
     agent_facts,
+    audit_result,
     broken_rows,
     left_out_row,
-    plain_json,
     plant_facts,
 )
-from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, labelled, test_rows
+from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, test_rows
 from lockprobe.report.sample_pictures import seen
-from lockprobe.spec import spec_name
+from lockprobe.report.schema import (
+    ConditionResult,
+    CrossingResult,
+    EffectResult,
+    Results,
+    SeriesResult,
+    StudyProgress,
+)
+from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.study import Study
 
-__all__ = ["ConditionStudy", "condition_numbers", "read_conditions"]
+__all__ = ["ConditionStudy", "condition_results", "read_conditions"]
 
 _EXAMPLES = 6
 """Trials that are told step by step, of different conditions."""
-
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +73,7 @@ class ConditionStudy:
 
     settings: Mapping[str, Any]
     study: Study
-    arms: tuple[Arm, ...]
+    arms: tuple[SeriesArm, ...]
     trials: tuple[Trial, ...]
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
@@ -125,11 +131,11 @@ def read_conditions(
     )
 
 
-def _arm(condition: Condition) -> Arm:
+def _arm(condition: Condition) -> SeriesArm:
     """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
     shown, doses = modality_doses(condition.modality)
-    pictured = tuple(f"{spec_name(shown)}?{option}={value}" for option, value in doses.items())
-    return Arm(
+    pictured = tuple(str(Spec(spec_name(shown), options={option: value})) for option, value in doses.items())
+    return SeriesArm(
         label=condition.label,
         specs=(*condition.specs, *pictured),
         doses=(*condition.doses, *doses),
@@ -145,7 +151,9 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
     return cells
 
 
-def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], study: Study) -> tuple[Effects, ...]:
+def _effects(
+    cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[SeriesArm], study: Study
+) -> tuple[Effects, ...]:
     """Each modality's conditions against its own control; beside the first modality's stand the others' controls."""
     found = []
     modalities = list(dict.fromkeys(arm.modality for arm in arms))
@@ -166,7 +174,7 @@ def _effects(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[Arm], 
 
 
 def _series(
-    trials: Sequence[Trial], arms: Sequence[Arm], study: Study, each: Each
+    trials: Sequence[Trial], arms: Sequence[SeriesArm], study: Study, each: Each
 ) -> tuple[tuple[Series, StudySummary], ...]:
     found = []
     for series in series_of(arms):
@@ -189,125 +197,114 @@ def _series(
     return tuple(found)
 
 
-def condition_numbers(study: ConditionStudy) -> Row:
-    """The content of ``results.json``, and all that the page is made from."""
+def condition_results(study: ConditionStudy) -> Results:
+    """The results of a study of conditions, and all that its page is made from."""
     said = {arm.label: " + ".join(arm.specs) for arm in study.arms}
-    content = {
-        "schema_version": RESULTS_VERSION,
-        "lockprobe": version("lockprobe"),
-        "study": dict(study.settings),
-        "joints": len(study.study.box.joints),
-        "progress": {
-            "planned": study.study.size,
-            "finished": study.finished,
-            "partial": study.finished < study.study.size,
-        },
-        "left_out": left_out_row(study.trials, study.journal, study.foreign),
-        "subjects": list(study.subjects),
-        "findings": [
+    return Results(
+        schema_version=RESULTS_VERSION,
+        lockprobe=version("lockprobe"),
+        study=dict(study.settings),
+        joints=len(study.study.box.joints),
+        progress=StudyProgress(
+            planned=study.study.size,
+            finished=study.finished,
+            partial=study.finished < study.study.size,
+        ),
+        left_out=left_out_row(study.trials, study.journal, study.foreign),
+        subjects=list(study.subjects),
+        findings=[
             sentence
             for one in study.effects
             if one.agent in study.subjects
             for sentence in effects_said(one, study.conditions)
         ],
-        "conditions": [
-            _condition_row(study.study, label, summary) | {"label": agent, "acts": said[label]}
+        conditions=[
+            _condition_row(study.study, agent, label, summary, said[label])
             for (agent, label), summary in study.conditions.items()
         ],
-        "effects": [row for one in study.effects for row in _effect_rows(one)],
-        "crossings": [row for one in study.effects for row in _interplay_rows(one)],
-        "grids": [row for one in study.effects for row in grid_rows(one)],
-        "series": [_series_row(series, summary) for series, summary in study.series],
-        "box": asdict(study.reference),
-        "measures": measure_rows(study.trials),
-        "errors": broken_rows(study.trials),
-        "agents": agent_facts(study.trials),
-        "plants": plant_facts(study.trials, study.settings),
-        "seen": seen(study.trials),
-        "examples": _examples(study),
-        "audit": shipped(),
-    }
-    plain: Row = plain_json(content)
-    return plain
+        effects=[row for one in study.effects for row in _effect_rows(one)],
+        crossings=[row for one in study.effects for row in _interplay_rows(one)],
+        grids=[row for one in study.effects for row in grid_rows(one)],
+        series=[_series_row(series, summary) for series, summary in study.series],
+        box=study.reference,
+        measures=measure_rows(study.trials),
+        errors=broken_rows(study.trials),
+        agents=agent_facts(study.trials),
+        plants=plant_facts(study.trials, study.settings),
+        seen=seen(study.trials),
+        examples=_examples(study),
+        audit=audit_result(),
+    )
 
 
-def _condition_row(study: Study, label: str, summary: ConditionSummary) -> Row:
+def _condition_row(study: Study, agent: str, label: str, summary: ConditionSummary, acts: str) -> ConditionResult:
     """The numbers of one agent under one condition; a flip rate stands only where nothing but flips acted."""
     p = next(one.p for one in study.conditions if one.label == label)
-    row = condition_row(summary)
-    repetitions = [{**point, "p": p} for point in row["repetitions"]]
-    return row | {"p": p, "repetitions": repetitions}
+    row = condition_row(summary, agent)
+    repetitions = [replace(point, p=p) for point in row.repetitions]
+    return row.model_copy(update={"p": p, "repetitions": repetitions, "acts": acts})
 
 
-def _effect_rows(found: Effects) -> list[Row]:
+def _effect_rows(found: Effects) -> list[EffectResult]:
     return [
-        {
-            "agent": found.agent,
-            "modality": found.modality,
-            "control": found.control,
-            "condition": one.condition,
-            "trials": one.difference.first.n,
-            "control_solved": one.difference.first.count,
-            "solved": one.difference.second.count,
-            "difference": one.difference.value,
-            "difference_low": one.difference.low,
-            "difference_high": one.difference.high,
-            "p_value": one.difference.p_value,
-            "corrected_for": len(found.effects),
-            "detectable": one.detectable,
-        }
+        EffectResult(
+            agent=found.agent,
+            modality=found.modality,
+            control=found.control,
+            condition=one.condition,
+            trials=one.difference.first.n,
+            control_solved=one.difference.first.count,
+            solved=one.difference.second.count,
+            difference=one.difference.value,
+            difference_low=one.difference.low,
+            difference_high=one.difference.high,
+            p_value=one.difference.p_value,
+            corrected_for=len(found.effects),
+            detectable=one.detectable,
+        )
         for one in found.effects
     ]
 
 
-def _interplay_rows(found: Effects) -> list[Row]:
+def _interplay_rows(found: Effects) -> list[CrossingResult]:
     return [
-        {
-            "agent": found.agent,
-            "modality": found.modality,
+        CrossingResult(
+            agent=found.agent,
+            modality=found.modality,
             **asdict(one.crossing),
-            "trials": one.change.pairs,
-            "difference": one.change.value,
-            "difference_low": one.change.low,
-            "difference_high": one.change.high,
-            "p_value": one.change.p_value,
-            "detectable": one.detectable,
-        }
+            trials=one.change.pairs,
+            difference=one.change.value,
+            difference_low=one.change.low,
+            difference_high=one.change.high,
+            p_value=one.change.p_value,
+            detectable=one.detectable,
+        )
         for one in found.interplays
     ]
 
 
-def _series_row(series: Series, summary: StudySummary) -> Row:
+def _series_row(series: Series, summary: StudySummary) -> SeriesResult:
     """The numbers over one dose; sentences name it."""
-    agents, say = summary.agents, series.axis.said
-    names = {(agent.agent, agent.modality): agent.name for agent in agents}
-    return {
-        "intervention": series.axis.kind,
-        "dose": series.axis.dose,
-        "rest": series.axis.rest,
-        "modality": series.modality,
-        "name": series.axis.name,
-        "conditions": dict(series.doses),
-        "findings": [say(finding(agent)) for agent in summary.subjects],
-        "loop_findings": [say(loop_finding(agent)) for agent in summary.subjects],
-        "conclusions": [[say(one) for one in conclusions(agent)] for agent in summary.subjects],
-        "courses_said": say(courses_said(summary)),
-        "fits": labelled(map(fit_row, agents), names),
-        "tests": labelled(
-            (
-                row | {"asks": say(row["asks"]), "unit": say(row["unit"]), "note": say(row["note"])}
-                for agent in agents
-                if not agent.blind
-                for row in test_rows(agent)
-            ),
-            names,
-        ),
-        "contrasts": labelled((contrast_row(agent, agent.contrast) for agent in agents if agent.contrast), names),
-        "courses": labelled((row for agent in agents if (row := course_row(agent))), names),
-    }
+    agents = summary.agents
+    return SeriesResult(
+        intervention=series.axis.kind,
+        dose=series.axis.dose,
+        rest=series.axis.rest,
+        modality=series.modality,
+        name=series.axis.name,
+        conditions=dict(series.doses),
+        findings=[finding(agent) for agent in summary.subjects],
+        loop_findings=[loop_finding(agent) for agent in summary.subjects],
+        conclusions=[conclusions(agent) for agent in summary.subjects],
+        courses_said=courses_said(summary),
+        fits=[fit_row(agent) for agent in agents],
+        tests=[row for agent in agents if not agent.blind for row in test_rows(agent)],
+        contrasts=[contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
+        courses=[row for agent in agents if (row := course_row(agent))],
+    )
 
 
-def _examples(study: ConditionStudy) -> list[Row]:
+def _examples(study: ConditionStudy) -> list[ExampleTrial]:
     """The first ended trial of the first subject under each of the first conditions."""
     agent = study.subjects[0]
     found: dict[str, Trial] = {}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 from lockprobe.record import Trial
 
 __all__ = ["Money", "money"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 from lockprobe.analysis.behaviour import has_loop, loop_coverage
 from lockprobe.analysis.loops import cover
@@ -11,10 +11,40 @@ from lockprobe.analysis.misinterpretation import claims
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 
-__all__ = ["example", "examples"]
+__all__ = ["ExampleStep", "ExampleTrial", "example", "examples"]
 
 
-def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[dict[str, Any]]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExampleStep:
+    """One step of a trial that the page shows."""
+
+    step: int
+    state: str
+    joint: str
+    chosen: str | None
+    moved: bool
+    told_moved: bool | None
+    claimed: str | None
+    misinterpreted: bool | None
+    loop: str
+    again: bool
+    hypothesis: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExampleTrial:
+    """One trial, step by step, and why it is worth reading."""
+
+    why: str
+    key: str
+    ending: str
+    joints: Sequence[str]
+    labels: Sequence[str]
+    target: str
+    steps: Sequence[ExampleStep]
+
+
+def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[ExampleTrial]:
     """Examples of the first agent that the study is about, each trial once."""
     if not summary.subjects:
         return []
@@ -24,7 +54,7 @@ def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[dict[str, A
     looping = sorted((trial for trial in own if has_loop(trial)), key=loop_coverage, reverse=True)
     misread = {trial.key: sum(claim.misinterpreted for claim in claims(trial)) for trial in own}
     wrong = sorted((trial for trial in own if misread[trial.key]), key=lambda t: misread[t.key], reverse=True)
-    chosen: dict[str, dict[str, Any]] = {}
+    chosen: dict[str, ExampleTrial] = {}
     for why, candidates in (
         ("Solved", _farthest_first(solved, agent)),
         ("Looping: the largest share of steps in action loops", looping),
@@ -41,20 +71,20 @@ def _farthest_first(trials: list[Trial], agent: AgentSummary) -> list[Trial]:
     return sorted(trials, key=lambda trial: trial.p != p)
 
 
-def example(why: str, trial: Trial) -> dict[str, Any]:
+def example(why: str, trial: Trial) -> ExampleTrial:
     """One trial, step by step, and why it is worth reading."""
-    return {
-        "why": why,
-        "key": trial.key,
-        "ending": trial.ending,
-        "joints": trial.joints,
-        "labels": trial.labels,
-        "target": trial.target,
-        "steps": _steps(trial),
-    }
+    return ExampleTrial(
+        why=why,
+        key=trial.key,
+        ending=trial.ending,
+        joints=trial.joints,
+        labels=trial.labels,
+        target=trial.target,
+        steps=_steps(trial),
+    )
 
 
-def _steps(trial: Trial) -> list[dict[str, Any]]:
+def _steps(trial: Trial) -> list[ExampleStep]:
     said = {claim.step: claim for claim in claims(trial)}
     letters: dict[tuple[object, ...], str] = {}
     loops: dict[int, str] = {}
@@ -68,19 +98,19 @@ def _steps(trial: Trial) -> list[dict[str, Any]]:
     for i, step in enumerate(trial.steps):
         claim = said.get(step.step)
         lines.append(
-            {
-                "step": step.step,
-                "state": step.state,
-                "joint": step.joint,
-                "chosen": step.chosen,
-                "moved": step.moved,
-                "told_moved": step.told_moved,
-                "claimed": claim.claimed if claim else None,
-                "misinterpreted": claim.misinterpreted if claim else False if trial.assessment else None,
-                "loop": loops.get(i, ""),
-                "again": (step.state, step.joint) in tried,
-                "hypothesis": step.decision.hypothesis,
-            }
+            ExampleStep(
+                step=step.step,
+                state=step.state,
+                joint=step.joint,
+                chosen=step.chosen,
+                moved=step.moved,
+                told_moved=step.told_moved,
+                claimed=claim.claimed if claim else None,
+                misinterpreted=claim.misinterpreted if claim else False if trial.assessment else None,
+                loop=loops.get(i, ""),
+                again=(step.state, step.joint) in tried,
+                hypothesis=step.decision.hypothesis,
+            )
         )
         tried.add((step.state, step.joint))
     return lines

@@ -1,24 +1,20 @@
-"""How numbers and cells are written: for the page, as CSV and as TeX."""
+"""Tables as CSV and as TeX."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
 import re
 from collections.abc import Sequence
 
-from lockprobe.errors import printable
+from lockprobe.terminal_text import printable
 
-__all__ = ["EVERY", "NONE", "Table", "as_csv", "as_tex", "minus", "percent"]
-
-NONE = "\N{EN DASH}"
-"""A cell without a value."""
+__all__ = ["EVERY", "TextTable", "as_csv", "as_tex"]
 
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""
 
-Table = list[list[str]]
+TextTable = list[list[str]]
 """Rows of cells, the first row with the names of the columns."""
 
 _TEX = {
@@ -41,17 +37,6 @@ _TEX = {
 _P = re.compile(r"flip rate|^P$")
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-
-
-def percent(value: float | None, digits: int = 1) -> str:
-    """A share in per cent, or a dash where there is none."""
-    return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
-
-
-def minus(text: str) -> str:
-    """The text with minus signs for hyphens, but for those between letters, and none before a nought."""
-    text = re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text)
-    return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:

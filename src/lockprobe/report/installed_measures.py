@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from functools import partial
 
 from lockprobe.analysis.measures import find_measure, measured
 from lockprobe.errors import UserMistake
+from lockprobe.formatting import NONE, minus
 from lockprobe.plugins import plugin_names
 from lockprobe.record import Trial
-from lockprobe.report.format import NONE, Table, minus
+from lockprobe.report.format import TextTable
+from lockprobe.report.schema import MeasureResult
 
 __all__ = ["measure_rows", "measure_table"]
 
-Row = dict[str, Any]
 
-
-def measure_rows(trials: Iterable[Trial]) -> list[Row]:
+def measure_rows(trials: Iterable[Trial]) -> list[MeasureResult]:
     """The mean of each of those measures with its 95 % interval; of one that breaks, why.
 
     Args:
@@ -28,32 +28,26 @@ def measure_rows(trials: Iterable[Trial]) -> list[Row]:
     return [row for members in cells.values() for name in plugin_names("measure") for row in _rows(members, name)]
 
 
-def _rows(trials: Sequence[Trial], name: str) -> list[Row]:
+def _rows(trials: Sequence[Trial], name: str) -> list[MeasureResult]:
     first = trials[0]
     said = first.cell.removeprefix(f"{first.study}/{first.group}/")
-    row: Row = {"agent": first.group, "condition": said, "measure": name}
+    row = partial(MeasureResult, agent=first.group, condition=said, measure=name)
     try:
         (found,) = measured(trials, [find_measure(name)])
     except UserMistake as error:
-        return [row | {"what": str(error), "kind": "broken", "trials": 0, "value": None, "low": None, "high": None}]
-    return [
-        row
-        | {"what": found.what, "kind": found.kind, "trials": found.n}
-        | {"value": found.value, "low": found.low, "high": found.high}
-    ]
+        return [row(what=str(error), kind="broken", trials=0, value=None, low=None, high=None)]
+    return [row(what=found.what, kind=found.kind, trials=found.n, value=found.value, low=found.low, high=found.high)]
 
 
-def measure_table(rows: Sequence[Row]) -> Table:
+def measure_table(rows: Sequence[MeasureResult]) -> TextTable:
     """The same as rows of text."""
     head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
-    return [head] + [
-        [row["agent"], row["condition"], row["measure"], row["what"], str(row["trials"]), _said(row)] for row in rows
-    ]
+    return [head] + [[row.agent, row.condition, row.measure, row.what, str(row.trials), _said(row)] for row in rows]
 
 
-def _said(row: Row) -> str:
-    if row["value"] is None:
+def _said(row: MeasureResult) -> str:
+    if row.value is None:
         return NONE
-    if row["low"] is None or row["high"] is None:
-        return minus(f"{row['value']:.3g}")
-    return minus(f"{row['value']:.3g} [{row['low']:.3g}, {row['high']:.3g}]")
+    if row.low is None or row.high is None:
+        return minus(f"{row.value:.3g}")
+    return minus(f"{row.value:.3g} [{row.low:.3g}, {row.high:.3g}]")

@@ -2,24 +2,164 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 
-from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, condition_regret
+from lockprobe.agents.llm.model_facts import Price
+from lockprobe.analysis.agent_comparison.interaction import InteractionAt
+from lockprobe.analysis.agent_comparison.leaderboard_row import Regret, Standing, condition_regret
 from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.paired import BlockMean
+from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.proportions import Paired, Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 from lockprobe.report.costs import Money, money
 
-__all__ = ["comparison_rows", "interaction_rows", "leaderboard_rows"]
+__all__ = [
+    "Adjusted",
+    "AdjustedPairs",
+    "ComparisonByDose",
+    "ComparisonResult",
+    "InteractionResult",
+    "LeaderboardByDose",
+    "LeaderboardResult",
+    "MoneyResult",
+    "PairResult",
+    "comparison_rows",
+    "interaction_rows",
+    "leaderboard_rows",
+]
 
-Row = dict[str, Any]
-Names = Mapping[tuple[str, str], str]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MoneyResult:
+    """What the trials of an agent cost; None where it is not known."""
+
+    calls: int | None
+    uncounted_calls: int
+    input_tokens: int | None
+    cached_share: float | None
+    output_tokens: int | None
+    reasoning_tokens: int | None
+    dollars: float | None
+    dollars_per_solved: float | None
 
 
-def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[Row]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeaderboardByDose:
+    """One agent at one flip rate."""
+
+    p: float
+    trials: int
+    success: Proportion
+    steps_to_80: int | None
+    regret: Regret | None
+    loop_rate: Proportion
+    loop_rate_chance: float | None
+    loops_above_chance: float | None
+    misread: ClusteredProportion
+    not_asked: int
+    money: MoneyResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeaderboardResult:
+    """One agent over all flip rates, with its rank."""
+
+    agent: str
+    modality: str
+    label: str
+    reference: bool
+    same_at_every_p: bool
+    rank_low: int | None
+    rank_high: int | None
+    trials: int
+    broken: int
+    success: ClusteredProportion
+    steps_to_80: int | None
+    regret: Regret | None
+    loop_rate: ClusteredProportion
+    loop_rate_chance: float | None
+    loop_rate_chance_no_repeat: float | None
+    loops_above_chance: float | None
+    loops_above_chance_no_repeat: float | None
+    misread: ClusteredProportion
+    not_asked: int
+    money: MoneyResult
+    prices: Price | None
+    served: Mapping[str, int]
+    by_p: Sequence[LeaderboardByDose]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adjusted(BlockMean):
+    """A mean difference with its p-value corrected for the number of pairs."""
+
+    p_adjusted: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdjustedPairs(Paired):
+    """Pairs of trials with a p-value corrected for the number of pairs of agents and flip rates."""
+
+    p_adjusted: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonByDose:
+    """Two agents at one flip rate."""
+
+    p: float
+    success: AdjustedPairs
+    steps: BlockMean
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairResult:
+    """Two agents that are compared."""
+
+    first: str
+    second: str
+    first_modality: str
+    second_modality: str
+    first_label: str
+    second_label: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonResult(PairResult):
+    """Two agents on the same boxes; differences are the second less the first."""
+
+    among: str
+    first_success: float
+    second_success: float
+    success: Adjusted
+    steps: Adjusted
+    verdict: int
+    steps_verdict: int
+    same_at_every_p: bool
+    finished_by_one_only: int
+    bounded: bool
+    by_p: Sequence[ComparisonByDose]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InteractionResult(PairResult):
+    """Whether false reports change both agents of a pair alike."""
+
+    lowest: float
+    at: Sequence[InteractionAt]
+    mean: BlockMean
+    p_value: float
+    p_adjusted: float | None
+
+
+AgentNames = Mapping[tuple[str, str], str]
+
+
+def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[LeaderboardResult]:
     """Every agent over all p, the highest success first, and the same by p."""
     agents = {(agent.agent, agent.modality): agent for agent in summary.agents}
     return [
@@ -28,108 +168,117 @@ def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[Row
     ]  # fmt: skip
 
 
-def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial]) -> Row:
+def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial]) -> LeaderboardResult:
     own = [trial for trial in trials if (trial.group, trial.modality) == (row.agent, row.modality)]
     spent = money(own)
-    return {
-        "agent": row.agent,
-        "modality": row.modality,
-        "label": agent.name,
-        "reference": agent.reference,
-        "same_at_every_p": agent.blind,
-        "rank_low": row.ranks[0] if row.ranks else None,
-        "rank_high": row.ranks[1] if row.ranks else None,
-        "trials": row.success.n,
-        "broken": sum(sum(condition.errors.values()) for condition in agent.conditions),
-        "success": asdict(row.success),
-        "steps_to_80": row.steps_to_80,
-        "regret": asdict(row.regret) if row.regret else None,
-        "loop_rate": asdict(row.loops),
-        "loop_rate_chance": row.chance,
-        "loop_rate_chance_no_repeat": row.chance_no_repeat,
-        "loops_above_chance": _less(row.loops.value, row.chance),
-        "loops_above_chance_no_repeat": _less(row.loops.value, row.chance_no_repeat),
-        "misread": asdict(row.misread),
-        "not_asked": row.not_asked,
-        "money": _money_row(spent),
-        "prices": asdict(spent.price) if spent.price else None,
-        "served": dict(spent.served),
-        "by_p": [_at(condition, [trial for trial in own if trial.p == condition.p]) for condition in agent.conditions],
-    }
+    return LeaderboardResult(
+        agent=row.agent,
+        modality=row.modality,
+        label=agent.name,
+        reference=agent.reference,
+        same_at_every_p=agent.blind,
+        rank_low=row.ranks[0] if row.ranks else None,
+        rank_high=row.ranks[1] if row.ranks else None,
+        trials=row.success.n,
+        broken=sum(sum(condition.errors.values()) for condition in agent.conditions),
+        success=row.success,
+        steps_to_80=row.steps_to_80,
+        regret=row.regret,
+        loop_rate=row.loops,
+        loop_rate_chance=row.chance,
+        loop_rate_chance_no_repeat=row.chance_no_repeat,
+        loops_above_chance=_less(row.loops.value, row.chance),
+        loops_above_chance_no_repeat=_less(row.loops.value, row.chance_no_repeat),
+        misread=row.misread,
+        not_asked=row.not_asked,
+        money=_money_row(spent),
+        prices=spent.price,
+        served=dict(spent.served),
+        by_p=[_at(condition, [trial for trial in own if trial.p == condition.p]) for condition in agent.conditions],
+    )
 
 
-def _at(condition: ConditionSummary, trials: Sequence[Trial]) -> Row:
+def _at(condition: ConditionSummary, trials: Sequence[Trial]) -> LeaderboardByDose:
     """One condition of the same agent."""
-    found, regret = condition.behaviour, condition_regret(condition)
-    return {
-        "p": condition.p,
-        "trials": condition.success.n,
-        "success": asdict(condition.success),
-        "steps_to_80": condition.curve.steps_to(0.8),
-        "regret": asdict(regret) if regret else None,
-        "loop_rate": asdict(found.loops),
-        "loop_rate_chance": found.chance_uniform,
-        "loops_above_chance": _less(found.loops.value, found.chance_uniform),
-        "misread": asdict(condition.claims.misinterpreted),
-        "not_asked": condition.claims.not_asked,
-        "money": _money_row(money(trials)),
-    }
+    found = condition.behaviour
+    return LeaderboardByDose(
+        p=condition.p,
+        trials=condition.success.n,
+        success=condition.success,
+        steps_to_80=condition.curve.steps_to(0.8),
+        regret=condition_regret(condition),
+        loop_rate=found.loops,
+        loop_rate_chance=found.chance_uniform,
+        loops_above_chance=_less(found.loops.value, found.chance_uniform),
+        misread=condition.claims.misinterpreted,
+        not_asked=condition.claims.not_asked,
+        money=_money_row(money(trials)),
+    )
 
 
-def _money_row(spent: Money) -> Row:
+def _money_row(spent: Money) -> MoneyResult:
     counted = spent.usage
-    return {
-        "calls": spent.calls,
-        "uncounted_calls": spent.uncounted,
-        "input_tokens": counted.input_tokens if counted else None,
-        "cached_share": counted.cached_tokens / counted.input_tokens if counted and counted.input_tokens else None,
-        "output_tokens": counted.output_tokens if counted else None,
-        "reasoning_tokens": counted.reasoning_tokens if counted else None,
-        "dollars": spent.dollars,
-        "dollars_per_solved": spent.per_solved,
-    }
+    return MoneyResult(
+        calls=spent.calls,
+        uncounted_calls=spent.uncounted,
+        input_tokens=counted.input_tokens if counted else None,
+        cached_share=counted.cached_tokens / counted.input_tokens if counted and counted.input_tokens else None,
+        output_tokens=counted.output_tokens if counted else None,
+        reasoning_tokens=counted.reasoning_tokens if counted else None,
+        dollars=spent.dollars,
+        dollars_per_solved=spent.per_solved,
+    )
 
 
 def _less(value: float, chance: float | None) -> float | None:
     return None if chance is None else value - chance
 
 
-def comparison_rows(compared: Sequence[Comparison], names: Names) -> list[Row]:
+def comparison_rows(compared: Sequence[Comparison], names: AgentNames) -> list[ComparisonResult]:
     """Every two agents on the same boxes; differences are the second less the first."""
     return [
-        {
+        ComparisonResult(
             **_pair(one, names),
-            "among": one.among,
-            "first_success": one.first_share,
-            "second_success": one.second_share,
-            "success": asdict(one.success) | {"p_adjusted": one.success_adjusted},
-            "steps": asdict(one.steps) | {"p_adjusted": one.steps_adjusted},
-            "verdict": one.verdict,
-            "steps_verdict": one.steps_verdict,
-            "same_at_every_p": one.copies,
-            "finished_by_one_only": one.alone,
-            "bounded": one.bounded,
-            "by_p": [
-                {"p": at.p, "success": asdict(at.success) | {"p_adjusted": at.p_adjusted}, "steps": asdict(at.steps)}
+            among=one.among,
+            first_success=one.first_share,
+            second_success=one.second_share,
+            success=Adjusted(**asdict(one.success), p_adjusted=one.success_adjusted),
+            steps=Adjusted(**asdict(one.steps), p_adjusted=one.steps_adjusted),
+            verdict=one.verdict,
+            steps_verdict=one.steps_verdict,
+            same_at_every_p=one.copies,
+            finished_by_one_only=one.alone,
+            bounded=one.bounded,
+            by_p=[
+                ComparisonByDose(
+                    p=at.p,
+                    success=AdjustedPairs(**asdict(at.success), p_adjusted=at.p_adjusted),
+                    steps=at.steps,
+                )
                 for at in one.at
             ],
-        }
+        )
         for one in compared
     ]
 
 
-def interaction_rows(compared: Sequence[Comparison], names: Names) -> list[Row]:
+def interaction_rows(compared: Sequence[Comparison], names: AgentNames) -> list[InteractionResult]:
     """Whether false reports change both agents of a pair alike."""
-    return list(_interactions(compared, names))
+    return [
+        InteractionResult(
+            **_pair(one, names),
+            lowest=one.interaction.lowest,
+            at=one.interaction.at,
+            mean=one.interaction.mean,
+            p_value=one.interaction.p_value,
+            p_adjusted=one.interaction.p_adjusted,
+        )
+        for one in compared
+        if one.interaction
+    ]
 
 
-def _interactions(compared: Sequence[Comparison], names: Names) -> Iterator[Row]:
-    for one in compared:
-        if one.interaction:
-            yield {**_pair(one, names), **asdict(one.interaction)}
-
-
-def _pair(one: Comparison, names: Names) -> Row:
+def _pair(one: Comparison, names: AgentNames) -> dict[str, str]:
     return {
         "first": one.first[0],
         "second": one.second[0],

@@ -14,11 +14,12 @@ from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import Difference, Proportion, difference
 from lockprobe.analysis.published import CORRELATION, CORRELATION_POINTS, LOOPS_AT_0, LOOPS_AT_40, PEAK
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import minus
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
-    Found,
-    Measure,
-    Pattern,
+    ClaimFinding,
+    ClaimMeasure,
+    ClaimPattern,
     apart,
     borne_out,
     error,
@@ -28,7 +29,6 @@ from lockprobe.report.claim_tests import (
     tested,
     verdict_of,
 )
-from lockprobe.report.format import minus
 
 __all__ = ["LOOP_MEASURES"]
 
@@ -38,7 +38,7 @@ _NEAR = 0.1
 _LENGTH = "trial length alone can make them differ"
 
 
-def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """As many trials loop at p = 0 as in the paper, and more than elsewhere."""
     found, _, test, p_value = same_share(_rate(counted[0]), LOOPS_AT_0)
     chance = counted[0].behaviour
@@ -50,7 +50,7 @@ def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     return found, verdict_of(p_value, fewer), f"{test}; {_SAID[fewer]}", p_value
 
 
-_SAID: Mapping[Pattern, str] = {
+_SAID: Mapping[ClaimPattern, str] = {
     "shown": "fewer loops at higher flip rates are shown",
     "opposite": "more loops at higher flip rates are shown",
     "open": "no change with the flip rate is shown",
@@ -67,7 +67,7 @@ def _change(first: ConditionSummary, second: ConditionSummary) -> Difference:
     return found
 
 
-def _fewer(counted: Sequence[ConditionSummary]) -> Pattern:
+def _fewer(counted: Sequence[ConditionSummary]) -> ClaimPattern:
     """Whether loops are rarer than at p = 0: at 0.4, where the paper has its minimum, and nowhere more frequent."""
     changes = [_change(counted[0], condition) for condition in counted[1:]]
     adjusted = holm([change.p_value for change in changes])
@@ -82,7 +82,7 @@ def _at_peak(counted: Sequence[ConditionSummary]) -> ConditionSummary | None:
     return next((condition for condition in counted if math.isclose(condition.p, PEAK)), None)
 
 
-def _drop(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _drop(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Loops are rarer at 0.4 than at 0, by as much as in the paper, and not still rarer far from it."""
     other = _at_peak(counted)
     if other is None or agent.blind:
@@ -91,13 +91,13 @@ def _drop(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     p_value = apart(drop.value, LOOPS_AT_40.value - LOOPS_AT_0.value, [error(change), error((LOOPS_AT_0, LOOPS_AT_40))])
     far = [_change(other, condition) for condition in counted if abs(condition.p - PEAK) > _NEAR + 1e-9]
     lower = [pattern(p, -one.value) for p, one in zip(holm([one.p_value for one in far]), far, strict=True)]
-    shown: Pattern = "opposite" if "shown" in lower else pattern(drop.p_value, -drop.value)
+    shown: ClaimPattern = "opposite" if "shown" in lower else pattern(drop.p_value, -drop.value)
     said = f"{change[0].count}/{change[0].n} to {change[1].count}/{change[1].n}, {in_points(drop)}"
     why = "fewer loops are shown far from 0.4" if "shown" in lower else _SAID[_fewer(counted)]
     return said, verdict_of(p_value, shown), f"z of the two differences; {why}", p_value
 
 
-def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Loops are rarer at 0.4 than at 0, and more frequent again at some p beyond it."""
     other, beyond = _at_peak(counted), [condition for condition in counted if condition.p > PEAK + 1e-9]
     if other is None or not beyond or agent.blind:
@@ -106,15 +106,17 @@ def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     adjusted = holm([change.p_value for change in changes])
     patterns = [pattern(p, change.value) for p, change in zip(adjusted, changes, strict=True)]
     first = pattern(before.p_value, -before.value)
-    after: Pattern = "shown" if "shown" in patterns else "opposite" if "opposite" in patterns else "open"
-    whole: Pattern = "opposite" if "opposite" in (first, after) else "shown" if first == after == "shown" else "open"
+    after: ClaimPattern = "shown" if "shown" in patterns else "opposite" if "opposite" in patterns else "open"
+    whole: ClaimPattern = (
+        "opposite" if "opposite" in (first, after) else "shown" if first == after == "shown" else "open"
+    )
     most = max(range(len(beyond)), key=lambda i: changes[i].value)
     said = f"0 to 0.4 {in_points(before)}; 0.4 to {beyond[most].p:g} {in_points(changes[most])}"
     test = f"Fisher, of the rise corrected for looking at every flip rate beyond 0.4; {_LENGTH}"
     return said, borne_out(whole), test, adjusted[most]
 
 
-def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """R is negative, and as large as in the paper."""
     found = agent.correlation
     if found.r is None or agent.blind or found.low is None or found.high is None or found.n < 4 or abs(found.r) == 1:
@@ -128,18 +130,18 @@ def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     return said, verdict_of(p_value, shown), test, p_value
 
 
-def _left(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _left(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Most first loops are left before the trial ends."""
     found, chance = counted[0].persistence.left, counted[0].persistence.left_by_chance
     if not found.n or chance is None:
         return NOT_MEASURED
     said = f"{found.count} of {found.n} first loops were left before the trial ended, {100 * found.value:.0f} % "
     said += f"[{100 * found.low:.0f}, {100 * found.high:.0f}]; random actions would leave {100 * chance:.0f} %"
-    shown: Pattern = "shown" if found.low > 0.5 else "opposite" if found.high < 0.5 else "open"
+    shown: ClaimPattern = "shown" if found.low > 0.5 else "opposite" if found.high < 0.5 else "open"
     return said, borne_out(shown), "95 % interval above or below one half; trials told the truth", None
 
 
-def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """After an unchanged observation blocked joints are tried again more often than by chance."""
     found = counted[0].persistence
     share, chance, p_value = found.repeated, found.repeated_by_chance, found.repeated_p_value
@@ -152,7 +154,7 @@ def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     return said, borne_out(shown), "Student's t over trials told the truth, against random actions", p_value
 
 
-LOOP_MEASURES: Mapping[str, Measure] = {
+LOOP_MEASURES: Mapping[str, ClaimMeasure] = {
     "loops": _loops,
     "loops-drop": _drop,
     "loops-rise": _rise,

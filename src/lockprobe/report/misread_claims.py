@@ -7,12 +7,12 @@ import math
 from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.proportions import difference, proportion
 from lockprobe.analysis.published import MisreadRate
-from lockprobe.report.claim_tests import NOT_MEASURED, Found, Pattern, borne_out, pattern, verdict_of
+from lockprobe.report.claim_tests import NOT_MEASURED, ClaimFinding, ClaimPattern, borne_out, pattern, verdict_of
 
 __all__ = ["hallucinated", "misread"]
 
 
-def misread(said: Misinterpretations, paper: MisreadRate) -> Found:
+def misread(said: Misinterpretations, paper: MisreadRate) -> ClaimFinding:
     """Misreadings occur, and as often as in the paper."""
     if said.mean_rate is None or said.sd_rate is None:
         return NOT_MEASURED
@@ -28,7 +28,7 @@ def misread(said: Misinterpretations, paper: MisreadRate) -> Found:
     return f"{here}{said.trials} trials", verdict_of(p_value), "Welch, on the rates per trial", p_value
 
 
-def _none(said: Misinterpretations, paper: MisreadRate) -> Found:
+def _none(said: Misinterpretations, paper: MisreadRate) -> ClaimFinding:
     """Not one misreading: in how many trials, and could that be chance if as many trials had one as in the paper?"""
     found = difference(proportion(paper.affected, paper.trials), proportion(0, said.trials))
     assert found is not None
@@ -37,7 +37,7 @@ def _none(said: Misinterpretations, paper: MisreadRate) -> Found:
     return here, borne_out(pattern(found.p_value, -1)), test, found.p_value
 
 
-def hallucinated(said: Misinterpretations, paper: MisreadRate) -> Found:
+def hallucinated(said: Misinterpretations, paper: MisreadRate) -> ClaimFinding:
     """Most misreadings are of a joint that is said to have moved though it was reported blocked."""
     if said.mean_rate is None:
         return NOT_MEASURED
@@ -47,7 +47,7 @@ def hallucinated(said: Misinterpretations, paper: MisreadRate) -> Found:
     here = f"{share.count} of {share.n} misreadings say moved where blocked was told, {100 * share.value:.0f} % "
     here += f"[{100 * share.low:.0f}, {100 * share.high:.0f}]; misread were {_rate(said, 'blocked')} and "
     here += _rate(said, "moved")
-    shown: Pattern = "shown" if share.low > 0.5 else "opposite" if share.high < 0.5 else "open"
+    shown: ClaimPattern = "shown" if share.low > 0.5 else "opposite" if share.high < 0.5 else "open"
     return here, borne_out(shown), "95 % interval above or below one half, one cluster for each trial", None
 
 

@@ -18,19 +18,19 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import STATES, UNNAMED
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
-    Found,
-    Pattern,
+    ClaimFinding,
+    ClaimPattern,
     borne_out,
     pattern,
     same_share,
     same_step,
     verdict_of,
 )
-from lockprobe.spec import spec_name
+from lockprobe.spec import spec_kind
 
 __all__ = ["MODALITY_MEASURES"]
 
-Measured = list[tuple[str, Found]]
+MeasuredModalities = list[tuple[str, ClaimFinding]]
 """What every agent that speaks to a claim says, by its name."""
 
 Shown = Mapping[str, AgentSummary]
@@ -60,16 +60,16 @@ def _curve(shown: Shown, modality: str) -> SuccessCurve:
     return shown[modality].conditions[0].curve
 
 
-def _each(measure: Callable[[ModalityEffect, Shown], Found]) -> Callable[[StudySummary], Measured]:
+def _each(measure: Callable[[ModalityEffect, Shown], ClaimFinding]) -> Callable[[StudySummary], MeasuredModalities]:
     return lambda summary: [(effect.agent, measure(effect, shown)) for effect, shown in _agents(summary)]
 
 
-def _whole(found: Pattern, shown: Shown) -> Pattern:
+def _whole(found: ClaimPattern, shown: Shown) -> ClaimPattern:
     """Only all three modalities can show what is said of three."""
     return "open" if found == "shown" and not set(_three(shown)) <= shown.keys() else found
 
 
-def _final(effect: ModalityEffect, shown: Shown) -> Found:
+def _final(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """As many trials are solved as in the paper, in every modality."""
     shares = [(modality, shown[modality].conditions[0].success) for modality in effect.modalities]
     found = [same_share(share, MODALITY) for _, share in shares]
@@ -79,7 +79,7 @@ def _final(effect: ModalityEffect, shown: Shown) -> Found:
     return here, verdict_of(p_value, _whole("shown", shown)), test, p_value
 
 
-def _sooner(effect: ModalityEffect, first: str, second: str) -> tuple[Pattern, float | None]:
+def _sooner(effect: ModalityEffect, first: str, second: str) -> tuple[ClaimPattern, float | None]:
     """Whether the box is solved sooner in the first of two modalities, log-rank, corrected for the pairs."""
     for pair in effect.pairs:
         if (pair.first, pair.second) == (first, second) and pair.hazard_ratio is not None:
@@ -87,12 +87,12 @@ def _sooner(effect: ModalityEffect, first: str, second: str) -> tuple[Pattern, f
     return "open", None
 
 
-def _all_of(patterns: list[Pattern]) -> Pattern:
+def _all_of(patterns: list[ClaimPattern]) -> ClaimPattern:
     """Of a claim of several parts: all have to be shown, and one that is contradicted is enough."""
     return "opposite" if "opposite" in patterns else "shown" if set(patterns) == {"shown"} else "open"
 
 
-def _order(effect: ModalityEffect, shown: Shown) -> Found:
+def _order(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """The box is solved sooner the lower the fidelity is, with RGB-D in between."""
     if effect.p_value is None:
         return NOT_MEASURED
@@ -107,7 +107,7 @@ def _order(effect: ModalityEffect, shown: Shown) -> Found:
     return here, borne_out(_whole(trend, shown)), test, effect.p_value
 
 
-def _steps(effect: ModalityEffect, shown: Shown) -> Found:
+def _steps(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """80 % are solved by the paper's steps, and sooner with RGB than with ground truth."""
     lowest, _, highest = _three(shown)
     steps = {lowest: STEPS_TO_80["rgb"], highest: STEPS_TO_80["symbolic"]}
@@ -121,7 +121,7 @@ def _steps(effect: ModalityEffect, shown: Shown) -> Found:
     return here, "not compatible" if outside else verdict_of(None, shows), test, p_value
 
 
-def _outpaces(effect: ModalityEffect, shown: Shown) -> Found:
+def _outpaces(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """RGB reaches most shares of success before RGB-D, and RGB-D before ground truth."""
     pairs = [pair for pair in pairwise(_three(shown)) if set(pair) <= shown.keys()]
     if not pairs:
@@ -142,12 +142,12 @@ def _thresholds(shown: Shown, first: str, second: str) -> str:
     return f"{spoken(first)} reaches {of} before {spoken(second)}, {later} after it"
 
 
-def _reference_faster(summary: StudySummary) -> Measured:
+def _reference_faster(summary: StudySummary) -> MeasuredModalities:
     """The human-inspired strategy, told the state, is faster than an agent in every modality."""
     return [(effect.agent, _faster(summary, effect, shown)) for effect, shown in _agents(summary)]
 
 
-def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Found:
+def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     found: dict[str, tuple[float, float]] = {}
     for pace in summary.paces:
         reference, other = (pace.first, pace.second) if _is_reference(pace.first) else (pace.second, pace.first)
@@ -162,7 +162,7 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Foun
     slower = [p for hazard, p in found.values() if hazard < 1]
     refuted = any(p is not None and p < ALPHA for p in holm(slower))
     complete = set(found) >= shown.keys()
-    shows: Pattern = "opposite" if refuted else "shown" if complete and set(parts) == {"shown"} else "open"
+    shows: ClaimPattern = "opposite" if refuted else "shown" if complete and set(parts) == {"shown"} else "open"
     ratios = ", ".join(f"{hazard:.2f} with {spoken(modality)}" for modality, (hazard, _) in found.items())
     here = f"hazard of solving, human-inspired over this agent: {ratios}"
     test = "log-rank, shared luck kept together; the largest p-value"
@@ -170,10 +170,10 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Foun
 
 
 def _is_reference(both: tuple[str, str]) -> bool:
-    return spec_name(both[0]).partition(":")[0] == "human-inspired" and both[1] in UNNAMED
+    return spec_kind(both[0]) == "human-inspired" and both[1] in UNNAMED
 
 
-MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], Measured]] = {
+MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], MeasuredModalities]] = {
     "modalities": _each(_final),
     "modality-order": _each(_order),
     "modality-outpaces": _each(_outpaces),

@@ -10,11 +10,12 @@ from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference, ratio
 from lockprobe.analysis.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import minus
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
-    Found,
-    Measure,
-    Pattern,
+    ClaimFinding,
+    ClaimMeasure,
+    ClaimPattern,
     apart,
     borne_out,
     error,
@@ -23,12 +24,11 @@ from lockprobe.report.claim_tests import (
     same_share,
     verdict_of,
 )
-from lockprobe.report.format import minus
 
 __all__ = ["NOISE_MEASURES"]
 
 
-def _told_the_truth(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _told_the_truth(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     return same_share(counted[0].success, SOLVED_AT_0)
 
 
@@ -36,13 +36,13 @@ def _at_peak(counted: list[ConditionSummary]) -> ConditionSummary | None:
     return next((condition for condition in counted if math.isclose(condition.p, PEAK)), None)
 
 
-def _rise(agent: AgentSummary) -> tuple[Pattern, DifferenceAt | None]:
+def _rise(agent: AgentSummary) -> tuple[ClaimPattern, DifferenceAt | None]:
     """Whether success at the paper's peak is shown to be above that at p = 0, corrected for looking at every p."""
     found = next((at for at in agent.inference.difference.at if math.isclose(at.p, PEAK)), None)
     return (pattern(found.p_value, found.value), found) if found else ("open", None)
 
 
-def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Success rises to p = 0.4, and no other p is shown to be better."""
     candidates, other = agent.peak.candidates, _at_peak(counted)
     inside = next((candidate.in_set for candidate in candidates if math.isclose(candidate.p, PEAK)), None)
@@ -60,12 +60,12 @@ def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
         return here, verdict_of(None, shown), "permutation, corrected for looking at every flip rate", at.p_value
     published = SOLVED_AT_40.value - SOLVED_AT_0.value
     p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
-    smaller: Pattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
+    smaller: ClaimPattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
     test = f"no rise is shown; z against the paper's rise of {100 * published:.0f} points"
     return here, verdict_of(None, smaller), test, p_value
 
 
-def _ratio(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _ratio(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Success rises from 0 to 0.4, and as many times as in the paper."""
     other = _at_peak(counted)
     if other is None or agent.blind:
@@ -90,7 +90,7 @@ def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
     return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
 
 
-def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Success is above that at p = 0 for some p; the opposite is a fall at the paper's moderate noise, 0.4."""
     found = agent.inference.difference.at
     if agent.blind or not found:
@@ -104,7 +104,7 @@ def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     return here, borne_out(shown), "permutation, corrected for looking at every flip rate", at.p_value
 
 
-def _shape(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
+def _shape(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """Success rises and falls again, as the sentence goes on; a fall and a rise are the opposite."""
     lines = agent.inference.lines
     if lines.p_value is None or agent.blind:
@@ -114,7 +114,7 @@ def _shape(agent: AgentSummary, counted: list[ConditionSummary]) -> Found:
     return said, borne_out(pattern(lines.p_value, sign)), "two lines", lines.p_value
 
 
-NOISE_MEASURES: Mapping[str, Measure] = {
+NOISE_MEASURES: Mapping[str, ClaimMeasure] = {
     "baseline": _told_the_truth,
     "peak": _peak,
     "ratio": _ratio,

@@ -11,22 +11,22 @@ import base64
 import json
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.analysis.inference.verdict import QUESTIONS
-from lockprobe.analysis.speaking import test_said
-from lockprobe.errors import printable
+from lockprobe.analysis.summary import Each
+from lockprobe.formatting import minus
+from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
-from lockprobe.report.condition_tables import crossing_table, effect_table, table_of_conditions
-from lockprobe.report.conditions import condition_numbers, read_conditions
+from lockprobe.report.conditions import condition_results, read_conditions
+from lockprobe.report.details import AuditedRate
+from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
-from lockprobe.report.format import Table, as_csv, as_tex, minus
-from lockprobe.report.grids import grid_table, trend_table
+from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.leaderboard_tables import (
     comparison_by_p_table,
@@ -37,13 +37,16 @@ from lockprobe.report.leaderboard_tables import (
 )
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
-from lockprobe.report.results import numbers, read
+from lockprobe.report.results import flip_results, read
 from lockprobe.report.sample_pictures import embedded
+from lockprobe.report.schema import Results
 from lockprobe.report.tables import (
     claim_table,
     condition_table,
     course_table,
+    crossing_table,
     detector_table,
+    effect_table,
     loop_table,
     modality_table,
     pace_table,
@@ -51,13 +54,13 @@ from lockprobe.report.tables import (
     speed_table,
     table1,
     table1_corrected,
+    table_of_conditions,
 )
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
+from lockprobe.terminal_text import printable
 
-__all__ = ["content_of", "write_report"]
-
-Content = dict[str, Any]
+__all__ = ["results", "write_report"]
 
 _COLUMN = 270.0
 """A figure is one column of print wide up to here, in points."""
@@ -84,44 +87,49 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    planned = read_study(directory)
     with uncollected(), shared(directory, processes) as each:
-        if planned.of_flips:
-            study = read(directory, tell=tell, each=each)
-            draw = drawings(study.summary)
-            jobs: list[Callable[[], Any]] = [partial(numbers, study), *draw.values()]
-        else:
-            played = read_conditions(directory, planned, tell=tell, each=each)
-            draw = condition_pictures(played.effects, [summary for _, summary in played.series])
-            jobs = [partial(condition_numbers, played), *draw.values()]
+        numbers, draw = _opened(directory, tell=tell, each=each)
         tell("drawing the figures")
-        content, *done = each(operator.call, jobs)
+        content, *done = each(operator.call, [numbers, *draw.values()])
     found = dict(zip(draw, done, strict=True))
-    drawn = {name: found[name] for name in (CAPTIONS if planned.of_flips else draw) if name in found}
-    _write(directory / "results.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
+    _write(
+        directory / "results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    )
     _write_pictures(directory / "figures", drawn)
-    for name, table in (_tables if planned.of_flips else _condition_tables)(content).items():
+    for name, table in _tables(content).items():
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
-    photographs = embedded(directory, content["seen"])
-    if planned.of_flips:
-        for name in ("claims", "audit", "report"):
-            _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
-    else:
-        _write(directory / "report.html", _condition_page(content, drawn, photographs))
+    photographs = embedded(directory, content.seen)
+    for name in ("claims", "audit", "report") if content.of_flips else ("report",):
+        _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
     return directory / "report.html"
 
 
-def content_of(directory: Path) -> Content:
-    """The content of ``results.json``, without a page or a figure.
+def results(directory: Path | str) -> Results:
+    """The numbers of a study, from its records; equal records give equal results.
+
+    Args:
+        directory: The directory of a study.
 
     Raises:
-        BadFile: If the directory is not that of a study.
+        BadFile: If it is none.
     """
+    numbers, _ = _opened(Path(directory))
+    return numbers()
+
+
+def _opened(
+    directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
+) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
+    """A study that is read and summarised: what gives its results, and what draws each figure."""
     planned = read_study(directory)
     if planned.of_flips:
-        return numbers(read(directory))
-    return condition_numbers(read_conditions(directory, planned))
+        study = read(directory, tell=tell, each=each)
+        return partial(flip_results, study), drawings(study.summary)
+    played = read_conditions(directory, planned, tell=tell, each=each)
+    pictures = condition_pictures(played.effects, [summary for _, summary in played.series])
+    return partial(condition_results, played), pictures
 
 
 def _write_pictures(directory: Path, drawn: Pictures) -> None:
@@ -138,44 +146,46 @@ def _write(path: Path, content: str | bytes) -> None:
     write_file(path, content)
 
 
-def _tables(content: Content) -> dict[str, Table]:
+def _tables(content: Results) -> dict[str, TextTable]:
     """The tables by name."""
-    subjects = [row for row in content["conditions"] if row["agent"] in content["subjects"]]
+    if not content.of_flips:
+        return _condition_tables(content)
+    subjects = [row for row in content.conditions if row.agent in content.subjects]
     return {
         "table1": table1(subjects),
         "table1-corrected": table1_corrected(subjects),
-        **({"modalities": modality_table(content["modalities"])} if content["modalities"] else {}),
+        **({"modalities": modality_table(content.modalities)} if content.modalities else {}),
         **_of_people(content),
-        "leaderboard": leaderboard_table(content["leaderboard"]),
-        "leaderboard-by-p": leaderboard_by_p_table(content["leaderboard"]),
-        "comparisons": comparison_table(content["comparisons"]),
-        "comparisons-by-p": comparison_by_p_table(content["comparisons"]),
-        "interactions": interaction_table(content["interactions"]),
-        "courses": course_table(content["courses"]),
-        "speed": speed_table(content["conditions"]),
-        "paces": pace_table(content["paces"]),
-        "loops": loop_table(content["conditions"]),
-        "rationality": rationality_table(content["rationality"]),
-        "detectors": detector_table(content["detectors"]),
-        "conditions": condition_table(content["conditions"]),
-        "claims": claim_table(content["claims"]),
+        "leaderboard": leaderboard_table(content.leaderboard),
+        "leaderboard-by-p": leaderboard_by_p_table(content.leaderboard),
+        "comparisons": comparison_table(content.comparisons),
+        "comparisons-by-p": comparison_by_p_table(content.comparisons),
+        "interactions": interaction_table(content.interactions),
+        "courses": course_table(content.courses),
+        "speed": speed_table(content.conditions),
+        "paces": pace_table(content.paces),
+        "loops": loop_table(content.conditions),
+        "rationality": rationality_table(content.rationality),
+        "detectors": detector_table(content.detectors),
+        "conditions": condition_table(content.conditions),
+        "claims": claim_table(content.claims),
         **_of_measures(content),
     }
 
 
-def _of_measures(content: Content) -> dict[str, Table]:
-    return {"measures": measure_table(content["measures"])} if content["measures"] else {}
+def _of_measures(content: Results) -> dict[str, TextTable]:
+    return {"measures": measure_table(content.measures)} if content.measures else {}
 
 
-def _of_people(content: Content) -> dict[str, Table]:
-    found = content["people"] and content["people"]["found"]
-    if not found:
+def _of_people(content: Results) -> dict[str, TextTable]:
+    people = content.people
+    if people is None or people.found is None:
         return {}
-    names = {(row["agent"], row["modality"]): row["label"] for row in content["conditions"]}
+    names = {(row.agent, row.modality): row.label for row in content.conditions}
     return {
-        "people": people_table(found, content["people"]["response_times"]),
-        "people-steps": people_steps_table(found, names),
-        "people-positions": positions_table(found),
+        "people": people_table(people.found, people.response_times),
+        "people-steps": people_steps_table(people.found, names),
+        "people-positions": positions_table(people.found),
     }
 
 
@@ -192,12 +202,12 @@ def _templates() -> Any:
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
     environment.globals["unnamed"] = UNNAMED
-    environment.filters |= {"minus": minus, "test_said": test_said, "breakable": _breakable}
+    environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 
 
-def _condition_page(content: Content, drawn: Pictures, photographs: Mapping[str, str]) -> str:
+def _condition_page(content: Results, drawn: Pictures, photographs: Mapping[str, str]) -> str:
     return str(
         _templates()
         .get_template("conditions.html.jinja")
@@ -211,38 +221,40 @@ def _condition_page(content: Content, drawn: Pictures, photographs: Mapping[str,
     )
 
 
-def _condition_tables(content: Content) -> dict[str, Table]:
+def _condition_tables(content: Results) -> dict[str, TextTable]:
     return {
-        "effects": effect_table(content["effects"]),
-        "crossings": crossing_table(content["crossings"]),
-        **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content["grids"]) else {}),
-        "conditions": table_of_conditions(content["conditions"]),
+        "effects": effect_table(content.effects),
+        "crossings": crossing_table(content.crossings),
+        **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content.grids) else {}),
+        "conditions": table_of_conditions(content.conditions),
         **_of_measures(content),
     }
 
 
-def _page(name: str, content: Content, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
-    several_p = len({row["p"] for row in content["conditions"]}) > 1
-    tested = {(t["label"], t["question"]) for t in content["tests"] if t["recommended"] and t["p_value"] is not None}
+def _page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
+    if not content.of_flips:
+        return _condition_page(content, drawn, photographs or {})
+    several_p = len({row.p for row in content.conditions}) > 1
+    tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
     rendered = (
         _templates()
         .get_template(f"{name}.html.jinja")
         .render(
             content=content,
             several_p=several_p,
-            not_asked=any(row["not_asked"] for row in content["leaderboard"]),
+            not_asked=any(row.not_asked for row in content.leaderboard),
             photographs=photographs or {},
             images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
             captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
             caveat=LENGTH_CAVEAT,
-            fits=[fit for fit in content["fits"] if fit["agent"] in content["subjects"]],
+            fits=[fit for fit in content.fits if fit.agent in content.subjects],
             tests=[
                 test
-                for test in content["tests"]
-                if test["agent"] in content["subjects"] and (several_p or (test["label"], test["question"]) in tested)
+                for test in content.tests
+                if test.agent in content.subjects and (several_p or (test.label, test.question) in tested)
             ],
-            claims=[list(rows) for _, rows in groupby(content["claims"], key=lambda row: row["quote"])],
-            audit=_audit(content["audit"]["rates"]),
+            claims=[list(rows) for _, rows in groupby(content.claims, key=lambda row: row.quote)],
+            audit=_audit(content.audit.rates),
             tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
         )
     )
@@ -273,10 +285,10 @@ def _breakable(name: str) -> Any:
     return Markup(re.sub(r"(:|/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
 
 
-def _audit(rates: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _audit(rates: Sequence[AuditedRate]) -> list[dict[str, Any]]:
     """The audit's rates by question and test, one for every world."""
-    by_test = {name: [rate for rate in rates if rate["test"] == name] for name in [rate["test"] for rate in rates]}
+    by_test = {name: [rate for rate in rates if rate.test == name] for name in [rate.test for rate in rates]}
     return [
-        {"asks": asks, "tests": [found for found in by_test.values() if found[0]["question"] == question]}
+        {"asks": asks, "tests": [found for found in by_test.values() if found[0].question == question]}
         for question, asks in QUESTIONS.items()
     ]

@@ -23,7 +23,7 @@ from lockprobe.report.paper_reanalysis import (
 
 __all__ = ["CLAIMS", "PaperClaim"]
 
-Measure = Literal[
+ClaimTopic = Literal[
     "reference",
     "reference-steps",
     "baseline",
@@ -68,7 +68,7 @@ class PaperClaim:
     quote: str
     value: str
     recomputed: str
-    measure: Measure
+    measure: ClaimTopic
     quoted: bool = True
     modality: str = "symbolic"
 

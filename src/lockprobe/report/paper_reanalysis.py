@@ -6,7 +6,7 @@ import math
 
 from lockprobe.analysis.proportions import Proportion, Z, difference, ratio
 from lockprobe.analysis.published import CORRELATION, SOLVED_AT_0, SOLVED_AT_40, TABLE1
-from lockprobe.report.format import minus
+from lockprobe.formatting import minus
 
 __all__ = [
     "EFFECT",

@@ -3,21 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
-from typing import Any
+from dataclasses import dataclass
 
+from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
+from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.people.completion import Flow
-from lockprobe.report.format import NONE, Table, minus, percent
+from lockprobe.formatting import NONE, percent, share
+from lockprobe.people.progress import Flow
+from lockprobe.report.format import TextTable
 from lockprobe.spec import PEOPLE
 
-__all__ = ["flow_said", "people_row", "people_said", "people_steps_table", "people_table", "positions_table"]
+__all__ = [
+    "PeopleResult",
+    "flow_said",
+    "people_row",
+    "people_said",
+    "people_steps_table",
+    "people_table",
+    "positions_table",
+]
 
-Row = dict[str, Any]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PeopleResult:
+    """People: how many boxes they played, what they opened, how long they took, and sentences about it."""
+
+    planned: int
+    finished: int
+    owed: int
+    found: People | None
+    flow: Flow | None
+    response_times: Sequence[ResponseTimes]
+    said: Sequence[str]
 
 
 def people_row(
@@ -26,7 +47,7 @@ def people_row(
     finished: int,
     flow: Flow | None = None,
     times: Sequence[ResponseTimes] = (),
-) -> Row | None:
+) -> PeopleResult | None:
     """What ``results.json`` says of people; None where a study has none.
 
     Args:
@@ -39,15 +60,15 @@ def people_row(
     found = summary.people
     if not planned and found is None:
         return None
-    return {
-        "planned": planned,
-        "finished": finished,
-        "owed": planned - finished,
-        "found": asdict(found) if found else None,
-        "flow": asdict(flow) if flow else None,
-        "response_times": [asdict(one) for one in times],
-        "said": [*(flow_said(flow) if flow else ()), *people_said(summary)],
-    }
+    return PeopleResult(
+        planned=planned,
+        finished=finished,
+        owed=planned - finished,
+        found=found,
+        flow=flow,
+        response_times=times,
+        said=[*(flow_said(flow) if flow else ()), *people_said(summary)],
+    )
 
 
 def flow_said(flow: Flow) -> Iterator[str]:
@@ -80,14 +101,14 @@ def people_said(summary: StudySummary) -> list[str]:
 def _solved(found: People) -> str:
     share, first = found.success, found.first
     each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
-    interval = f", 95 % interval {_percent(share.low)} to {_percent(share.high)}" if share.clusters > 1 else ""
-    opened = f"{share.count} of {share.n} boxes ({_percent(share.value)}{interval})"
+    interval = f", 95 % interval {percent(share.low)} to {percent(share.high)}" if share.clusters > 1 else ""
+    opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{interval})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
     if not first.n or found.most == 1:
         return said
     return (
-        f"{said} Of their first boxes they opened {first.count} of {first.n} ({_percent(first.value)}, 95 % interval "
-        f"{_percent(first.low)} to {_percent(first.high)}): people remember from box to box, models do not."
+        f"{said} Of their first boxes they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
+        f"{percent(first.low)} to {percent(first.high)}): people remember from box to box, models do not."
     )
 
 
@@ -152,65 +173,64 @@ _SEEN = {
 }
 
 
-def people_table(found: Mapping[str, Any], times: Sequence[Mapping[str, Any]] = ()) -> Table:
+def people_table(found: People, times: Sequence[ResponseTimes] = ()) -> TextTable:
     """People by condition, and over all p last; with how long they took for a choice, where that is known."""
-    several = len(found["over"]) > 1
-    took = {(row["modality"], row["p"]): row for row in times}
+    several = len(found.over) > 1
+    took = {(row.modality, row.p): row for row in times}
     head = ["flip rate", "people", "trials", "solved", "success", "median steps", "mean steps"]
     head += ["ms per choice", "ms of first choices"] if took else []
-    rows = [*found["at"], *(found["over"] if len(found["at"]) > len(found["over"]) else [])]
+    rows = [*found.at, *(found.over if len(found.at) > len(found.over) else [])]
     return [(["shown as"] if several else []) + head] + [
-        ([row["modality"]] if several else [])
+        ([row.modality] if several else [])
         + [
-            "all" if row["p"] is None else f"{row['p']:g}",
-            str(row["people"]),
-            str(row["success"]["n"]),
-            str(row["success"]["count"]),
-            _share(row["success"]),
-            _steps_cell(row["steps"]),
-            f"{row['steps']['mean']:.1f}",
+            "all" if row.p is None else f"{row.p:g}",
+            str(row.people),
+            str(row.success.n),
+            str(row.success.count),
+            _share(row.success),
+            _steps_cell(row.steps),
+            f"{row.steps.mean:.1f}",
         ]
-        + (_took(took.get((row["modality"], row["p"]))) if took else [])
+        + (_took(took.get((row.modality, row.p))) if took else [])
         for row in rows
     ]
 
 
-def _took(row: Mapping[str, Any] | None) -> list[str]:
+def _took(row: ResponseTimes | None) -> list[str]:
     if row is None:
         return [NONE, NONE]
-    first = NONE if row["first"] is None else f"{row['first']:.0f}"
-    return [f"{row['median']:.0f} [{row['low']:.0f}, {row['high']:.0f}]", first]
+    first = NONE if row.first is None else f"{row.first:.0f}"
+    return [f"{row.median:.0f} [{row.low:.0f}, {row.high:.0f}]", first]
 
 
-def people_steps_table(found: Mapping[str, Any], names: Mapping[tuple[str, str], str]) -> Table:
+def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> TextTable:
     """Agents' steps beside those of people."""
     head = ["agent", "flip rate", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
     return [head] + [
         [
-            names.get((row["agent"], row["modality"]), row["agent"]),
-            "all" if row["p"] is None else f"{row['p']:g}",
-            str(row["trials"]),
-            _beyond(row["steps"]),
-            _beyond(row["people"]),
+            names.get((row.agent, row.modality), row.agent),
+            "all" if row.p is None else f"{row.p:g}",
+            str(row.trials),
+            _beyond(row.steps),
+            _beyond(row.people),
             _ratio(row),
-            _bracket(row["mean_ratio"], row["mean_low"], row["mean_high"]),
+            _bracket(row.mean_ratio, row.mean_low, row.mean_high),
         ]
-        for row in found["relative"]
+        for row in found.relative
     ]
 
 
-def positions_table(found: Mapping[str, Any]) -> Table:
+def positions_table(found: People) -> TextTable:
     """Success of first boxes, of second ones, and so on."""
     return [["their box", "trials", "solved", "success"]] + [
-        [str(row["position"]), str(row["success"]["n"]), str(row["success"]["count"]), _share(row["success"])]
-        for row in found["positions"]
+        [str(row.position), str(row.success.n), str(row.success.count), _share(row.success)] for row in found.positions
     ]
 
 
-def _ratio(row: Mapping[str, Any]) -> str:
-    for value, least in ((row["ratio"], ""), (row["least"], "at least "), (row["most"], "at most ")):
+def _ratio(row: RelativeSteps) -> str:
+    for value, least in ((row.ratio, ""), (row.least, "at least "), (row.most, "at most ")):
         if value is not None:
-            return least + _bracket(value, row["low"], row["high"])
+            return least + _bracket(value, row.low, row.high)
     return NONE
 
 
@@ -227,25 +247,19 @@ def _median(steps: Steps) -> str:
     return f"{steps.median} (95 % interval {steps.low} to {high})"
 
 
-def _steps_cell(steps: Mapping[str, Any]) -> str:
-    if steps["low"] is None and steps["high"] is None:
-        return _beyond(steps["median"])
-    return f"{_beyond(steps['median'])} [{_beyond(steps['low'])}, {_beyond(steps['high'])}]"
+def _steps_cell(steps: Steps) -> str:
+    if steps.low is None and steps.high is None:
+        return _beyond(steps.median)
+    return f"{_beyond(steps.median)} [{_beyond(steps.low)}, {_beyond(steps.high)}]"
 
 
 def _beyond(steps: int | None) -> str:
     return "beyond the budget" if steps is None else f"{steps}"
 
 
-def _share(share: Mapping[str, Any]) -> str:
-    if share["value"] is None:
-        return NONE
-    return minus(f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]")
+def _share(found: Proportion | ClusteredProportion) -> str:
+    return share(found.value, found.low, found.high)
 
 
 def _people(number: int) -> str:
     return "One person" if number == 1 else f"{number} people"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"

@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.agent_comparison.said import comparison_said, ranking_said
-from lockprobe.analysis.conclusions import (
-    beside,
-    conclusions,
-    courses_said,
-    loop_finding,
-    modality_finding,
-    verdicts_said,
-)
-from lockprobe.analysis.finding import finding
-from lockprobe.analysis.panel import panel_said
 from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.summary import Each, StudySummary, summarise
 from lockprobe.audit.shipped_rates import shipped
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.people.completion import Flow, flow_of
+from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
+from lockprobe.prose.agent_comparison import comparison_said, ranking_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.modalities import modality_finding
+from lockprobe.prose.panel import panel_said
+from lockprobe.prose.robot import verdicts_said
+from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
+from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
 from lockprobe.report.examples import examples
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
@@ -39,16 +35,16 @@ from lockprobe.report.rows import (
     condition_row,
     contrast_row,
     course_row,
-    detector_rows,
+    detector_row,
     fit_row,
     judged,
-    labelled,
     modality_row,
     pace_row,
     rationality_rows,
     test_rows,
 )
 from lockprobe.report.sample_pictures import seen
+from lockprobe.report.schema import Results, StudyProgress
 from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
@@ -58,10 +54,10 @@ __all__ = [
     "RESULTS_VERSION",
     "LoadedStudy",
     "agent_facts",
+    "audit_result",
     "broken_rows",
+    "flip_results",
     "left_out_row",
-    "numbers",
-    "plain_json",
     "plant_facts",
     "read",
 ]
@@ -156,60 +152,61 @@ def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: No
     )
 
 
-def numbers(study: LoadedStudy) -> dict[str, Any]:
-    """The content of ``results.json``, and all that the page is made from."""
+def flip_results(study: LoadedStudy) -> Results:
+    """The results of a study of flips, and all that its pages are made from."""
     summary, agents = study.summary, study.summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
-    content = {
-        "schema_version": RESULTS_VERSION,
-        "lockprobe": version("lockprobe"),
-        "study": dict(study.settings),
-        "joints": len(study.settings.get("box", {}).get("joints", [])),
-        "progress": {"planned": study.planned, "finished": study.finished, "partial": study.partial},
-        "left_out": left_out_row(study.trials, study.journal, study.foreign),
-        "panel_said": study.panel,
-        "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
-        "findings": [finding(agent) for agent in summary.subjects],
-        "loop_findings": [loop_finding(agent) for agent in summary.subjects],
-        "conclusions": [conclusions(agent) for agent in summary.subjects],
-        "ranking_said": ranking_said(summary),
-        "comparisons_said": [comparison_said(one, summary) for one in summary.comparisons],
-        "beside": beside(summary),
-        "courses_said": courses_said(summary),
-        "box": asdict(summary.reference) if summary.reference else None,
-        "conditions": labelled((condition_row(c, blind=a.blind) for a in agents for c in a.conditions), names),
-        "leaderboard": leaderboard_rows(summary, study.trials),
-        "comparisons": comparison_rows(summary.comparisons, names),
-        "interactions": interaction_rows(summary.comparisons, names),
-        "rationality": labelled(
-            (row for a in agents for c in a.conditions for row in rationality_rows(c, blind=a.blind)), names
-        ),
-        "judged": judged(summary),
-        "paces": [pace_row(compared, names) for compared in summary.paces],
-        "modalities": [modality_row(effect) for effect in summary.modalities],
-        "people": people_row(summary, study.invited, study.played_by_people, study.flow, study.times),
-        "verdicts": asdict(summary.verdicts) if summary.verdicts else None,
-        "verdicts_said": verdicts_said(summary.verdicts) if summary.verdicts else "",
-        "fits": labelled(map(fit_row, agents), names),
-        "tests": labelled((row for agent in agents if not agent.blind for row in test_rows(agent)), names),
-        "contrasts": labelled((contrast_row(agent, agent.contrast) for agent in agents if agent.contrast), names),
-        "courses": labelled((row for agent in agents if (row := course_row(agent))), names),
-        "claims": [claim_row(row) for row in claim_rows(summary)],
-        "detectors": labelled(detector_rows(_members(study)), names),
-        "examples": examples(summary, study.trials),
-        "measures": measure_rows(study.trials),
-        "errors": broken_rows(study.trials),
-        "agents": agent_facts(study.trials),
-        "plants": plant_facts(study.trials, study.settings),
-        "seen": seen(study.trials),
-        "subjects": list(dict.fromkeys(agent.agent for agent in summary.subjects)),
-        "audit": shipped(),
-    }
-    plain: dict[str, Any] = plain_json(content)
-    return plain
+    return Results(
+        schema_version=RESULTS_VERSION,
+        lockprobe=version("lockprobe"),
+        study=dict(study.settings),
+        joints=len(study.settings.get("box", {}).get("joints", [])),
+        progress=StudyProgress(planned=study.planned, finished=study.finished, partial=study.partial),
+        left_out=left_out_row(study.trials, study.journal, study.foreign),
+        panel_said=study.panel,
+        modality_findings=[modality_finding(effect, summary) for effect in summary.modalities],
+        findings=[finding(agent) for agent in summary.subjects],
+        loop_findings=[loop_finding(agent) for agent in summary.subjects],
+        conclusions=[conclusions(agent) for agent in summary.subjects],
+        ranking_said=ranking_said(summary),
+        comparisons_said=[comparison_said(one, summary) for one in summary.comparisons],
+        beside=baselines_said(summary),
+        courses_said=courses_said(summary),
+        box=summary.reference,
+        conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
+        leaderboard=leaderboard_rows(summary, study.trials),
+        comparisons=comparison_rows(summary.comparisons, names),
+        interactions=interaction_rows(summary.comparisons, names),
+        rationality=[row for a in agents for c in a.conditions for row in rationality_rows(c, a.name, blind=a.blind)],
+        judged=judged(summary),
+        paces=[pace_row(compared, names) for compared in summary.paces],
+        modalities=[modality_row(effect) for effect in summary.modalities],
+        people=people_row(summary, study.invited, study.played_by_people, study.flow, study.times),
+        verdicts=summary.verdicts,
+        verdicts_said=verdicts_said(summary.verdicts) if summary.verdicts else "",
+        fits=[fit_row(agent) for agent in agents],
+        tests=[row for agent in agents if not agent.blind for row in test_rows(agent)],
+        contrasts=[contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
+        courses=[row for agent in agents if (row := course_row(agent))],
+        claims=[claim_row(row) for row in claim_rows(summary)],
+        detectors=[
+            detector_row(condition, study.trials, agent.name)
+            for agent in summary.subjects
+            for condition in agent.conditions
+            if condition.success.n
+        ],
+        examples=examples(summary, study.trials),
+        measures=measure_rows(study.trials),
+        errors=broken_rows(study.trials),
+        agents=agent_facts(study.trials),
+        plants=plant_facts(study.trials, study.settings),
+        seen=seen(study.trials),
+        subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
+        audit=audit_result(),
+    )
 
 
-def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) -> dict[str, int]:
+def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) -> LeftOutResult:
     """What is on record and in no number, and what was played twice.
 
     Args:
@@ -217,15 +214,15 @@ def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) 
         journal: What the journal leaves out.
         not_asked_for: Trials that the settings do not ask for.
     """
-    return {
-        "errors": sum(trial.ending == "error" for trial in trials),
-        "replayed_on_request": sum(trial.replays > 0 for trial in trials),
-        "replaced_after_an_error": journal.replaced,
-        "repeated": journal.repeated,
-        "unfinished_lines": journal.unfinished_lines,
-        "not_asked_for": not_asked_for,
-        "foreign": journal.foreign,
-    }
+    return LeftOutResult(
+        errors=sum(trial.ending == "error" for trial in trials),
+        replayed_on_request=sum(trial.replays > 0 for trial in trials),
+        replaced_after_an_error=journal.replaced,
+        repeated=journal.repeated,
+        unfinished_lines=journal.unfinished_lines,
+        not_asked_for=not_asked_for,
+        foreign=journal.foreign,
+    )
 
 
 def agent_facts(trials: Iterable[Trial]) -> dict[str, dict[str, str]]:
@@ -236,27 +233,6 @@ def agent_facts(trials: Iterable[Trial]) -> dict[str, dict[str, str]]:
 def plant_facts(trials: Iterable[Trial], settings: Mapping[str, Any]) -> dict[str, dict[str, str]]:
     """What the plant was, as it says itself."""
     return _facts((str(settings.get("plant")), _known(trial.plant)) for trial in trials)
-
-
-def _members(study: LoadedStudy) -> list[Any]:
-    """Every condition of the agents that the study is about, with its trials."""
-    return [
-        (condition, [t for t in study.trials if t.cell == condition.key])
-        for agent in study.summary.subjects
-        for condition in agent.conditions
-        if condition.success.n
-    ]
-
-
-def plain_json(value: Any) -> Any:
-    """The value with nulls for what is not a number, and lists for tuples."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Mapping):
-        return {key: plain_json(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain_json(inner) for inner in value]
-    return value
 
 
 def _facts(told: Iterable[tuple[str, Mapping[str, Fact]]]) -> dict[str, dict[str, str]]:
@@ -287,13 +263,21 @@ def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
     return {name: value for name, value in facts.items() if value is not None}
 
 
-def broken_rows(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+def broken_rows(trials: Sequence[Trial]) -> list[BrokenTrials]:
     """Broken trials by agent and boundary, with the first message, and whether they are owed again."""
     broken = [(trial, trial.error) for trial in trials if trial.error is not None]
     counts = Counter((trial.group, str(error.boundary)) for trial, error in broken)
     first = {(trial.group, str(error.boundary)): (error.message, trial.owed_again) for trial, error in reversed(broken)}
     return [
-        {"agent": agent, "boundary": boundary, "trials": count}
-        | dict(zip(("message", "owed_again"), first[agent, boundary], strict=True))
+        BrokenTrials(agent=agent, boundary=boundary, trials=count, message=message, owed_again=owed_again)
         for (agent, boundary), count in sorted(counts.items())
+        for message, owed_again in (first[agent, boundary],)
     ]
+
+
+def audit_result() -> AuditResult:
+    """The shipped audit."""
+    audit = shipped()
+    return AuditResult(
+        seed=audit["seed"], worlds=audit["worlds"], rates=[AuditedRate(**rate) for rate in audit["rates"]]
+    )

@@ -1,91 +1,115 @@
-"""The numbers of a study as plain rows, as ``results.json`` holds them."""
+"""The numbers of the analysis as the typed rows of the results."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
-from typing import Any
+from dataclasses import asdict, fields, replace
+from typing import Any, ClassVar, Protocol, TypeVar
 
+from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.detectors import share_flagged
-from lockprobe.analysis.inference.verdict import QUESTIONS
+from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.shipped_rates import false_positives
+from lockprobe.prose.hypothesis_tests import asked, note_said, unit_said, why_missing
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow
+from lockprobe.report.details import (
+    AgainstChance,
+    BrokenAt,
+    BrokenByCondition,
+    ClaimResult,
+    ContrastResult,
+    CountOf,
+    CourseResult,
+    CurveResult,
+    DetectorResult,
+    FitResult,
+    JudgedResult,
+    LoopedByStep,
+    ModalityResult,
+    PaceResult,
+    RationalityResult,
+    RepeatedAfterBlocked,
+    RepetitionResult,
+    TestRow,
+)
+from lockprobe.report.schema import ConditionResult
 
 __all__ = [
     "claim_row",
     "condition_row",
     "contrast_row",
     "course_row",
-    "detector_rows",
+    "detector_row",
     "fit_row",
     "judged",
-    "labelled",
     "modality_row",
     "pace_row",
     "rationality_rows",
     "test_rows",
 ]
 
-Row = dict[str, Any]
+_SAME = "the same at every flip rate"
 
 
-def condition_row(condition: ConditionSummary, *, blind: bool = False) -> Row:
+def condition_row(condition: ConditionSummary, label: str, *, blind: bool = False) -> ConditionResult:
     """One agent under one condition; a blind agent plays the same trials under each."""
     success, loops, curve = condition.success, condition.behaviour.loops, condition.curve
-    return {
-        "key": condition.key,
-        "agent": condition.agent,
-        "condition": condition.name,
-        "modality": condition.modality,
-        "p": condition.p,
-        "same_at_every_p": blind,
-        "trials": success.n,
-        "solved": success.count,
-        "success": success.value,
-        "success_low": success.low,
-        "success_high": success.high,
-        "looping": loops.count,
-        "loop_rate": loops.value,
-        "loop_rate_low": loops.low,
-        "loop_rate_high": loops.high,
-        "loop_rate_chance": condition.behaviour.chance_uniform,
-        "loop_rate_chance_no_repeat": condition.behaviour.chance_no_repeat,
-        "loop_rate_chance_markov": condition.behaviour.chance_markov,
-        "loop_rate_chance_permutation": condition.behaviour.chance_permutation,
-        "loop_rate_chance_error": {null: level.error for null, level in condition.behaviour.chance.items()},
-        "loop_rate_by_symbol": dict(condition.behaviour.by_symbol),
-        "coverage": condition.behaviour.coverage,
-        "redundant_share": condition.behaviour.redundant_share,
-        "loops_left": asdict(condition.persistence.left) | {"by_chance": condition.persistence.left_by_chance},
-        "repeated_after_blocked": asdict(condition.persistence.repeated)
-        | {"by_chance": condition.persistence.repeated_by_chance, "p_value": condition.persistence.repeated_p_value},
-        "policy_entropy": condition.behaviour.entropy,
-        "policy_entropy_steps": condition.behaviour.entropy_steps,
-        **_said(condition),
-        "median_steps": curve.median_steps,
-        "median_steps_all": curve.km_median,
-        "mean_steps": curve.mean_steps,
-        "mean_steps_all": curve.restricted_mean_steps,
-        "steps_to_80": curve.steps_to(0.8),
-        "steps_to_80_interval": curve.steps_to_interval(0.8),
-        "area": asdict(curve.area) if curve.area else None,
-        "relative": asdict(condition.relative) if condition.relative else None,
-        "errors": dict(condition.errors),
-        "broken": sum(condition.errors.values()),
-        "curve": {"steps": curve.steps, "share": curve.share, "low": curve.low, "high": curve.high},
-        "repetitions": [asdict(point) for point in condition.points],
-    }
+    said, kept = condition.claims, condition.persistence
+    return ConditionResult(
+        key=condition.key,
+        agent=condition.agent,
+        condition=condition.name,
+        modality=condition.modality,
+        p=condition.p,
+        same_at_every_p=blind,
+        trials=success.n,
+        solved=success.count,
+        success=success.value,
+        success_low=success.low,
+        success_high=success.high,
+        looping=loops.count,
+        loop_rate=loops.value,
+        loop_rate_low=loops.low,
+        loop_rate_high=loops.high,
+        loop_rate_chance=condition.behaviour.chance_uniform,
+        loop_rate_chance_no_repeat=condition.behaviour.chance_no_repeat,
+        loop_rate_chance_markov=condition.behaviour.chance_markov,
+        loop_rate_chance_permutation=condition.behaviour.chance_permutation,
+        loop_rate_chance_error={null: level.error for null, level in condition.behaviour.chance.items()},
+        loop_rate_by_symbol={str(symbol): share for symbol, share in condition.behaviour.by_symbol.items()},
+        coverage=condition.behaviour.coverage,
+        redundant_share=condition.behaviour.redundant_share,
+        loops_left=AgainstChance(**asdict(kept.left), by_chance=kept.left_by_chance),
+        repeated_after_blocked=RepeatedAfterBlocked(
+            **asdict(kept.repeated), by_chance=kept.repeated_by_chance, p_value=kept.repeated_p_value
+        ),
+        policy_entropy=condition.behaviour.entropy,
+        policy_entropy_steps=condition.behaviour.entropy_steps,
+        **_claims(said),
+        median_steps=curve.median_steps,
+        median_steps_all=curve.km_median,
+        mean_steps=curve.mean_steps,
+        mean_steps_all=curve.restricted_mean_steps,
+        steps_to_80=curve.steps_to(0.8),
+        steps_to_80_interval=curve.steps_to_interval(0.8),
+        area=curve.area,
+        relative=condition.relative,
+        errors=dict(condition.errors),
+        broken=sum(condition.errors.values()),
+        curve=CurveResult(steps=curve.steps, share=curve.share, low=curve.low, high=curve.high),
+        repetitions=[RepetitionResult(**asdict(point)) for point in condition.points],
+        label=label,
+    )
 
 
-def _said(condition: ConditionSummary) -> Row:
-    """What the agent said had happened, held against what it was told and against the truth."""
-    said = condition.claims
+def _claims(said: Misinterpretations) -> dict[str, Any]:
+    """The fields on what an agent said of its actions."""
     return {
         "misinterpretations": said.total if said.trials or not said.not_asked else None,
         "misinterpretation_rate": said.mean_rate,
@@ -96,80 +120,120 @@ def _said(condition: ConditionSummary) -> Row:
         "misinterpretation_trials_not_asked": said.not_asked,
         "claims": said.pooled.n,
         "claims_against_truth": said.against_truth.count,
-        "misread": asdict(said.misinterpreted),
-        "said_moved_told_blocked": asdict(said.moved_for_blocked),
-        "said_blocked_told_moved": asdict(said.blocked_for_moved),
-        "said_moved_of_misread": asdict(said.hallucinated),
-        "false_report": asdict(said.falsely_told),
-        "false_report_of_all_steps": asdict(said.false_reports),
-        "false_belief": asdict(said.false_belief),
-        "false_reports_believed": {"count": said.believed, "n": said.falsely_told.count},
+        "misread": said.misinterpreted,
+        "said_moved_told_blocked": said.moved_for_blocked,
+        "said_blocked_told_moved": said.blocked_for_moved,
+        "said_moved_of_misread": said.hallucinated,
+        "false_report": said.falsely_told,
+        "false_report_of_all_steps": said.false_reports,
+        "false_belief": said.false_belief,
+        "false_reports_believed": CountOf(count=said.believed, n=said.falsely_told.count),
         "false_reports_undone": said.undone,
-        "claim_kinds": [asdict(kind) for kind in said.counts],
+        "claim_kinds": said.counts,
     }
 
 
-def fit_row(agent: AgentSummary) -> Row:
+class _Noted(Protocol):
+    """A result with a short code for why it is missing, in a dataclass."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def note(self) -> str: ...
+
+
+_N = TypeVar("_N", bound=_Noted)
+
+
+def _worded(result: _N, axis: Axis) -> _N:
+    """The result with its note in words."""
+    return replace(result, note=why_missing(result.note, axis))
+
+
+def fit_row(agent: AgentSummary) -> FitResult:
     """What runs over p for one agent: the paper's fits, the binomial ones, the peak, the onset of loops."""
     found, first = agent.inference, agent.inference.onset.primary
-    return {
-        "agent": agent.agent,
-        "modality": agent.modality,
-        "reference": agent.reference,
-        "blind": agent.blind,
-        "success": asdict(agent.success_fit),
-        "loop_rate": asdict(agent.loop_fit),
-        "correlation": asdict(agent.correlation),
-        "binomial": asdict(found.orders),
-        "two_lines": asdict(found.lines),
-        "lind_mehlum": asdict(found.bend),
-        "peak": asdict(agent.peak),
-        "difference_from_lowest": asdict(found.difference),
-        "steps_to_solve": asdict(found.speed),
-        "loop_onset": asdict(found.onset),
-        "looped_by_step_12": {"lowest": first.lowest.by_step(12), "higher": first.higher.by_step(12)}
+    return FitResult(
+        agent=agent.agent,
+        modality=agent.modality,
+        reference=agent.reference,
+        blind=agent.blind,
+        success=_worded(agent.success_fit, agent.axis),
+        loop_rate=_worded(agent.loop_fit, agent.axis),
+        correlation=agent.correlation,
+        binomial=_worded(found.orders, agent.axis),
+        two_lines=_worded(found.lines, agent.axis),
+        lind_mehlum=_worded(found.bend, agent.axis),
+        peak=_worded(agent.peak, agent.axis),
+        difference_from_lowest=_worded(found.difference, agent.axis),
+        steps_to_solve=found.speed,
+        loop_onset=found.onset,
+        looped_by_step_12=LoopedByStep(lowest=first.lowest.by_step(12), higher=first.higher.by_step(12))
         if first
         else None,
-        "after_a_loop": asdict(found.hazard),
-        "after_a_loop_by_step_10": asdict(found.landmark),
-        "looped_against_solved": asdict(found.whole),
-        "broken": {
-            "at": [{"p": p} | asdict(share) for p, share in found.broken.at],
-            "p_value": found.broken.p_value,
-            "differ": found.broken.differ,
-        }
+        after_a_loop=_worded(found.hazard, agent.axis),
+        after_a_loop_by_step_10=_worded(found.landmark, agent.axis),
+        looped_against_solved=found.whole,
+        broken=BrokenByCondition(
+            at=[BrokenAt(p=p, **asdict(share)) for p, share in found.broken.at],
+            p_value=found.broken.p_value,
+            differ=found.broken.differ,
+        )
         if found.broken
         else None,
-    }
+        label=agent.name,
+    )
 
 
-def test_rows(agent: AgentSummary) -> list[Row]:
+def test_rows(agent: AgentSummary) -> list[TestRow]:
     """Every test of one agent, with the false-positive rates that the audit measured."""
     rows = []
     for test in agent.inference.tests:
         rates = false_positives(test.name)
         rows.append(
-            {
-                "agent": agent.agent,
-                "modality": agent.modality,
-                "asks": QUESTIONS[test.question],
-                **asdict(test),
-                "rejects": test.rejects,
-                "false_positives_low": rates[0].rate if rates else None,
-                "false_positives_high": rates[1].rate if rates else None,
-                "false_positives_worst": rates[1].world if rates else None,
-            }
+            TestRow(
+                agent=agent.agent,
+                modality=agent.modality,
+                asks=asked(test.question, agent.axis),
+                unit=unit_said(test, agent.axis),
+                name=test.name,
+                question=test.question,
+                recommended=test.recommended,
+                p_value=test.p_value,
+                effect=test.effect,
+                low=test.low,
+                high=test.high,
+                baseline=test.baseline,
+                direction=test.direction,
+                holds=test.holds,
+                note=note_said(test, agent.axis),
+                rejects=test.rejects,
+                false_positives_low=rates[0].rate if rates else None,
+                false_positives_high=rates[1].rate if rates else None,
+                false_positives_worst=rates[1].world if rates else None,
+                label=agent.name,
+            )
         )
     return rows
 
 
-def rationality_rows(condition: ConditionSummary, *, blind: bool = False) -> list[Row]:
+def rationality_rows(condition: ConditionSummary, label: str, *, blind: bool = False) -> list[RationalityResult]:
     """The actions of one condition before each ideal observer."""
-    names = {"key": condition.key, "agent": condition.agent, "modality": condition.modality, "p": condition.p}
-    return [names | {"same_at_every_p": blind} | asdict(found) for found in condition.rationality]
+    return [
+        RationalityResult(
+            key=condition.key,
+            agent=condition.agent,
+            modality=condition.modality,
+            p=condition.p,
+            same_at_every_p=blind,
+            label=label,
+            **{field.name: getattr(found, field.name) for field in fields(found)},
+        )
+        for found in condition.rationality
+    ]
 
 
-def judged(summary: StudySummary) -> Row:
+def judged(summary: StudySummary) -> JudgedResult:
     """How many trials were judged at most, what was left out and why, and whether the prior fits the box.
 
     It does not if reports that were all true were impossible under it.
@@ -177,16 +241,16 @@ def judged(summary: StudySummary) -> Row:
     conditions = summary.conditions
     found = [c.rationality for c in conditions if c.rationality]
     told_true = [observer for c in conditions if c.p == 0 for observer in c.rationality]
-    return {
-        "trials": JUDGED,
-        "actions": ACTIONS,
-        "left_out_beyond_that": sum(observers[0].not_judged for observers in found),
-        "left_out_for_want_of_a_prior": sum(c.success.n for c in conditions if not c.rationality),
-        "prior_contradicted": any(observer.restarts > 0 for observer in told_true),
-    }
+    return JudgedResult(
+        trials=JUDGED,
+        actions=ACTIONS,
+        left_out_beyond_that=sum(observers[0].not_judged for observers in found),
+        left_out_for_want_of_a_prior=sum(c.success.n for c in conditions if not c.rationality),
+        prior_contradicted=any(observer.restarts > 0 for observer in told_true),
+    )
 
 
-def course_row(agent: AgentSummary) -> Row | None:
+def course_row(agent: AgentSummary) -> CourseResult | None:
     """How success goes over p for one agent, and its loop rate; None without trials."""
     found = agent.inference.course
     if found is None:
@@ -197,94 +261,93 @@ def course_row(agent: AgentSummary) -> Row | None:
         onset = "not tested"
     else:
         onset = ("later" if looping.direction < 0 else "sooner") if looping.rejects else "no change detectable"
-    return {
-        "agent": agent.agent,
-        "modality": agent.modality,
-        **asdict(found),
-        "kind": "the same at every flip rate" if agent.blind else found.kind,
-        "loops_first": loops[0],
-        "loops_least": min(loops),
-        "loops_last": loops[-1],
-        "looping": "the same at every flip rate" if agent.blind else onset,
-    }
+    return CourseResult(
+        agent=agent.agent,
+        modality=agent.modality,
+        **asdict(found) | {"kind": _SAME if agent.blind else found.kind},
+        loops_first=loops[0],
+        loops_least=min(loops),
+        loops_last=loops[-1],
+        looping=_SAME if agent.blind else onset,
+        label=agent.name,
+    )
 
 
-def contrast_row(agent: AgentSummary, contrast: Contrast) -> Row:
+def contrast_row(agent: AgentSummary, contrast: Contrast) -> ContrastResult:
     """The lowest p against the p whose success differs from it most clearly, in one sample of trials."""
     found, pairs = contrast.difference, contrast.difference.pairs
-    return {
-        "agent": agent.agent,
-        "modality": agent.modality,
-        "baseline_p": contrast.baseline.p,
-        "other_p": contrast.other.p,
-        "choices": contrast.choices,
-        "farthest": contrast.farthest,
-        "all_trials": contrast.whole,
-        "baseline_solved": found.first.count,
-        "baseline_trials": found.first.n,
-        "other_solved": found.second.count,
-        "other_trials": found.second.n,
-        "difference": found.value,
-        "difference_low": found.low,
-        "difference_high": found.high,
-        "pairs": pairs.n if pairs else None,
-        "only_baseline": pairs.only_first if pairs else None,
-        "only_other": pairs.only_second if pairs else None,
-        "mcnemar": pairs.p_value if pairs else None,
-        "fisher": contrast.fisher,
-        "exchange_p_value": found.exchange,
-        "p_value": found.p_value,
-        "if_broken_unsolved": asdict(found.if_unsolved) if found.if_unsolved else None,
-        "if_broken_solved": asdict(found.if_solved) if found.if_solved else None,
-        "detectable": contrast.detectable,
-    }
+    return ContrastResult(
+        agent=agent.agent,
+        modality=agent.modality,
+        baseline_p=contrast.baseline.p,
+        other_p=contrast.other.p,
+        choices=contrast.choices,
+        farthest=contrast.farthest,
+        all_trials=contrast.whole,
+        baseline_solved=found.first.count,
+        baseline_trials=found.first.n,
+        other_solved=found.second.count,
+        other_trials=found.second.n,
+        difference=found.value,
+        difference_low=found.low,
+        difference_high=found.high,
+        pairs=pairs.n if pairs else None,
+        only_baseline=pairs.only_first if pairs else None,
+        only_other=pairs.only_second if pairs else None,
+        mcnemar=pairs.p_value if pairs else None,
+        fisher=contrast.fisher,
+        exchange_p_value=found.exchange,
+        p_value=found.p_value,
+        if_broken_unsolved=found.if_unsolved,
+        if_broken_solved=found.if_solved,
+        detectable=contrast.detectable,
+        label=agent.name,
+    )
 
 
-def pace_row(compared: Pace, names: Mapping[tuple[str, str], str]) -> Row:
-    """Which of two agents, or of two ways of showing the box to one, is faster."""
-    return {
+def pace_row(compared: Pace, names: Mapping[tuple[str, str], str]) -> PaceResult:
+    """Which of two agents, or of two modalities of one agent, is faster."""
+    return PaceResult(
         **asdict(compared),
-        "first_label": names[compared.first],
-        "second_label": names[compared.second],
-    }
+        first_label=names[compared.first],
+        second_label=names[compared.second],
+    )
 
 
-def modality_row(effect: ModalityEffect) -> Row:
-    """What the way of showing the box does to one agent."""
-    return {
-        **asdict(effect),
-        "detectable": effect.detectable,
-        "differs_in_fidelity": effect.differs_in_fidelity,
-        "spoken": [spoken(one) for one in effect.modalities],
-    }
+def modality_row(effect: ModalityEffect) -> ModalityResult:
+    """What the modality does to one agent."""
+    return ModalityResult(
+        **{field.name: getattr(effect, field.name) for field in fields(effect)},
+        detectable=effect.detectable,
+        differs_in_fidelity=effect.differs_in_fidelity,
+        spoken=[spoken(one) for one in effect.modalities],
+    )
 
 
-def labelled(rows: Iterable[Row], names: Mapping[tuple[str, str], str]) -> list[Row]:
-    """Rows of an agent and a modality with the name under which pages show them."""
-    return [{**row, "label": names[row["agent"], row["modality"]]} for row in rows]
-
-
-def claim_row(row: ClaimRow) -> Row:
+def claim_row(row: ClaimRow) -> ClaimResult:
     """One claim of the paper against one agent."""
-    return {
-        "place": row.claim.place,
-        "quote": row.claim.quote,
-        "quoted": row.claim.quoted,
-        "paper": row.claim.value,
-        "recomputed": row.claim.recomputed,
-        "agent": row.agent,
-        "here": row.here,
-        "verdict": row.verdict,
-        "test": row.test,
-        "p_value": row.p_value,
-    }
+    return ClaimResult(
+        place=row.claim.place,
+        quote=row.claim.quote,
+        quoted=row.claim.quoted,
+        paper=row.claim.value,
+        recomputed=row.claim.recomputed,
+        agent=row.agent,
+        here=row.here,
+        verdict=row.verdict,
+        test=row.test,
+        p_value=row.p_value,
+    )
 
 
-def detector_rows(conditions: list[tuple[ConditionSummary, list[Trial]]]) -> list[Row]:
-    """The share of trials that each loop detector flags, condition by condition."""
-    return [
-        {"key": condition.key, "agent": condition.agent, "modality": condition.modality, "p": condition.p}
-        | {"trials": condition.success.n}
-        | {"flagged": share_flagged(trials)}
-        for condition, trials in conditions
-    ]
+def detector_row(condition: ConditionSummary, trials: Iterable[Trial], label: str) -> DetectorResult:
+    """The share of one condition's trials that each loop detector flags."""
+    return DetectorResult(
+        key=condition.key,
+        agent=condition.agent,
+        modality=condition.modality,
+        p=condition.p,
+        trials=condition.success.n,
+        flagged=share_flagged([trial for trial in trials if trial.cell == condition.key]),
+        label=label,
+    )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.inputs import read_input
@@ -14,7 +14,7 @@ from lockprobe.pictures.png import from_png, to_png
 from lockprobe.record import Trial
 from lockprobe.studies.picture_store import ALBUM
 
-__all__ = ["embedded", "seen"]
+__all__ = ["SeenModality", "SeenMoment", "embedded", "seen"]
 
 _SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
 """Kinds that agents are shown; the others are kept for the record."""
@@ -22,44 +22,62 @@ _SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
 _WIDE = 320
 """Pixels across a picture on a page, at most."""
 
-Row = Mapping[str, Any]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeenMoment:
+    """Pictures of one moment of a trial: kind of picture -> file name."""
+
+    when: str
+    text: str
+    files: Mapping[PictureKind, str]
 
 
-def seen(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeenModality:
+    """What an agent saw in one trial."""
+
+    modality: str
+    key: str
+    moments: Sequence[SeenMoment]
+
+
+def seen(trials: Sequence[Trial]) -> list[SeenModality]:
     """The pictures of a trial of each modality, the first that was played for a step, and what is known of them.
 
     Three moments: before the first step, after it, and after the first that moved something.
     """
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, SeenModality] = {}
     for trial in trials:
         if trial.modality not in found and trial.opening_pictures and trial.steps:
-            opening = {"when": "before the first step", "text": trial.opening, "files": _files(trial.opening_pictures)}
+            files = _files(trial.opening_pictures)
+            opening = SeenMoment(when="before the first step", text=trial.opening, files=files)
             first_move = next((step for step in trial.steps if step.moved), trial.steps[0])
             moments = [opening, *(_moment(trial, number) for number in dict.fromkeys((1, first_move.step)))]
-            found[trial.modality] = {
-                "modality": trial.modality,
-                "key": trial.key,
-                "moments": [moment for moment in moments if moment["files"]],
-            }
+            found[trial.modality] = SeenModality(
+                modality=trial.modality,
+                key=trial.key,
+                moments=[moment for moment in moments if moment.files],
+            )
     return list(found.values())
 
 
-def _moment(trial: Trial, number: int) -> dict[str, Any]:
+def _moment(trial: Trial, number: int) -> SeenMoment:
     step = trial.steps[number - 1]
     what = "moved" if step.moved else "did not move"
-    return {"when": f"after step {number}: {step.joint} {what}", "text": step.told, "files": _files(step.pictures)}
+    when = f"after step {number}: {step.joint} {what}"
+    return SeenMoment(when=when, text=step.told, files=_files(step.pictures))
 
 
 def _files(pictures: Mapping[PictureKind, str]) -> dict[PictureKind, str]:
     return {kind: pictures[kind] for kind in _SHOWN if kind in pictures}
 
 
-def embedded(directory: Path, rows: Sequence[Row]) -> dict[str, str]:
+def embedded(directory: Path, rows: Sequence[SeenModality]) -> dict[str, str]:
     """The pictures that rows name as data for a page, made small.
 
     Those that are not there or damaged are left out, and all where the package that reads pictures is missing.
     """
-    files = {item for row in rows for moment in row["moments"] for item in moment["files"].items()}
+    files = {item for row in rows for moment in row.moments for item in moment.files.items()}
     small = {
         name: _small(directory / ALBUM / name, kind) for kind, name in sorted(files) if PICTURE_NAME.fullmatch(name)
     }

@@ -1,49 +1,116 @@
-"""``results.json`` as types: what a program may rely on, with its JSON schema.
+"""``results.json`` as types: the one value that tables, pages and programs read, with its JSON schema.
 
-Keys that are not described here may be there too, and may change with any release.
+Fields with a description make the published schema: programs may rely on them. The others may change with any release.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Any
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic.json_schema import SkipJsonSchema
+from pydantic_core import CoreSchema
 
-from lockprobe.report.page import content_of
+from lockprobe.analysis.clustered import ClusteredProportion
+from lockprobe.analysis.curves import Relative
+from lockprobe.analysis.incidence import Area
+from lockprobe.analysis.misinterpretation import ClaimCount
+from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.robot import Verdicts
+from lockprobe.report.details import (
+    AgainstChance,
+    AuditResult,
+    BrokenTrials,
+    ClaimResult,
+    ContrastResult,
+    CountOf,
+    CourseResult,
+    CurveResult,
+    DetectorResult,
+    FitResult,
+    JudgedResult,
+    LeftOutResult,
+    ModalityResult,
+    PaceResult,
+    RationalityResult,
+    RepeatedAfterBlocked,
+    RepetitionResult,
+    TestRow,
+)
+from lockprobe.report.examples import ExampleTrial
+from lockprobe.report.leaderboard import ComparisonResult, InteractionResult, LeaderboardResult
+from lockprobe.report.people import PeopleResult
+from lockprobe.report.sample_pictures import SeenModality
 
 __all__ = [
     "ConditionResult",
     "CrossingResult",
+    "DescribedResult",
     "EffectResult",
     "GridAxis",
     "GridCellResult",
     "GridResult",
     "MeasureResult",
-    "Progress",
     "Results",
     "SeriesResult",
-    "results",
+    "StudyProgress",
+    "plain_json",
 ]
 
-Share = Annotated[float | None, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=0)]
-Difference = Annotated[float, Field(ge=-2, le=2)]
+
+def _finite(value: object) -> object:
+    """None for what is not a number, as JSON has it."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-class _Described(BaseModel):
+FiniteNumber = Annotated[float | SkipJsonSchema[int] | None, BeforeValidator(_finite)]
+Share = Annotated[float | None, Field(ge=0, le=1), BeforeValidator(_finite)]
+Counted = Annotated[int, Field(ge=0)]
+Change = Annotated[float, Field(ge=-2, le=2)]
+
+
+class DescribedResult(BaseModel):
+    """A part of the results whose described fields are published."""
+
     model_config = ConfigDict(extra="allow", frozen=True)
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The schema of the fields that have a description, and of those that are such parts."""
+        schema = handler(core_schema)
+        found = handler.resolve_ref_schema(schema)
+        published = {
+            name
+            for name, about in cls.model_fields.items()
+            if about.description
+            or (isinstance(about.annotation, type) and issubclass(about.annotation, DescribedResult))
+        }
+        found["properties"] = {name: found["properties"][name] for name in found["properties"] if name in published}
+        found["required"] = [name for name in found.get("required", ()) if name in published]
+        return schema
 
-class Progress(_Described):
+
+class StudyProgress(DescribedResult):
     """How far the study has come."""
 
-    planned: Count = Field(description="Trials that the settings ask for, but for those of people.")
-    finished: Count = Field(description="Of these, trials that are not owed (any more).")
+    planned: Counted = Field(description="Trials that the settings ask for, but for those of people.")
+    finished: Counted = Field(description="Of these, trials that are not owed (any more).")
     partial: bool = Field(description="Whether trials are still owed.")
 
 
-class ConditionResult(_Described):
+class ConditionResult(DescribedResult):
     """One agent under one condition."""
 
     key: str = Field(description="Readable name, for example flips/random/p=0.4.")
@@ -51,56 +118,101 @@ class ConditionResult(_Described):
     condition: str = Field(description="Name of the condition: its specs, or what the experimenter calls it.")
     modality: str = Field(description="How the box was shown.")
     p: Share = Field(description="Flip rate, [0, 1]; null where other things than flips acted.")
-    trials: Count = Field(description="Trials that ended as solved or out of budget.")
-    solved: Count = Field(description="Of these, solved.")
+    same_at_every_p: bool
+    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
+    solved: Counted = Field(description="Of these, solved.")
     success: Share = Field(description="Share solved, [0, 1].")
     success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     success_high: Share = Field(description="Upper end.")
+    looping: int
     loop_rate: Share = Field(description="Share of trials with an action loop (paper, Sec. 3.3).")
     loop_rate_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     loop_rate_high: Share = Field(description="Upper end.")
     loop_rate_chance: Share = Field(description="Share by uniformly random actions in trials of exactly those lengths.")
+    loop_rate_chance_no_repeat: Share
+    loop_rate_chance_markov: Share
+    loop_rate_chance_permutation: Share
+    loop_rate_chance_error: Mapping[str, float]
+    loop_rate_by_symbol: Mapping[str, float]
     coverage: Share = Field(description="Share of steps in loops.")
     redundant_share: Share = Field(
         description="Share of steps that tried a joint again in the same true configuration."
     )
+    loops_left: AgainstChance
+    repeated_after_blocked: RepeatedAfterBlocked
+    policy_entropy: FiniteNumber
+    policy_entropy_steps: int
     misinterpretations: int | None = Field(description="Claims that contradict what was told; null if none was asked.")
     misinterpretation_rate: Share = Field(description="Their share, mean over trials (paper, Table 1).")
-    median_steps: float | None = Field(description="Median steps of solved trials.")
-    broken: Count = Field(description="Trials that ended as error; they are in no other number.")
+    misinterpretation_rate_sd: FiniteNumber
+    misinterpretation_rate_pooled: Share
+    misinterpretation_trials: int
+    misinterpretation_trials_affected: int
+    misinterpretation_trials_not_asked: int
+    claims: int
+    claims_against_truth: int
+    misread: ClusteredProportion
+    said_moved_told_blocked: ClusteredProportion
+    said_blocked_told_moved: ClusteredProportion
+    said_moved_of_misread: ClusteredProportion
+    false_report: ClusteredProportion
+    false_report_of_all_steps: ClusteredProportion
+    false_belief: ClusteredProportion
+    false_reports_believed: CountOf
+    false_reports_undone: int
+    claim_kinds: Sequence[ClaimCount]
+    median_steps: FiniteNumber = Field(description="Median steps of solved trials.")
+    median_steps_all: FiniteNumber
+    mean_steps: FiniteNumber
+    mean_steps_all: FiniteNumber
+    steps_to_80: int | None
+    steps_to_80_interval: tuple[int | None, int | None]
+    area: Area | None
+    relative: Relative | None
+    errors: Mapping[str, int]
+    broken: Counted = Field(description="Trials that ended as error; they are in no other number.")
+    curve: CurveResult
+    repetitions: Sequence[RepetitionResult]
+    label: str
+    acts: str = ""
 
 
-class EffectResult(_Described):
+class EffectResult(DescribedResult):
     """One condition against the control, in the trials that both have."""
 
     agent: str = Field(description="Agent spec.")
+    modality: str
     control: str = Field(description="Name of the control.")
     condition: str = Field(description="Name of the condition.")
-    trials: Count = Field(description="Pairs of trials that share their luck.")
-    difference: Difference = Field(description="Success less that under the control, [-1, 1].")
-    difference_low: Difference = Field(description="Lower end of its interval, corrected for the conditions compared.")
-    difference_high: Difference = Field(description="Upper end.")
+    trials: Counted = Field(description="Pairs of trials that share their luck.")
+    control_solved: int
+    solved: int
+    difference: Change = Field(description="Success less that under the control, [-1, 1].")
+    difference_low: Change = Field(description="Lower end of its interval, corrected for the conditions compared.")
+    difference_high: Change = Field(description="Upper end.")
     p_value: Share = Field(description="Permutation and interval, the larger, corrected alike.")
-    corrected_for: Count = Field(description="Conditions that are compared with the control.")
+    corrected_for: Counted = Field(description="Conditions that are compared with the control.")
     detectable: bool = Field(description="Whether the P value is below 0.05.")
 
 
-class CrossingResult(_Described):
+class CrossingResult(DescribedResult):
     """Two interventions, alone and together."""
 
     agent: str = Field(description="Agent spec.")
+    modality: str
     neither: str = Field(description="Name of the condition without both.")
     first: str = Field(description="That with the first.")
     second: str = Field(description="That with the second.")
     both: str = Field(description="That with both.")
-    difference: Difference | None = Field(description="What the second does beside the first, less alone, [-2, 2].")
-    difference_low: Difference | None = Field(description="Lower end of its 95 % interval, not corrected.")
-    difference_high: Difference | None = Field(description="Upper end.")
+    trials: int
+    difference: Change | None = Field(description="What the second does beside the first, less alone, [-2, 2].")
+    difference_low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
+    difference_high: Change | None = Field(description="Upper end.")
     p_value: Share = Field(description="Exchange of signs of whole blocks of luck, not corrected.")
     detectable: bool = Field(description="Whether test and interval show it.")
 
 
-class GridAxis(_Described):
+class GridAxis(DescribedResult):
     """One of two crossed doses."""
 
     intervention: str = Field(description="Name of the intervention.")
@@ -108,20 +220,20 @@ class GridAxis(_Described):
     values: list[float] = Field(description="The doses, ascending; 0 where the intervention is missing.")
 
 
-class GridCellResult(_Described):
+class GridCellResult(DescribedResult):
     """One combination of two doses."""
 
     row: float = Field(description="Dose of the first intervention.")
     column: float = Field(description="Dose of the second.")
     condition: str = Field(description="Name of the condition.")
-    trials: Count = Field(description="Trials that ended as solved or out of budget.")
-    solved: Count = Field(description="Of these, solved.")
+    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
+    solved: Counted = Field(description="Of these, solved.")
     success: Share = Field(description="Share solved, [0, 1].")
     success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     success_high: Share = Field(description="Upper end.")
 
 
-class GridResult(_Described):
+class GridResult(DescribedResult):
     """Doses of two interventions that are crossed, of one agent."""
 
     agent: str = Field(description="Agent spec.")
@@ -131,7 +243,7 @@ class GridResult(_Described):
     columns: GridAxis = Field(description="The dose of the second.")
     rest: str = Field(description="What else acts in all of them.")
     cells: list[GridCellResult] = Field(description="Every combination that was played.")
-    trials: Count = Field(description="Blocks of equal luck that have a trial in every cell.")
+    trials: Counted = Field(description="Blocks of equal luck that have a trial in every cell.")
     difference: float | None = Field(
         description="Interaction: what the range of the second dose does at the highest of the first less at the "
         "lowest, on straight lines through all cells; null where a combination was not played."
@@ -139,58 +251,146 @@ class GridResult(_Described):
     difference_low: float | None = Field(description="Lower end of its interval, corrected for the agent's grids.")
     difference_high: float | None = Field(description="Upper end.")
     p_value: Share = Field(description="Exchange of signs of whole blocks of luck, corrected alike.")
-    corrected_for: Count = Field(description="Grids of this agent.")
+    corrected_for: Counted = Field(description="Grids of this agent.")
     detectable: bool = Field(description="Whether test and interval show it.")
 
 
-class SeriesResult(_Described):
+class SeriesResult(DescribedResult):
     """Conditions that differ in one dose alone, or agents in one option alone."""
 
     intervention: str = Field(description="Name of the intervention; agent for an option of agents.")
     dose: str = Field(description="The option that is the dose.")
     rest: str = Field(description="What else acts in all of them.")
+    modality: str
     name: str = Field(description="What sentences and figures call the dose.")
     conditions: dict[str, float] = Field(description="Condition, or agent spec -> dose, ascending.")
     findings: list[str] = Field(description="What the dose does to success, a text for each agent.")
+    loop_findings: list[str]
+    conclusions: list[list[str]]
+    courses_said: str
+    fits: list[FitResult]
+    tests: list[TestRow]
+    contrasts: list[ContrastResult]
+    courses: list[CourseResult]
 
 
-class MeasureResult(_Described):
+class MeasureResult(DescribedResult):
     """A measure that an installed package adds, of one agent under one condition."""
 
     agent: str = Field(description="Agent spec.")
     condition: str = Field(description="The condition, as keys of records say it.")
     measure: str = Field(description="Its name.")
+    what: str
     kind: str = Field(description="share of a yes or no, mean of a number, or broken.")
-    trials: Count = Field(description="Trials to which it applies.")
-    value: float | None = Field(description="The mean.")
+    trials: Counted = Field(description="Trials to which it applies.")
+    value: FiniteNumber = Field(description="The mean.")
     low: float | None = Field(description="Lower end of its 95 % interval; null where there is none.")
     high: float | None = Field(description="Upper end.")
 
 
-class Results(_Described):
+class Results(DescribedResult):
     """The numbers of a study: the content of ``results.json``."""
 
     schema_version: int = Field(description="Version of this layout.")
     lockprobe: str = Field(description="Release that made it.")
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
-    progress: Progress
-    subjects: list[str] = Field(description="The agents that the study is about.")
+    joints: int
+    progress: StudyProgress
+    left_out: LeftOutResult
+    panel_said: str = ""
+    modality_findings: list[str] = []
     findings: list[str] = Field(description="What was found, in sentences.")
+    loop_findings: list[str] = []
+    conclusions: list[list[str]] = []
+    ranking_said: str = ""
+    comparisons_said: list[list[str]] = []
+    beside: str = ""
+    courses_said: str = ""
+    box: Reference | None
     conditions: list[ConditionResult] = Field(description="Every agent under every condition.")
     effects: list[EffectResult] = Field(default=[], description="Of a study of conditions: each against the control.")
-    measures: list[MeasureResult] = Field(default=[], description="What installed packages measure.")
     crossings: list[CrossingResult] = Field(default=[], description="Of a study of conditions: crossed ones.")
     grids: list[GridResult] = Field(default=[], description="Of a study of conditions: crossed doses.")
     series: list[SeriesResult] = Field(default=[], description="Of a study of conditions: doses.")
+    leaderboard: list[LeaderboardResult] = []
+    comparisons: list[ComparisonResult] = []
+    interactions: list[InteractionResult] = []
+    rationality: list[RationalityResult] = []
+    judged: JudgedResult | None = None
+    paces: list[PaceResult] = []
+    modalities: list[ModalityResult] = []
+    people: PeopleResult | None = None
+    verdicts: Verdicts | None = None
+    verdicts_said: str = ""
+    fits: list[FitResult] = []
+    tests: list[TestRow] = []
+    contrasts: list[ContrastResult] = []
+    courses: list[CourseResult] = []
+    claims: list[ClaimResult] = []
+    detectors: list[DetectorResult] = []
+    examples: list[ExampleTrial]
+    measures: list[MeasureResult] = Field(default=[], description="What installed packages measure.")
+    errors: list[BrokenTrials]
+    agents: dict[str, dict[str, str]]
+    plants: dict[str, dict[str, str]]
+    seen: list[SeenModality]
+    subjects: list[str] = Field(description="The agents that the study is about.")
+    audit: AuditResult
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read_nulls(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Read a null as not a number where the analysis has a float."""
+        try:
+            return handler(data)
+        except ValidationError as error:
+            wrong = error.errors(include_url=False)
+            if any(one["type"] != "float_type" or one["input"] is not None for one in wrong):
+                raise
+            for *path, last in (one["loc"] for one in wrong):
+                parent = data
+                for name in path:
+                    parent = parent[name]
+                parent[last] = math.nan
+            return handler(data)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same content, where a missing number equals a missing number."""
+        return isinstance(other, Results) and self.plain() == other.plain()
+
+    def __hash__(self) -> int:
+        """Equal results have the same records."""
+        return hash((self.lockprobe, self.progress, *self.findings))
+
+    @property
+    def of_flips(self) -> bool:
+        """Whether the study varies the flip rate and nothing else."""
+        return "effects" not in self.model_fields_set
+
+    def plain(self) -> dict[str, Any]:
+        """The content of ``results.json``: all that was set, in the order of the kind of study."""
+        content: dict[str, Any] = plain_json(self)
+        return content if self.of_flips else {name: content[name] for name in _CONDITION_KEYS}
 
 
-def results(directory: Path | str) -> Results:
-    """The numbers of a study, from its records; equal records give equal results.
+_CONDITION_KEYS = (
+    *("schema_version", "lockprobe", "study", "joints", "progress", "left_out", "subjects", "findings", "conditions"),
+    *("effects", "crossings", "grids", "series", "box", "measures", "errors", "agents", "plants", "seen", "examples"),
+    "audit",
+)
+"""The order of ``results.json`` of a study of conditions; in that of flips it is the order of the fields."""
 
-    Args:
-        directory: The directory of a study.
 
-    Raises:
-        BadFile: If it is none.
-    """
-    return Results.model_validate(content_of(Path(directory)))
+def plain_json(value: Any) -> Any:
+    """The value as JSON holds it: null for what is not a number, lists for tuples, objects for records."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, BaseModel):
+        return {name: plain_json(inner) for name, inner in value if name in value.model_fields_set}
+    if is_dataclass(value):
+        return {field.name: plain_json(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {key: plain_json(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain_json(inner) for inner in value]
+    return value

@@ -1,17 +1,31 @@
-"""The tables of a report, from the rows of ``results.json``, as rows of text."""
+"""The tables of a report, as rows of text."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from lockprobe.report.format import EVERY, NONE, Table, minus, percent
+from lockprobe.analysis.clustered import ClusteredProportion
+from lockprobe.analysis.proportions import Proportion
+from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
+from lockprobe.report.details import (
+    ClaimResult,
+    CountOf,
+    CourseResult,
+    DetectorResult,
+    ModalityResult,
+    PaceResult,
+    RationalityResult,
+)
+from lockprobe.report.format import EVERY, TextTable
+from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult
 
 __all__ = [
     "claim_table",
     "condition_table",
     "course_table",
+    "crossing_table",
     "detector_table",
+    "effect_table",
     "loop_table",
     "modality_table",
     "pace_table",
@@ -19,141 +33,138 @@ __all__ = [
     "speed_table",
     "table1",
     "table1_corrected",
+    "table_of_conditions",
 ]
 
-Row = Mapping[str, Any]
-Rows = Sequence[Row]
-"""Rows of ``results.json``."""
 
-
-def table1(conditions: Rows) -> Table:
+def table1(conditions: Sequence[ConditionResult]) -> TextTable:
     """The paper's Table 1, one row per condition.
 
     The paper's rows are modalities, and so are these where a study compares them; else a row names its flip rate too.
     The paper marks a total by one asterisk or two for the number of trials that it occurred in; here words say so,
     since asterisks read as levels of significance.
     """
-    asked = [row for row in conditions if row["misinterpretation_trials"]]
-    counts = [(row["misinterpretation_trials_affected"], row["misinterpretation_trials"]) for row in asked]
-    first = "Input Modality" if _one_p(asked) and len({row["modality"] for row in asked}) > 1 else "Agent and condition"
+    asked = [row for row in conditions if row.misinterpretation_trials]
+    counts = [(row.misinterpretation_trials_affected, row.misinterpretation_trials) for row in asked]
+    first = "Input Modality" if _one_p(asked) and len({row.modality for row in asked}) > 1 else "Agent and condition"
     table = [[first, "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations"]]
     return table + [
         [
             _named(row, asked),
-            percent(row["misinterpretation_rate"]) + _plus_minus(row["misinterpretation_rate_sd"]),
-            f"{row['misinterpretations']}, in {affected} of {of} trials",
+            percent(row.misinterpretation_rate, 1) + _plus_minus(row.misinterpretation_rate_sd),
+            f"{row.misinterpretations}, in {affected} of {of} trials",
         ]
         for row, (affected, of) in zip(asked, counts, strict=True)
     ]
 
 
-def table1_corrected(conditions: Rows) -> Table:
+def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
     """The three errors of what agents say, pooled over claims, with intervals that know the trials."""
     head = ["agent and condition", "claims", "misread", "said moved, told blocked", "said blocked, told moved"]
     table = [[*head, "false report", "false belief", "believed"]]
-    asked = [row for row in conditions if row["misinterpretation_trials"]]
+    asked = [row for row in conditions if row.misinterpretation_trials]
     return table + [
         [
             _named(row, asked),
-            str(row["claims"]),
-            _interval(row["misread"]),
-            _of(row["said_moved_told_blocked"]),
-            _of(row["said_blocked_told_moved"]),
-            _interval(row["false_report"]),
-            _interval(row["false_belief"]),
-            _of(row["false_reports_believed"]),
+            str(row.claims),
+            _interval(row.misread),
+            _of(row.said_moved_told_blocked),
+            _of(row.said_blocked_told_moved),
+            _interval(row.false_report),
+            _interval(row.false_belief),
+            _of(row.false_reports_believed),
         ]
         for row in asked
     ]
 
 
-def speed_table(conditions: Rows) -> Table:
+def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """How fast the box is solved, between chance and the optimum."""
     head = ["agent", "flip rate", "mean steps", "median step", "80 % by", "relative to random and optimum"]
     table = [head]
     for row, p in _distinct(conditions):
-        relative, (early, late) = row["relative"], row["steps_to_80_interval"]
+        relative, (early, late) = row.relative, row.steps_to_80_interval
         table.append(
             [
-                row["label"],
+                row.label,
                 p,
-                NONE if row["mean_steps_all"] is None else f"{row['mean_steps_all']:.1f}",
-                _step(row["median_steps_all"]),
+                NONE if row.mean_steps_all is None else f"{row.mean_steps_all:.1f}",
+                _step(row.median_steps_all),
                 NONE
-                if row["steps_to_80"] is None and early is None
-                else f"{_step(row['steps_to_80'])} [{_step(early)}, {_step(late)}]",
-                NONE
-                if relative is None
-                else minus(f"{relative['value']:.2f} [{relative['low']:.2f}, {relative['high']:.2f}]"),
+                if row.steps_to_80 is None and early is None
+                else f"{_step(row.steps_to_80)} [{_step(early)}, {_step(late)}]",
+                NONE if relative is None else minus(f"{relative.value:.2f} [{relative.low:.2f}, {relative.high:.2f}]"),
             ]
         )
     return table
 
 
-def pace_table(paces: Rows) -> Table:
+def pace_table(paces: Sequence[PaceResult]) -> TextTable:
     """Every two agents at the same p: who is faster."""
     return [["agent", "against", "flip rate", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
         [
-            row["second_label"],
-            row["first_label"],
-            f"{row['p']:g}",
-            NONE if row["hazard_ratio"] is None else f"{row['hazard_ratio']:.2f}",
-            *(NONE if row[name] is None else f"{row[name]:.2g}" for name in ("p_value", "independent", "gehan")),
+            row.second_label,
+            row.first_label,
+            f"{row.p:g}",
+            NONE if row.hazard_ratio is None else f"{row.hazard_ratio:.2f}",
+            *map(p_cell, (row.p_value, row.independent, row.gehan)),
         ]
         for row in paces
     ]
 
 
-def modality_table(effects: Rows) -> Table:
+def modality_table(effects: Sequence[ModalityResult]) -> TextTable:
     """Every two modalities of each agent, and the trend over fidelity."""
     head = ["agent", "against", "hazard of solving, ratio", "log-rank", "corrected (Holm)"]
     table = [[*head, "solved only with the first", "only with the second", "McNemar"]]
     for row in effects:
-        words = dict(zip(row["modalities"], row["spoken"], strict=True))
-        for pair in row["pairs"]:
-            ratio, final = pair["hazard_ratio"], pair["final"]
+        words = dict(zip(row.modalities, row.spoken, strict=True))
+        for pair in row.pairs:
+            ratio, final = pair.hazard_ratio, pair.final
             table.append(
                 [
-                    f"{row['agent']} ({words[pair['second']]})",
-                    words[pair["first"]],
+                    f"{row.agent} ({words[pair.second]})",
+                    words[pair.first],
                     NONE if ratio is None else f"{ratio:.2f}",
-                    *(NONE if pair[name] is None else f"{pair[name]:.2g}" for name in ("p_value", "p_adjusted")),
-                    str(final["only_second"]),
-                    str(final["only_first"]),
-                    f"{final['p_value']:.2g}",
+                    *map(p_cell, (pair.p_value, pair.p_adjusted)),
+                    str(final.only_second),
+                    str(final.only_first),
+                    f"{final.p_value:.2g}",
                 ]
             )
     return table
 
 
-def loop_table(conditions: Rows) -> Table:
+def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """Loop rates beside their chance levels under four nulls."""
-    nulls = ("", "_no_repeat", "_markov", "_permutation")
     table = [
         ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]
     ]
     table[0] += ["with outcomes", "with states"]
     return table + [
         [
-            row["label"],
+            row.label,
             p,
-            _share(row, "loop_rate"),
-            *(percent(row[f"loop_rate_chance{null}"], 0) for null in nulls),
-            *(percent(row["loop_rate_by_symbol"].get(name), 0) for name in ("action-outcome", "state-action")),
+            share(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
+            percent(row.loop_rate_chance, 0),
+            percent(row.loop_rate_chance_no_repeat, 0),
+            percent(row.loop_rate_chance_markov, 0),
+            percent(row.loop_rate_chance_permutation, 0),
+            *(percent(row.loop_rate_by_symbol.get(name), 0) for name in ("action-outcome", "state-action")),
         ]
         for row, p in _distinct(conditions)
     ]
 
 
-def detector_table(rows: Rows) -> Table:
+def detector_table(rows: Sequence[DetectorResult]) -> TextTable:
     """The share of trials that each detector flags."""
-    names = list(dict.fromkeys(name for row in rows for name in row["flagged"]))
+    names = list(dict.fromkeys(name for row in rows for name in row.flagged))
     return [["agent", "flip rate", *names]] + [
-        [row["label"], f"{row['p']:g}", *(percent(row["flagged"].get(name), 0) for name in names)] for row in rows
+        [row.label, f"{row.p:g}", *(percent(row.flagged.get(name), 0) for name in names)] for row in rows
     ]
 
 
-def condition_table(conditions: Rows) -> Table:
+def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
     head = [
         "agent",
@@ -170,24 +181,24 @@ def condition_table(conditions: Rows) -> Table:
     table = [[*head, "errors"]]
     table += [
         [
-            row["agent"],
-            row["modality"],
-            f"{row['p']:g}",
-            str(row["trials"]),
-            str(row["solved"]),
-            _share(row, "success"),
-            _share(row, "loop_rate"),
-            f"{percent(row['loop_rate_chance'], 0)} to {percent(row['loop_rate_chance_no_repeat'], 0)}",
-            percent(row["coverage"], 0),
-            percent(row["redundant_share"], 0),
-            str(row["broken"]),
+            row.agent,
+            row.modality,
+            f"{row.p:g}",
+            str(row.trials),
+            str(row.solved),
+            share(row.success, row.success_low, row.success_high),
+            share(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
+            f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
+            percent(row.coverage, 0),
+            percent(row.redundant_share, 0),
+            str(row.broken),
         ]
         for row in conditions
     ]
     return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
 
 
-def course_table(courses: Rows) -> Table:
+def course_table(courses: Sequence[CourseResult]) -> TextTable:
     """Which agents' success rises with the flip rate, which falls, which both; and what loops do."""
     head = ["agent", "solved at the lowest flip rate", "most", "fewest", "solved at the highest flip rate"]
     head += [
@@ -199,89 +210,156 @@ def course_table(courses: Rows) -> Table:
     ]
     return [head] + [
         [
-            row["label"],
-            percent(row["first"], 0),
-            f"{percent(row['highest'], 0)} at {row['highest_p']:g}",
-            f"{percent(row['lowest'], 0)} at {row['lowest_p']:g}",
-            percent(row["last"], 0),
-            row["kind"],
-            *(percent(row[f"loops_{at}"], 0) for at in ("first", "least", "last")),
-            row["looping"],
+            row.label,
+            percent(row.first, 0),
+            f"{percent(row.highest, 0)} at {row.highest_p:g}",
+            f"{percent(row.lowest, 0)} at {row.lowest_p:g}",
+            percent(row.last, 0),
+            row.kind,
+            *(percent(share, 0) for share in (row.loops_first, row.loops_least, row.loops_last)),
+            row.looping,
         ]
         for row in courses
     ]
 
 
-def rationality_table(rows: Rows) -> Table:
+def rationality_table(rows: Sequence[RationalityResult]) -> TextTable:
     """How rational each action was to one who believes reports, and to one who doubts them; in brackets by chance."""
     head = ["agent", "flip rate"]
     head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
     table = [[*head, "could tell nothing", "bits, of the most telling", "bits unknown at the end"]]
-    naive, aware = ([row for row in rows if row["noise"] == noise] for noise in ("naive", "aware"))
-    blind = {(row["agent"], row["modality"]): row for row in reversed(naive) if row["same_at_every_p"]}
+    naive, aware = ([row for row in rows if row.noise == noise] for noise in ("naive", "aware"))
+    blind = {(row.agent, row.modality): row for row in reversed(naive) if row.same_at_every_p}
     for one, two in zip(naive, aware, strict=True):
-        if one["same_at_every_p"] and blind[one["agent"], one["modality"]] is not one:
+        if one.same_at_every_p and blind[one.agent, one.modality] is not one:
             continue
-        cells = [cell for row in (one, two) for cell in (_beside_chance(row, "optimal"), _steps_lost(row))]
-        told = f"{two['expected']:.2f} of {two['best']:.2f}"
-        cells += [_beside_chance(two, "uninformative"), told, f"{two['entropy_left']:.1f}"]
-        table.append([one["label"], f"{one['p']:g}", *cells])
+        cells = [
+            cell
+            for row in (one, two)
+            for cell in (_beside_chance(row.optimal, row.by_chance["optimal"]), _steps_lost(row))
+        ]
+        told = f"{two.expected:.2f} of {two.best:.2f}"
+        cells += [_beside_chance(two.uninformative, two.by_chance["uninformative"]), told, f"{two.entropy_left:.1f}"]
+        table.append([one.label, f"{one.p:g}", *cells])
     return table
 
 
-def _beside_chance(row: Row, name: str) -> str:
-    return f"{_interval(row[name])} ({percent(row['by_chance'][name], 0)})"
+def _beside_chance(share: ClusteredProportion, chance: float) -> str:
+    return f"{_interval(share)} ({percent(chance, 0)})"
 
 
-def _steps_lost(row: Row) -> str:
-    return f"{row['regret']['value']:.2f} ({row['by_chance']['regret']:.2f})"
+def _steps_lost(row: RationalityResult) -> str:
+    return f"{row.regret.value:.2f} ({row.by_chance['regret']:.2f})"
 
 
-def claim_table(claims: Rows) -> Table:
+def claim_table(claims: Sequence[ClaimResult]) -> TextTable:
     """The paper's claims beside what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
-    return [[*names, "P"]] + [
-        [*(row[name] for name in names), NONE if row["p_value"] is None else f"{row['p_value']:.2g}"] for row in claims
-    ]
+    return [[*names, "P"]] + [[*(getattr(row, name) for name in names), p_cell(row.p_value)] for row in claims]
 
 
-def _distinct(conditions: Rows) -> list[tuple[Row, str]]:
+def _distinct(conditions: Sequence[ConditionResult]) -> list[tuple[ConditionResult, str]]:
     """Conditions with their p in words; of an agent that plays the same at every p only the first."""
-    once = {(row["agent"], row["modality"]): row for row in reversed(conditions) if row["same_at_every_p"]}
+    once = {(row.agent, row.modality): row for row in reversed(conditions) if row.same_at_every_p}
     return [
-        (row, EVERY if row["same_at_every_p"] else f"{row['p']:g}")
+        (row, EVERY if row.same_at_every_p else f"{row.p:g}")
         for row in conditions
-        if not row["same_at_every_p"] or once[row["agent"], row["modality"]] is row
+        if not row.same_at_every_p or once[row.agent, row.modality] is row
     ]
 
 
-def _named(row: Row, among: Rows) -> str:
+def _named(row: ConditionResult, among: Sequence[ConditionResult]) -> str:
     """A condition's name; its p goes without saying where modalities are compared at one."""
-    modal = _one_p(among) and len({other["modality"] for other in among}) > 1
-    return str(row["label"]) if modal else f"{row['label']}, flip rate {row['p']:g}"
+    modal = _one_p(among) and len({other.modality for other in among}) > 1
+    return str(row.label) if modal else f"{row.label}, flip rate {row.p:g}"
 
 
-def _one_p(rows: Rows) -> bool:
-    return len({row["p"] for row in rows}) == 1
+def _one_p(rows: Sequence[ConditionResult]) -> bool:
+    return len({row.p for row in rows}) == 1
 
 
 def _plus_minus(value: float | None) -> str:
-    return "" if value is None else f" ± {percent(value)}"
+    return "" if value is None else f" ± {percent(value, 1)}"
 
 
 def _step(step: float | None) -> str:
     return NONE if step is None else f"{step:g}"
 
 
-def _share(row: Row, name: str) -> str:
-    return _interval({"value": row[name], "low": row[f"{name}_low"], "high": row[f"{name}_high"]})
+def _interval(found: Proportion | ClusteredProportion) -> str:
+    return share(found.value, found.low, found.high)
 
 
-def _interval(share: Row) -> str:
-    if share["value"] is None:
-        return NONE
-    return f"{percent(share['value'], 0)} [{100 * share['low']:.0f}, {100 * share['high']:.0f}]"
+def _of(count: CountOf | Proportion | ClusteredProportion) -> str:
+    return f"{count.count} of {count.n}"
 
 
-def _of(count: Row) -> str:
-    return f"{count['count']} of {count['n']}"
+def effect_table(effects: Sequence[EffectResult]) -> TextTable:
+    """Every condition against the control, in the trials that both have."""
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "says"]
+    return [head] + [
+        [
+            row.agent,
+            row.condition,
+            row.control,
+            f"{row.control_solved} of {row.trials}",
+            f"{row.solved} of {row.trials}",
+            bracketed(row.difference, row.difference_low, row.difference_high),
+            p_cell(row.p_value),
+            "shown" if row.detectable else "not shown",
+        ]
+        for row in effects
+    ]
+
+
+def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
+    """Two interventions alone and together."""
+    head = ["agent", "first", "second", "both", "second beside the first less alone, points", "P", "says"]
+    return [head] + [
+        [
+            row.agent,
+            row.first,
+            row.second,
+            row.both,
+            bracketed(row.difference, row.difference_low, row.difference_high),
+            p_cell(row.p_value),
+            "shown" if row.detectable else "not shown",
+        ]
+        for row in crossings
+    ]
+
+
+def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
+    """Every agent under every condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
+    head = ["agent", "condition", "what acts", "modality", "trials", "success", "mean steps", "loop rate", "by chance"]
+    table = [[*head, "misread", "false reports", "errors"]]
+    table += [
+        [
+            row.agent,
+            row.condition,
+            row.acts or NONE,
+            row.modality,
+            str(row.trials),
+            _share_with_signs(row.success, row.success_low, row.success_high),
+            NONE if row.mean_steps_all is None else f"{row.mean_steps_all:.1f}",
+            _share_with_signs(row.loop_rate, row.loop_rate_low, row.loop_rate_high),
+            f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
+            percent(row.misread.value, 1) if row.claims else NONE,
+            percent(row.false_report_of_all_steps.value, 1),
+            str(row.broken),
+        ]
+        for row in conditions
+    ]
+    said = {row[2] for row in table[1:]} - {NONE}
+    kept = [i for i in range(len(table[0])) if _says_something(table, i) or i not in (2, 3)]
+    if said <= {row[1] for row in table[1:]}:
+        kept = [i for i in kept if i != 2]  # conditions without names of their own are called by what acts
+    return [[row[i] for i in kept] for row in table]
+
+
+def _says_something(table: TextTable, column: int) -> bool:
+    return len({row[column] for row in table[1:]}) > 1
+
+
+def _share_with_signs(value: float | None, low: float | None, high: float | None) -> str:
+    return NONE if value is None else f"{percent(value, 0)} [{percent(low, 0)}, {percent(high, 0)}]"

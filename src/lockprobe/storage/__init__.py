@@ -1,1 +1,1 @@
-"""Files on disk: atomic replacement, lines of JSON that survive a crash, checksums."""
+"""Files on disk: atomic replacement, append-only JSON lines with checksums."""

@@ -1,23 +1,38 @@
-"""Files of lines that are appended: a line that a crash tore is no line, and a change by anybody else ends the writing.
+"""Append-only files of JSON lines that survive a crash, with a checksum in each line.
 
-What is written is handed to the system at once, line by line, so that a process that is killed loses nothing that it
-had written but its last line; when the machine itself goes down, as much is lost as whoever writes did not wait for the
-disk to have. Only where a person has records deleted is a file written anew (:mod:`lockprobe.studies.delete_records`).
+Each line is handed to the operating system at once, so a killed process loses at most its last line. When the machine
+itself goes down, lines that were not forced to the disk (fsync) are lost. A line that a crash tore is ignored, and a
+change by any other process ends the writing.
+
+The checksum is the last field of the object, ``crc``: eight hexadecimal digits, the CRC-32 (:func:`zlib.crc32`) of all
+bytes of the line before ``,"crc"``. A line that was changed by a single bit is refused. Lines without a checksum, of
+earlier releases, are read as they are.
 """
 
 from __future__ import annotations
 
 import os
+import re
+import zlib
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular, read_lines
 
-__all__ = ["LineFile", "State", "rescued_files", "state_of", "whole_lines"]
+__all__ = [
+    "LineFile",
+    "State",
+    "has_checksum",
+    "rescued_files",
+    "state_of",
+    "whole_lines",
+    "with_checksum",
+    "without_checksum",
+]
 
 _BLOCK = 1 << 16
 """Bytes read at once on the way back to the end of the last whole line."""
@@ -57,14 +72,15 @@ def state_of(path: Path) -> State | None:
 
 
 class LineFile:
-    """A file to which this process alone appends lines. It looks before every line whether anybody else changed it.
+    """A file to which only this process appends. Before each line it checks whether anybody else changed the file.
 
-    The first change by anybody else ends the writing for good: what this process still has goes to a file beside it.
+    The first change by anybody else ends the writing for good. Lines that could not be appended go to a second file,
+    ``NAME.rescued``.
 
     Args:
         path: Where it lies; made if it is not there. Set it anew when the file is renamed.
         left: How this process left it when it closed it; None takes it as it is.
-        rescue: Whether lines that cannot be appended are written to a file beside it.
+        rescue: Whether lines that cannot be appended are written to that second file.
 
     Attributes:
         path: Where it lies.
@@ -240,3 +256,43 @@ def _end_of_whole_lines(handle: int, size: int) -> int:
             return begin + last + 1
         whole = begin
     return 0
+
+
+_CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\Z')
+
+
+def with_checksum(line: bytes) -> bytes:
+    """A line with its checksum.
+
+    Args:
+        line: A JSON object that is not empty, without a newline.
+
+    >>> with_checksum(b'{"a":1}')
+    b'{"a":1,"crc":"a702fc6e"}'
+    """
+    said = line[:-1]
+    return said + b',"crc":"%08x"}' % zlib.crc32(said)
+
+
+def has_checksum(line: bytes) -> bool:
+    """Whether a line carries one, right or wrong."""
+    return _CHECKSUM.search(line.rstrip()) is not None
+
+
+def without_checksum(line: bytes) -> bytes:
+    """A line without its checksum, which is checked; a line that has none is given back as it is.
+
+    Args:
+        line: A JSON object, with or without a newline.
+
+    Raises:
+        BadValue: If the checksum is not that of the line.
+    """
+    line = line.rstrip()
+    found = _CHECKSUM.search(line)
+    if found is None:
+        return line
+    said = line[: found.start()]
+    if zlib.crc32(said) != int(found[1], 16):
+        raise BadValue("checksum", found[1].decode(), f"{zlib.crc32(said):08x}: the line was changed")
+    return said + b"}"

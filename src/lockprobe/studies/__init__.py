@@ -1,1 +1,1 @@
-"""Studies: what is to be played, the journal of what was, and the runner between them."""
+"""Studies: their settings, the journal of finished trials, and the runner between them."""

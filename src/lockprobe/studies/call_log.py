@@ -1,9 +1,9 @@
-"""The calls of a study on disk: ``calls.jsonl``, one line a call, written the moment its reply comes.
+"""The log of provider calls on disk (``calls.jsonl``), one line for each call.
 
-A reply that was paid for is never lost: a trial that was broken off, by a fault, a kill or the end of the money, goes
-on where it stood, because the calls that it made before are looked up instead of made again. What a study has cost is
-the sum of its calls, those of broken trials among them. So that a kill hides no cost, what is asked is written down
-before it is asked (``asked.jsonl``); the next run notes what never came back as broken off.
+A reply that was paid for is never lost. A trial that a fault, a kill or the budget interrupted resumes where it was:
+its earlier calls are looked up and not repeated. The cost of a study is the sum of its calls, including those of broken
+trials. Each request is written to ``asked.jsonl`` before it is sent, so that a kill hides no cost. The next run records
+requests without a reply as broken off.
 """
 
 from __future__ import annotations
@@ -18,19 +18,18 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import BadFile, BadValue, Missing
-from lockprobe.storage.checksum import with_checksum, without_checksum
-from lockprobe.storage.jsonl import LineFile, whole_lines
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.spending import Budget
 
 __all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
 
 CALLS = "calls.jsonl"
-"""Where in the directory of a study its calls stand."""
+"""The file of calls in the directory of a study."""
 
 ASKED = "asked.jsonl"
-"""Where calls stand before they are made, each with what it can cost at most."""
+"""The file of calls before they are made, each with its maximum cost."""
 
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
@@ -73,7 +72,7 @@ def _read(path: Path) -> Iterator[Call]:
 
 
 class Calls:
-    """The open book of calls of a study. Use :meth:`open`."""
+    """The open log of calls of a study. Use :meth:`open`."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
@@ -96,7 +95,7 @@ class Calls:
     @classmethod
     @contextmanager
     def open(cls, directory: Path) -> Iterator[Calls]:
-        """Open the book of a directory, which the caller has locked. The files are made with the first call.
+        """Open the log of a directory, which the caller has locked. The first call creates the files.
 
         Raises:
             BadFile: If they cannot be read or written.
@@ -111,18 +110,18 @@ class Calls:
                 file.close()
 
     def limit(self, budget: Budget) -> None:
-        """Make no call from now on that could pass this budget, of which earlier runs have spent their part."""
+        """From now on make no call that could exceed this budget; calls of earlier runs count."""
         for call in read_calls(self._directory):
             budget.settle(call)
         self._budget = budget
 
     def listen(self, listener: Callable[[Call], None]) -> None:
-        """Have every call passed on that is written from now on."""
+        """Pass every call that is written from now on to a listener."""
         self._listeners.append(listener)
 
-    def of(self, key: str) -> _Page:
+    def of(self, key: str) -> _TrialCalls:
         """The calls of one trial."""
-        return _Page(self, key)
+        return _TrialCalls(self, key)
 
     @property
     def on_their_way(self) -> int:
@@ -135,18 +134,18 @@ class Calls:
         return time.monotonic() - min((began for _, began in self._on_their_way.values()), default=time.monotonic())
 
     def recall(self, key: str, step: int, turn: int, request: str) -> Call | None:
-        """The call that was made in this place with this request and got a reply; None if there is none."""
+        """The earlier call with the same request in the same step and turn that got a reply, or None."""
         call = self._replied.get(key, {}).get((step, turn))
         return call if call is not None and call.request == request else None
 
     async def reserve(self, call: Call) -> None:
-        """Put a call on disk before it is made, and before it is made again, with what an attempt can cost at most.
+        """Write a call to disk before each attempt, with the maximum cost of an attempt.
 
-        Where only calls on their way stand against it, their replies are waited for.
+        If only the costs of calls on their way exceed the budget, wait for their replies.
 
         Raises:
-            Missing: If a provider has counted in this run what cannot be.
-            BudgetReached: If there is not so much money left.
+            Missing: If a provider has reported an impossible count of tokens in this run.
+            BudgetReached: If the budget does not cover the call.
             BadFile: If it cannot be written.
         """
         if self._claimed is not None:
@@ -160,7 +159,7 @@ class Calls:
         self._on_their_way[call.key] = call, began
 
     def write(self, call: Call) -> None:
-        """Put a call on disk, with or without a reply. One whose cost nobody said keeps what it can have cost.
+        """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost.
 
         Raises:
             BadFile: If it cannot be written.
@@ -190,7 +189,7 @@ class Calls:
 
     @property
     def used(self) -> bool:
-        """Whether a call was to be written down since it was opened."""
+        """Whether a call was to be written since the log was opened."""
         return bool(self._files)
 
     def sync(self) -> None:
@@ -199,12 +198,12 @@ class Calls:
             file.sync()
 
     def forget(self, key: str) -> None:
-        """Let go of the calls of a trial that is finished; they stay on disk."""
+        """Drop the calls of a finished trial from memory; they stay on disk."""
         self._replied.pop(key, None)
 
 
 def _incredible(call: Call) -> Missing:
-    """That a provider has counted what cannot be."""
+    """The error for an impossible count of tokens."""
     claimed = call.claimed or Usage()
     return Missing(
         f"{call.key}: its provider claims {claimed.input_tokens:,} tokens in and {claimed.output_tokens:,} out for a "
@@ -213,7 +212,7 @@ def _incredible(call: Call) -> Missing:
     )
 
 
-class _Page:
+class _TrialCalls:
     """The calls of one trial."""
 
     def __init__(self, calls: Calls, key: str) -> None:

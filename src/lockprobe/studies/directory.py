@@ -1,6 +1,6 @@
-"""The directory of a study: its lock, its settings, and that a start which fails leaves it as it was.
+"""The directory of a study: its lock and its settings. A start that fails leaves it unchanged.
 
-Agents can be added to a study that has been played; any other setting is as it was when the first trial was.
+Agents can be added to a study that has been played; no other setting can change after the first trial.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.study import LATER, Study, joined_agents
 
 __all__ = [
+    "PEOPLE_DIRECTORY",
     "RECORDS",
     "SETTINGS",
     "TIMINGS",
@@ -40,25 +41,26 @@ RECORDS = "trials.jsonl"
 TIMINGS = "timings.jsonl"
 
 _KEPT = (RECORDS, CALLS, ASKED)
-"""Files that hold what was played or paid for."""
+"""Files that hold finished trials or paid calls."""
 
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
-"""Files that a start makes."""
+"""Files that a start creates."""
 
-_PEOPLE = "people"
+PEOPLE_DIRECTORY = "people"
+"""Holds a file of JSON lines for each participant, which other rooms write. Who has joined plays the settings there."""
 
 
 class StudyDirectory:
-    """The directory of a study while this process writes there; made if it is not there.
+    """The directory of a study while this process writes there; created if missing.
 
-    The lock is on the directory itself, so that it holds whatever becomes of the files. Where nothing was played, asked
-    or joined before an error, files and directories that were made are gone afterwards, and settings are as they were.
+    The lock is on the directory itself, so it holds whatever happens to the files. If an error comes before anything
+    was played, asked or joined, new files and directories are removed and the settings are restored.
 
     Args:
         path: Where it is.
 
     Attributes:
-        used: Set it where something was played or asked; then all stays as it is.
+        used: Set it to True when something was played or asked; then an error removes nothing.
 
     Raises:
         BadFile: On entering, if it cannot be made.
@@ -84,7 +86,7 @@ class StudyDirectory:
             raise DirectoryBusy(self._path) from None
         except OSError:  # a file system that locks no directories; the records are locked all the same
             pass
-        self._there = {name for name in (*_MADE, _PEOPLE) if (self._path / name).exists()}
+        self._there = {name for name in (*_MADE, PEOPLE_DIRECTORY) if (self._path / name).exists()}
         settings = self._path / SETTINGS
         self._settings = settings.read_bytes() if settings.is_file() else None
         return self
@@ -100,9 +102,9 @@ class StudyDirectory:
             os.close(self._handle)
 
     def _undo(self) -> None:
-        """Leave the directory as it was found, unless it is another one now or the first people were invited."""
+        """Restore the directory, unless it was replaced or the first people were invited."""
         with suppress(OSError, BadFile):
-            invited = _PEOPLE not in self._there and (self._path / _PEOPLE).exists()
+            invited = PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists()
             if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
                 return
             for name in _MADE:
@@ -145,9 +147,9 @@ def _are_of_a_study(settings: Mapping[str, object]) -> bool:
 
 
 def write_settings(directory: Path, study: Study) -> None:
-    """Put the settings of a study in place, whole or not at all.
+    """Write the settings of a study atomically.
 
-    Where trials of it were played already, they say when each agent was added that was not among the first.
+    If trials were already played, the settings say when each later agent was added.
 
     Raises:
         BadFile: If they cannot be written.
@@ -171,7 +173,7 @@ def added_agents(directory: Path) -> dict[str, str]:
 
 
 def claim(directory: Path, study: Study) -> None:
-    """Write the settings of a study of which nothing was played, or hold them against those that are there.
+    """Write the settings of a new study, or compare them with the settings on disk.
 
     Agents that are new to it are added.
 
@@ -182,7 +184,7 @@ def claim(directory: Path, study: Study) -> None:
     path, played = directory / SETTINGS, _played(directory)
     if not path.exists() and played:
         raise BadFile(directory, f"holds {played} but no {SETTINGS}: put it back, or give another --out")
-    somebody = path.exists() and any((directory / _PEOPLE).glob("*.jsonl"))  # who has joined plays this study
+    somebody = path.exists() and any((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))  # who has joined plays this study
     if not (played or somebody):
         write_settings(directory, study)
         return
@@ -201,7 +203,7 @@ def claim(directory: Path, study: Study) -> None:
 
 
 def _told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
-    """Two values of a setting, short: of boxes their names, or where these are the same the parts that differ."""
+    """Two values of a setting, in short: boxes by name, or by the parts that differ if their names are equal."""
     if name == "conditions":
         return _conditions_said(there), _conditions_said(asked)
     if not (isinstance(there, dict) and isinstance(asked, dict)):
@@ -233,7 +235,7 @@ def _texts(values: object) -> list[str]:
 
 
 def _played(directory: Path) -> str:
-    """The first file that holds something that was played or paid for; empty where there is none."""
+    """The first file that holds finished trials or paid calls, or an empty string."""
     return next((name for name in _KEPT if _size(directory / name)), "")
 
 

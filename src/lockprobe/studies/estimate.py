@@ -1,9 +1,9 @@
-"""What the trials that a study still owes will cost, before anything is asked.
+"""Estimates the cost of the trials that a study still owes, before any request is made.
 
-How many steps trials take is not known before they are played: an agent that has played some is taken to go on like
-that, trials that were broken off counting for as far as they came (Kaplan and Meier, JASA 1958); of any step that none
-has come to, random choices are taken for it, whose course is exact. How large requests are is known: they are
-conversations, and grow by a reply and an observation with every step.
+The number of steps is not known in advance. An agent with finished trials is assumed to continue at its observed
+rate; interrupted trials are censored observations (Kaplan and Meier, JASA 1958). For steps that no trial has reached,
+the agent is assumed to perform like a random agent, computed exactly. The size of the requests is known: they are
+conversations that grow by a reply and an observation with every step.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.agents.llm.settings import read_settings
-from lockprobe.call import Call, Usage
 from lockprobe.lockbox.solve import random_curve
+from lockprobe.model_call import Call, Usage
 from lockprobe.record import Trial
-from lockprobe.studies.request_sizes import Prompt, Request
+from lockprobe.studies.request_sizes import PromptSizes, Request
 from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
 
@@ -93,12 +93,12 @@ def most_of_one_call(study: Study, agent: str) -> float:
         study: The study.
         agent: One of its agents that ask a provider.
     """
-    name, settings = read_settings(agent.removeprefix("llm:"))
+    name, settings = read_settings(agent)
     facts = facts_of(name)
     if facts.price is None:
         return 0.0
     plans = (study.plan(agent, condition, 1, 1) for condition in study.conditions_of(agent))
-    return min(most_dollars(Prompt(plan, settings, facts).first(), facts.price) for plan in plans)
+    return min(most_dollars(PromptSizes(plan, settings, facts).first(), facts.price) for plan in plans)
 
 
 class _Agent:
@@ -106,7 +106,7 @@ class _Agent:
 
     def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
         self._study, self._agent = study, agent
-        name, self._settings = read_settings(agent.removeprefix("llm:"))
+        name, self._settings = read_settings(agent)
         self._facts = facts_of(name)
         self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
         self._done = {
@@ -116,7 +116,7 @@ class _Agent:
             if key in self._shown and not trial.owed_again
         }
         self._prompts = {
-            condition: Prompt(study.plan(agent, condition, 1, 1), self._settings, self._facts)
+            condition: PromptSizes(study.plan(agent, condition, 1, 1), self._settings, self._facts)
             for condition in study.conditions_of(agent)
         }
         self._made: Counter[str] = Counter()
@@ -198,7 +198,7 @@ class _Agent:
             return self._input / self._taken, self._output / self._counted, self._counted / self._first
         return 1.0, None, 1.0
 
-    def _written(self, prompt: Prompt) -> float:
+    def _written(self, prompt: PromptSizes) -> float:
         """Tokens of a reply where nothing has been played."""
         reasons = self._facts.reasons or self._settings.effort not in (None, "none")
         output = prompt.output + (_REASONING if reasons else 0)

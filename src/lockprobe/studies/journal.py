@@ -1,10 +1,14 @@
-"""Finished trials on disk, one line each, appended; written anew only where a person has theirs deleted.
+"""The journal of a study: finished trials on disk, one line each, appended.
 
 A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records), ``timings.jsonl`` (clock
 readings, which are no part of a record) and, where a provider was asked, ``asked.jsonl`` and ``calls.jsonl`` (every
-call before it is made, and what came of it); where people take part, ``people`` holds what they did. A line that a
-crash tore is cut off before the next one is written, and its trial is owed again.
-Only one process writes at a time.
+call before it is made, and its outcome); where people take part, ``people`` holds their diaries. A line that a crash
+tore is cut off before the next one is written, and its trial is owed again. Only one process writes at a time.
+
+The journal is append-only, except that a participant's withdrawal deletes their records (:meth:`Journal.delete_agent`).
+The new file then replaces the old one atomically. The clock readings are replaced first, so the deletion can be
+repeated after a kill as long as the records are there. In that case the reading of another participant for the same
+trial may be lost.
 """
 
 from __future__ import annotations
@@ -13,8 +17,9 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -23,16 +28,15 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile, DirectoryBusy
 from lockprobe.record import Trial
-from lockprobe.storage.atomic_file import sync_directory
+from lockprobe.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
 from lockprobe.storage.jsonl import LineFile, rescued_files, whole_lines
 from lockprobe.studies.call_log import Calls
-from lockprobe.studies.delete_records import rewritten, without, without_agent
 from lockprobe.studies.directory import RECORDS, TIMINGS, StudyDirectory, claim
 from lockprobe.studies.records import LeftOut, left_out, load, read_records
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_to_line
 
-__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings"]
+__all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings", "rewritten", "without"]
 
 _SYNC_SECONDS = 0.5
 """A line is handed to the system at once; the disk is waited for at most this often."""
@@ -151,10 +155,10 @@ class Journal:
         self._records.check()
         self._timings.check()
 
-    def strike(self, agent: str) -> None:
-        """Delete every record of one agent, and its clock readings, as a person asks who withdraws.
+    def delete_agent(self, agent: str) -> None:
+        """Delete every record of one agent and its clock readings, when a participant withdraws.
 
-        Killed in between, it has to be called again.
+        If the process is killed meanwhile, call it again.
 
         Raises:
             BadFile: If it cannot be written.
@@ -163,7 +167,7 @@ class Journal:
         self._timings = rewritten(self._timings, timings)
         self._records = rewritten(self._records, records)
         for rescued in rescued_files(self.directory / RECORDS):
-            without_agent(rescued, agent)
+            _delete_records(rescued, agent)
         with suppress(OSError):  # they are in their place already
             sync_directory(self.directory)
         for key in keys:
@@ -195,3 +199,101 @@ def _lock(records: LineFile, directory: Path) -> None:
         raise DirectoryBusy(directory) from None
     if os.fstat(records.fileno()).st_ino != now:  # it was just rewritten
         raise DirectoryBusy(directory)
+
+
+def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Iterator[bytes]]:
+    """The content of a journal without the records of one agent.
+
+    Args:
+        directory: Of the study.
+        agent: Its spec.
+
+    Returns:
+        The keys of its trials; the lines of clock readings that stay; the lines of records that stay. A trial that
+        somebody else has played too has a reading for each record, in the same order, and the reading of theirs stays;
+        where there are not as many, it cannot be told whose they are, and none stays.
+    """
+    records, timings = directory / "trials.jsonl", directory / "timings.jsonl"
+    owners: dict[str, list[str]] = {}
+    for line in _lines(records):
+        key, owner = _owner(line)
+        owners.setdefault(key, []).append(owner)
+    return (
+        {key for key, played in owners.items() if agent in played},
+        _readings(timings, owners, agent),
+        (line for line in _lines(records) if _owner(line)[1] != agent),
+    )
+
+
+def _delete_records(path: Path, agent: str) -> None:
+    """Delete the records of an agent from a file that nobody has open; an empty file is deleted.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    stay = [line for line in _lines(path) if _owner(line)[1] != agent]
+    if stay:
+        write_file(path, b"".join(stay), alone=True)
+    else:
+        remove_file(path)
+
+
+def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) -> Iterator[bytes]:
+    """The clock readings of all other agents."""
+    readings = Counter(_key(line) for line in _lines(timings))
+    met: Counter[str] = Counter()
+    for line in _lines(timings):
+        key = _key(line)
+        played = owners.get(key, ())
+        if agent not in played or (readings[key] == len(played) and played[met[key]] != agent):
+            yield line
+        met[key] += 1
+
+
+def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
+    """Replace the lines of a file atomically, and open the new file for appending.
+
+    Not :func:`write_file`, because it has to be open and locked before it is in its place.
+
+    Args:
+        old: The file as it is open; it is closed.
+        lines: Whole lines.
+
+    Raises:
+        BadFile: If it cannot be written, or somebody else has changed it; then the old one stays.
+    """
+    old.check()
+    replacement = Replacement(old.path, alone=True)
+    try:
+        with ExitStack() as undo:
+            undo.callback(replacement.drop)
+            replacement.create()
+            new = undo.enter_context(closing(LineFile(replacement.draft)))
+            fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            for line in lines:
+                new.append(line.rstrip(b"\n"))
+            replacement.sync()
+            replacement.rename()
+            undo.pop_all()
+    except OSError as error:
+        raise BadFile(old.path, f"cannot be written ({error.strerror})") from error
+    new.path = old.path
+    old.close()
+    return new
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    return (line for _, line in whole_lines(path))
+
+
+def _owner(line: bytes) -> tuple[str, str]:
+    """Key and agent of a record."""
+    record = json.loads(line)
+    return str(record["key"]), str(record["agent"])
+
+
+def _key(reading: bytes) -> str:
+    """Of a clock reading; empty where it is damaged."""
+    with suppress(ValueError, TypeError, KeyError, RecursionError):
+        return str(json.loads(reading)["key"])
+    return ""

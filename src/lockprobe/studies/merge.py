@@ -1,8 +1,8 @@
-"""Trials that were played elsewhere are taken into the directory of a study: those of logs, and of other directories.
+"""Merges trials that were played elsewhere (logs, other directories) into the directory of a study.
 
-Only trials of the same study are taken: all settings are equal but for who plays. A trial that the directory has
-finished is left alone; one that it owes, or that broke there, is taken. Of a trial that is finished nowhere its calls
-are taken, so that it goes on from replies that were paid for.
+Only trials of the same study are merged: all settings except the agents must be equal. A trial that is finished in the
+directory stays; one that is owed or broken there is replaced. For a trial that is finished nowhere the calls are
+merged, so that it resumes from paid replies.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lockprobe.agents.participant import check_participant
-from lockprobe.call import Call
 from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.inputs import read_input
+from lockprobe.model_call import Call
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
 from lockprobe.spec import PEOPLE, group_of
@@ -27,13 +27,13 @@ from lockprobe.studies.picture_store import ALBUM, Album
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 
-__all__ = ["Gathered", "Source", "gather", "source_of_directory"]
+__all__ = ["Gathered", "MergeSource", "gather", "source_of_directory"]
 
 _PLANT_FACTS = ("engine", "renderer")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Source:
+class MergeSource:
     """Trials that were played elsewhere.
 
     Attributes:
@@ -78,7 +78,7 @@ class Gathered:
     pictures_missing: int
 
 
-def source_of_directory(directory: Path) -> Source:
+def source_of_directory(directory: Path) -> MergeSource:
     """The trials in the directory of a study.
 
     Raises:
@@ -90,7 +90,7 @@ def source_of_directory(directory: Path) -> Source:
         return read_input(file) if file.is_file() else None
 
     trials, calls = tuple(load(directory)), tuple(read_calls(directory))
-    return Source(
+    return MergeSource(
         path=directory,
         study=read_study(directory),
         trials=trials,
@@ -102,7 +102,7 @@ def source_of_directory(directory: Path) -> Source:
 
 
 def gather(
-    directory: Path, sources: Sequence[Source], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
+    directory: Path, sources: Sequence[MergeSource], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
 ) -> Gathered:
     """Take into a directory the trials that it does not have. It is made if it does not exist.
 
@@ -151,7 +151,7 @@ def gather(
     )
 
 
-def _finished(source: Source) -> Source:
+def _finished(source: MergeSource) -> MergeSource:
     """The same with its finished trials only; the others are unfinished, and their calls are those of its study."""
     trials = tuple(trial for trial in source.trials if not trial.owed_again)
     unfinished = source.unfinished | {trial.key for trial in source.trials if trial.owed_again}
@@ -161,7 +161,7 @@ def _finished(source: Source) -> Source:
     return replace(source, trials=trials, unfinished=unfinished, calls=calls)
 
 
-def _begun(source: Source, unfinished: frozenset[str]) -> dict[str, set[str]]:
+def _begun(source: MergeSource, unfinished: frozenset[str]) -> dict[str, set[str]]:
     """By agent of its study, the trials that are not finished and for which something was asked."""
     asked = {call.key for call in source.calls} & unfinished
     if not asked:
@@ -169,7 +169,7 @@ def _begun(source: Source, unfinished: frozenset[str]) -> dict[str, set[str]]:
     return {agent: asked & {plan.key for plan in source.study.plans(agent)} for agent in source.study.agents}
 
 
-def _agents(sources: Iterable[Source]) -> tuple[str, ...]:
+def _agents(sources: Iterable[MergeSource]) -> tuple[str, ...]:
     """Who played or was asked, each once, in the order of its study."""
     found: list[str] = []
     for source in sources:
@@ -179,7 +179,7 @@ def _agents(sources: Iterable[Source]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def _refuse_another_study(source: Source, joined: Study, directory: Path) -> None:
+def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -> None:
     theirs, ours = ({**study.settings(), "agents": []} for study in (source.study, joined))
     for name in sorted({*theirs, *ours}):
         if theirs.get(name) != ours.get(name):
@@ -219,7 +219,7 @@ class _Same:
         facts = {(trial.agent, name): value for name, value in said.items()}
         return facts | {("the plant", name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
 
-    def check(self, source: Source) -> None:
+    def check(self, source: MergeSource) -> None:
         for trial in source.trials:
             for (what, name), value in self._facts(trial).items():
                 here = self._known.setdefault((what, name), value)
@@ -228,7 +228,7 @@ class _Same:
                     raise BadFile(source.path, f"0 trials taken: {why}; import it into another directory")
 
 
-def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[Source]) -> None:
+def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[MergeSource]) -> None:
     same = _Same(directory, trials)
     for source in sources:
         same.check(source)
@@ -255,7 +255,7 @@ class _Book:
             found.append(call)
         return found
 
-    def take_begun(self, source: Source) -> int:
+    def take_begun(self, source: MergeSource) -> int:
         """Replies taken of trials that are not finished; one that was begun otherwise here goes on as it began."""
         replies = 0
         for key, calls in _by_key(source.calls).items():
@@ -271,7 +271,7 @@ def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return found
 
 
-def _take(source: Source, journal: Journal, book: _Book) -> tuple[int, int, int, int]:
+def _take(source: MergeSource, journal: Journal, book: _Book) -> tuple[int, int, int, int]:
     """Trials taken, trials there, those of them that differ, and pictures missing.
 
     A trial's calls are on disk before it counts as finished.

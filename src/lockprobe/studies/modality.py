@@ -1,4 +1,4 @@
-"""How a box is shown: from a modality's spec to the channels of a trial (paper, Sec. 2.2).
+"""The modalities by spec: how the box is shown to an agent (paper, Sec. 2.2).
 
 Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). Options of
 what shows it stand after a question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a
@@ -15,15 +15,17 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import MODALITIES, Condition
+from lockprobe.interventions.condition import MODALITIES, Condition, Recorded
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
+from lockprobe.plants.catalogue import PlantSource
 from lockprobe.protocols import Channel, Intervention
-from lockprobe.spec import read_options, spec_name, with_options
+from lockprobe.spec import Spec, spec_name, with_options
 
 __all__ = [
     "MODALITIES",
     "check_distinct",
+    "check_shown",
     "false_rate",
     "interventions_for",
     "is_pictured",
@@ -48,7 +50,8 @@ def is_pictured(modality: str) -> bool:
 @lru_cache(maxsize=64)
 def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     """What shows the box, and how often its pictures are false."""
-    name, options = read_options(modality, "modality")
+    spec = Spec.parse(modality, "modality")
+    name, options = spec.full_name, spec.options
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
@@ -57,8 +60,8 @@ def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     for option in options:
         if option not in (*known, "p"):
             raise UnknownName(f"option of {name}", option, (*known, "p"))
-    flips = with_options(OutcomeFlip, name, {"p": options.pop("p", "0")})
-    found = with_options(CameraChannel, name, options, {"depth": _DEPTH[name]})
+    flips = with_options(OutcomeFlip, name, {"p": options.get("p", "0")})
+    found = with_options(CameraChannel, name, spec.without(["p"]).options, {"depth": _DEPTH[name]})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
     if found.depth in _WITHOUT_WINDOW and ("near" in options or "far" in options):
@@ -87,6 +90,27 @@ def false_rate(modality: str) -> float:
         BadValue: As of :func:`shown`.
     """
     return _read(modality)[1]
+
+
+def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
+    """Refuse conditions that a plant cannot show, and two modalities that show the same.
+
+    Args:
+        conditions: The conditions of a study. Of those read from settings nothing is imported.
+        plant: The plant of the study.
+
+    Raises:
+        UnknownName: If there is no such modality, or it has no such option.
+        BadValue: If pictures are shown without a camera, a modality cannot show what is flipped, or two are the same.
+    """
+    modalities = tuple(dict.fromkeys(one.modality for one in conditions))
+    for modality in modalities:
+        if is_pictured(modality) and not plant.has_camera:
+            raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")
+    for condition in conditions:
+        if not any(isinstance(one, Recorded) for one in condition.interventions):
+            interventions_for(condition)
+    check_distinct(modalities)
 
 
 def check_distinct(modalities: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""The paper's studies, each number with its place in the paper."""
+"""The paper's studies; each number cites its section of the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pictures of a study on disk, each once, by names that say what is in them."""
+"""The pictures of a study on disk. Each is stored once, under a name made from its content."""
 
 from __future__ import annotations
 

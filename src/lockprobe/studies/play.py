@@ -1,4 +1,4 @@
-"""Sets one trial up, plays it and reads the clock. The same for every runner, process and agent."""
+"""Sets up one trial, plays it and measures its duration; all runners, processes and agents use it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lockprobe.studies.call_log import Calls
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.picture_store import Album
-from lockprobe.trial import Place, here, play
+from lockprobe.trial import Executor, here, play
 
 __all__ = ["own_thread", "play_timed"]
 
@@ -26,7 +26,7 @@ _T = TypeVar("_T")
 
 
 @contextmanager
-def own_thread() -> Iterator[Place]:
+def own_thread() -> Iterator[Executor]:
     """One thread for all plants of a run, so that calls to a provider go on while one is simulated.
 
     What is of OpenGL belongs to the thread that made it: all work on all plants is done there, piece by piece.
@@ -70,7 +70,7 @@ async def play_timed(
     on_step: Callable[[str, Step], None],
     pictures: Path | None = None,
     calls: Calls | None = None,
-    place: Place = here,
+    place: Executor = here,
 ) -> tuple[Trial, Timing]:
     """Play one plan and read the clock.
 

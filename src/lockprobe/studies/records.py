@@ -1,6 +1,6 @@
-"""The records of a study as they stand in ``trials.jsonl``: read, and held against the study whose directory it is.
+"""Reads the records of a study (``trials.jsonl``) and leaves out those of other studies.
 
-A record of another study hides none of this one, whatever its key: it is left out, counted and named.
+Records of another study are counted and reported; they never replace a record of this study, even with the same key.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ __all__ = ["LeftOut", "left_out", "load", "read_records"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """What a journal holds beside its trials.
+    """What a journal holds besides its trials.
 
     Attributes:
-        unfinished_lines: Lines that a crash tore, 0 or 1; their trial is owed again.
+        unfinished_lines: Lines that a crash tore, 0 or 1; the trial is owed again.
         replaced: Records of trials that were played again after an error.
         repeated: Records of trials that had been finished already; the last one counts.
         foreign: Records of another study.

@@ -1,4 +1,4 @@
-"""How large the requests of a trial are, step by step, before it is played: from a made-up trial of as many steps."""
+"""Estimates the size of each request of a trial before it is played, from a made-up trial."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from math import ceil
 import numpy as np
 
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
-from lockprobe.call import Usage
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.protocols import Channel, Intervention, Memory
-from lockprobe.protocols import Prompt as Asking
+from lockprobe.protocols import Channel, Intervention, Memory, Prompt
 from lockprobe.record import Briefing, Decision, Moment, Percept, Situation, Task, Turn
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial import streams_of
 
-__all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "Prompt", "Request", "made_up", "made_up_course", "reply"]
+__all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "PromptSizes", "Request", "made_up_steps", "reply"]
 
 SMALLEST_CACHED = 1024
 """Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
@@ -56,7 +55,7 @@ class Request:
     stored: float
 
 
-class Prompt:
+class PromptSizes:
     """How large the requests of a trial are, step by step.
 
     Args:
@@ -68,10 +67,10 @@ class Prompt:
         output: Tokens of a reply of the form that is asked for.
     """
 
-    def __init__(self, plan: Plan, settings: Settings, facts: ModelFacts) -> None:
+    def __init__(self, plan: Plan, settings: ModelSettings, facts: ModelFacts) -> None:
         self._plan, self._settings, self._facts = plan, settings, facts
         self._images = settings.images
-        course = made_up_course(plan)
+        course = made_up_steps(plan)
         talks = [conversation(situation) for situation in (course if _forgets(course) else course[-1:])]
         self._per_step = len(talks[0][0].pictures) * (facts.picture_tokens or _PICTURE) * _tiles(plan) / 4
         form = 0.0 if settings.form(facts) == "none" else tokens(json.dumps(reply_schema(course[-1])))
@@ -120,7 +119,7 @@ class Prompt:
 
     def first(self) -> Usage:
         """What the first call of a trial can take, whatever is replied."""
-        return at_most(conversation(made_up_course(replace(self._plan, budget=1))[0]), self._settings, self._facts)
+        return at_most(conversation(made_up_steps(replace(self._plan, budget=1))[0]), self._settings, self._facts)
 
     def most(self, first: int, trials: int) -> Usage:
         """What so many trials can take from a step on, whatever is replied, remembered, and said beside reports.
@@ -174,17 +173,7 @@ def _reply_in(situation: Situation, hypothesis: str) -> str:
     return reply(hypothesis, form)
 
 
-def made_up(plan: Plan, said: str) -> Situation:
-    """The last step of a made-up trial in which joints are attempted in turn, and every other moves.
-
-    Args:
-        plan: The trial.
-        said: The agent's reply in every step.
-    """
-    return made_up_course(plan, said)[-1]
-
-
-def made_up_course(plan: Plan, said: str = "") -> list[Situation]:
+def made_up_steps(plan: Plan, said: str = "") -> list[Situation]:
     """Every step of a made-up trial in which joints are attempted in turn, and every other moves.
 
     What acts in the condition acts on it, on what is told, asked and remembered.
@@ -212,7 +201,7 @@ def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
         for one, rng in acting:
             if isinstance(one, Memory):
                 past = one.recall(past, task, rng)
-            elif isinstance(one, Asking):
+            elif isinstance(one, Prompt):
                 briefing = one.brief(briefing, moments, task, rng)
         situation = Situation(task=task, past=past, percept=moments[-1].told, briefing=briefing)
         course.append(situation)
@@ -232,7 +221,7 @@ def _longest(plan: Plan) -> Situation:
     interventions = [
         replace(one, p=1.0) if getattr(one, "dose", "") == "p" else one  # type: ignore[type-var]
         for one in interventions_for(plan.condition)
-        if isinstance(one, Asking) or getattr(one, "shows", False) or getattr(one, "after_words", False)
+        if isinstance(one, Prompt) or getattr(one, "shows", False) or getattr(one, "after_words", False)
     ]
     course = _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
     last = course[-1]

@@ -1,35 +1,44 @@
-"""What is owed is played and written down, trial by trial.
+"""Runs a study: plays the trials that its journal still owes, and resumes where an earlier run stopped.
 
-Every kind of agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal.
-Only where the time goes differs: strategies play here one after the other, hosted models wait side by side on
-connections, and what needs a processor, a local model or a plant that is simulated, plays in worker processes
-(:mod:`lockprobe.studies.workers`).
+Every agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal. Only the
+concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
+same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
+processes (:mod:`lockprobe.studies.workers`).
+
+Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
+has connections, so that finished ones come early. It opens the last ones all at once, so that they end together and no
+connection stays idle.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping
+from collections import deque
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.errors import BudgetReached, Missing, SettingsChanged
+from lockprobe.agents.model_access import Access
+from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.model_call import OWED_ANEW, Call
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Fact, Step, Trial
-from lockprobe.studies.concurrency import play_in_lanes
-from lockprobe.studies.journal import Journal, Timing, load
+from lockprobe.spec import PEOPLE
+from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.play import own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
 from lockprobe.trial import here
+
+__all__ = ["Limits", "Observer", "Silent", "owe_anew", "play_in_lanes", "run", "run_study"]
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run stops."""
@@ -41,8 +50,6 @@ once from the start leaves 1 %, but has no trial finished until the very end."""
 
 _PLANT_FACTS = ("engine", "renderer")
 """Of a plant, what its spec does not say and its pictures depend on."""
-
-__all__ = ["Limits", "Observer", "Silent", "run", "run_study"]
 
 
 class Observer(Protocol):
@@ -66,7 +73,7 @@ class Observer(Protocol):
 
 
 class Silent:
-    """Watches and says nothing."""
+    """An observer that does nothing."""
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Nothing."""
@@ -242,3 +249,92 @@ async def _play_here(
     finally:
         if isinstance(agent, Closable):
             await agent.aclose()
+
+
+async def play_in_lanes(
+    plans: Sequence[Plan],
+    play: Callable[[Plan], Awaitable[tuple[Trial, Timing]]],
+    finish: Callable[[Trial, Timing], None],
+    *,
+    lanes: int = 1,
+    at_the_end: int = 0,
+) -> None:
+    """Play trials in this process.
+
+    What ends one of them otherwise than as a finished or broken trial ends all, and what is on its way is cancelled.
+    Only where the money is spent does every trial go on until it is refused a call itself, and none is opened.
+
+    Args:
+        plans: What is to be played, in order.
+        play: Plays one of them.
+        finish: Called with every finished trial.
+        lanes: Trials open at once, at least 1.
+        at_the_end: The last trials, that many, are all opened at once.
+
+    Raises:
+        BudgetReached: If the money is spent; once, when nothing is on its way any more.
+        UserMistake: As ``play`` and ``finish`` raise it.
+    """
+    queue, spent = deque(plans), list[BudgetReached]()
+
+    async def trial(plan: Plan) -> None:
+        try:
+            finish(*await play(plan))
+        except BudgetReached as reached:
+            spent.append(reached)
+
+    opened: set[asyncio.Task[None]] = set()
+    try:
+        while True:
+            while queue and not spent and (len(opened) < lanes or len(queue) <= at_the_end):
+                opened.add(asyncio.ensure_future(trial(queue.popleft())))
+            if not opened:
+                break
+            done, opened = await asyncio.wait(opened, return_when=asyncio.FIRST_COMPLETED)
+            for error in [task.exception() for task in done]:
+                if error is not None:
+                    raise error
+    finally:
+        for task in opened:
+            task.cancel()
+        await asyncio.gather(*opened, return_exceptions=True)
+    if spent:
+        raise spent[-1]
+
+
+def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
+    """Owe again every trial of a study whose error is final (``lockprobe run … --again reply``).
+
+    An agent that never gave a usable reply is a finding, so its trial is final. Where the fault was in the set-up, for
+    example a server that left a field out, the trial can be played again. Nothing is lost: the old record stays in the
+    file, a copy of it that says "again" follows, and the record of the new trial counts how often it was played again.
+    The new trial makes new calls; the old calls stay on disk and count as spent.
+
+    Args:
+        journal: The open journal of the study.
+        study: The study; people's trials are left alone.
+        boundary: ``reply``, the only one whose errors are final.
+
+    Returns:
+        How many trials those are.
+
+    Raises:
+        BadValue: If there is no such boundary, or its errors are owed anyhow.
+        BadFile: If it cannot be written.
+    """
+    if boundary != "reply":
+        raise BadValue("again", boundary, "reply; what broke elsewhere is owed without being asked for")
+    readings = {reading.key: reading for reading in read_timings(journal.directory)}
+    asked = {call.key for call in read_calls(journal.directory)}
+    found = 0
+    for trial in load(journal.directory):
+        error = trial.error
+        if error is None or trial.owed_again or trial.group == PEOPLE or not study.asks_for(trial):
+            continue
+        if trial.key in asked:
+            nothing = Call(key=trial.key, step=0, turn=0, request="", reply=None, error=OWED_ANEW)
+            journal.calls.write(nothing)
+        reading = readings.get(trial.key, Timing(key=trial.key, seconds=0.0, steps=0))
+        journal.append(replace(trial, error=replace(error, again=True)), reading)
+        found += 1
+    return found

@@ -1,8 +1,9 @@
-"""The settings of a study on disk as the study that they describe. What does not describe one is refused."""
+"""A study read back from the settings on disk."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.condition import Condition, Recorded, flips
 from lockprobe.lockbox.boxfile import box_from_data
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.directory import read_settings
+from lockprobe.studies.modality import check_shown
 from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
 from lockprobe.validation import plain
 
@@ -58,6 +61,10 @@ class _Settings(BaseModel):
     added: dict[Text, Text] = {}
 
 
+_AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {"name", "agents", "box", "conditions"}
+"""The settings that a study takes from the file as they are."""
+
+
 def read_study(directory: Path | str) -> Study:
     """The study whose settings lie in a directory.
 
@@ -85,22 +92,17 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
     if found.identity != IDENTITY_VERSION:
         raise BadFile(path, f"settings of version {found.identity}; this release knows version {IDENTITY_VERSION}")
     try:
-        return Study(
+        study = Study(
             name=found.study,
             agents=tuple(found.agents),
             box=box_from_data(found.box, path),
             conditions=_conditions(found),
-            repetitions=found.repetitions,
-            trials=found.trials,
-            max_steps=found.max_steps,
-            seed=found.seed,
-            shuffle=found.shuffle,
-            plant=found.plant,
-            layout=found.layout,  # type: ignore[arg-type] # checked by the study itself
-            assessment=found.assessment,
+            **found.model_dump(include=_AS_THEY_STAND),
         )
+        check_shown(study.conditions, resolve_plant(study.plant))
     except (BadValue, UnknownName) as error:
         raise BadFile(path, str(error)) from None
+    return study
 
 
 def _conditions(found: _Settings) -> tuple[Condition, ...]:

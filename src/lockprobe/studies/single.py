@@ -1,4 +1,4 @@
-"""One trial, here and now."""
+"""Plays one trial without a study directory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study has cost, and a budget that it cannot pass.
+"""What a study has cost, by agent, and the budget that it cannot exceed.
 
 Money is US dollars, tokens times the prices that are known of a model (:mod:`lockprobe.agents.llm.model_facts`). Where
 a price is not known the money is not known either: it is None, never 0.
@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from urllib.parse import parse_qsl
+from dataclasses import dataclass, field, fields, replace
+from math import floor, log10
+from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, facts_of
-from lockprobe.call import Call, Usage
 from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.interventions.condition import MODALITIES
+from lockprobe.model_call import Call, Usage
+from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
-from lockprobe.studies.trial_keys import Owners
 
-__all__ = ["Budget", "Ledger", "Spending", "hosted", "most_dollars", "price_of"]
+__all__ = ["Budget", "Ledger", "Owners", "Spending", "dollars", "hosted", "most_dollars", "price_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,8 +68,8 @@ def hosted(study: Study) -> tuple[str, ...]:
 
 def price_of(agent: str) -> Price | None:
     """What an agent's provider asks; None where that is not known, or there is no provider."""
-    kind, _, name = agent.partition("?")[0].partition(":")
-    return facts_of(name).price if kind == "llm" else None
+    spec = Spec.parse(agent)
+    return facts_of(spec.name).price if spec.kind == "llm" else None
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
@@ -91,7 +93,7 @@ class Ledger:
 
     def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
         self._owners, self._pictured = Owners(study), study.has_pictures
-        self._sums = {agent: _Sum(agent, pictured=self._pictured) for agent in study.agents}
+        self._sums = {agent: _AgentSpending(agent, pictured=self._pictured) for agent in study.agents}
         for call in calls:
             self.add(call)
 
@@ -101,13 +103,14 @@ class Ledger:
             return
         agent = self._owners.of(call.key)
         if agent not in self._sums:
-            self._sums[agent] = _Sum(agent, pictured=self._pictured)
+            self._sums[agent] = _AgentSpending(agent, pictured=self._pictured)
         self._sums[agent].add(call)
 
     @property
     def by_agent(self) -> dict[str, Spending]:
         """By agent, in the order in which they stand in the study; those that asked nobody are left out."""
-        return {agent: counted.spending for agent, counted in self._sums.items() if counted.any}
+        found = {agent: counted.spending for agent, counted in self._sums.items()}
+        return {agent: spent for agent, spent in found.items() if spent.usage.calls or spent.failed or spent.broken_off}
 
     @property
     def total(self) -> Spending:
@@ -116,99 +119,79 @@ class Ledger:
 
 
 def _total(parts: Sequence[Spending]) -> Spending:
+    """The sum of every field. What one part does not know, the sum does not know either."""
+    if not parts:
+        return Spending()
+
+    def added(name: str) -> Any:
+        values = [getattr(part, name) for part in parts]
+        return None if None in values else sum(values[1:], values[0])
+
     served: Counter[str] = Counter()
     for part in parts:
         served.update(dict(part.served))
-    known = [part.dollars for part in parts if part.dollars is not None]
-    unknown = [part.dollars_unknown for part in parts if part.dollars_unknown is not None]
-    claims = [part.claimed_dollars for part in parts if part.claimed_dollars is not None]
-    repeated = [part.repeated_tokens for part in parts if part.repeated_tokens is not None]
-    return Spending(
-        usage=sum((part.usage for part in parts), Usage()),
-        failed=sum(part.failed for part in parts),
-        broken_off=sum(part.broken_off for part in parts),
-        uncounted=sum(part.uncounted for part in parts),
-        unanswered=sum(part.unanswered for part in parts),
-        repeated_tokens=sum(repeated) if len(repeated) == len(parts) else None,
-        retries=sum(part.retries for part in parts),
-        seconds=sum(part.seconds for part in parts),
-        dollars=sum(known) if parts and len(known) == len(parts) else None,
-        dollars_unknown=sum(unknown) if parts and len(unknown) == len(parts) else None,
-        served=tuple(served.most_common()),
-        claimed=sum(part.claimed for part in parts),
-        claimed_dollars=sum(claims) if parts and len(claims) == len(parts) else None,
-        price=parts[0].price if len({part.price for part in parts}) == 1 else None,
-    )
+    price = parts[0].price if len({part.price for part in parts}) == 1 else None
+    return Spending(**{name: added(name) for name in _SUMMED}, served=tuple(served.most_common()), price=price)
 
 
-class _Sum:
-    """Adds calls of one agent up."""
+_SUMMED = [one.name for one in fields(Spending) if one.name not in ("served", "price")]
+
+
+class _AgentSpending:
+    """Adds up the calls of one agent."""
 
     def __init__(self, agent: str, *, pictured: bool) -> None:
-        self.price = price_of(agent)
-        self._prefixes = not (pictured and _drops_pictures(agent))
-        self.usage = Usage()
-        self.failed = self.broken_off = self.uncounted = self.unanswered = self.retries = self.repeated = 0
-        self._before: dict[str, dict[int, int]] = {}
-        self.seconds = self.dollars = self.unknown = self.claims = 0.0
-        self.claimed = 0
-        self.served: Counter[str] = Counter()
-
-    @property
-    def any(self) -> bool:
-        return bool(self.usage.calls or self.failed or self.broken_off)
-
-    def add(self, call: Call) -> None:
-        replied = call.reply is not None
-        self.usage += replace(call.usage, calls=max(1, call.usage.calls) if replied else 0)
-        self.broken_off += call.broken_off
-        self.failed += not replied and not call.broken_off
-        self.uncounted += call.uncounted
-        self.unanswered += call.unanswered
-        self.retries += call.retries
-        self.seconds += call.seconds
-        self.claimed += call.claimed is not None
-        if replied:
-            self._repeated(call)
-            self.served.update([call.served] if call.served else [])
-        if self.price is not None:
-            self.dollars += self.price.of(call.usage, batch=call.batch)
-            self.unknown += _unknown_dollars(call, self.price)
-            self.claims += self.price.of(call.claimed, batch=call.batch) if call.claimed is not None else 0.0
-
-    def _repeated(self, call: Call) -> None:
-        """A request extends the one before in its step, or the first of the step before; repairs are not kept."""
-        read = self._before.setdefault(call.key, {})
-        if call.turn == 1:
-            self.repeated += min(read.get(call.step - 1, 0), call.usage.input_tokens)
-            self._before[call.key] = {call.step: call.usage.input_tokens, 0: call.usage.input_tokens}
-        else:
-            self.repeated += min(read.get(0, 0), call.usage.input_tokens)
-            read[0] = call.usage.input_tokens
+        price = price_of(agent)
+        nothing = None if price is None else 0.0
+        self._sum = Spending(
+            repeated_tokens=None if pictured and _drops_pictures(agent) else 0,
+            dollars=nothing,
+            dollars_unknown=nothing,
+            claimed_dollars=nothing,
+            price=price,
+        )
+        self._served: Counter[str] = Counter()
+        self._read: dict[str, dict[int, int]] = {}
 
     @property
     def spending(self) -> Spending:
-        return Spending(
-            usage=self.usage,
-            failed=self.failed,
-            broken_off=self.broken_off,
-            uncounted=self.uncounted,
-            unanswered=self.unanswered,
-            repeated_tokens=self.repeated if self._prefixes else None,
-            retries=self.retries,
-            seconds=self.seconds,
-            dollars=None if self.price is None else self.dollars,
-            dollars_unknown=None if self.price is None else self.unknown,
-            served=tuple(self.served.most_common()),
-            claimed=self.claimed,
-            claimed_dollars=None if self.price is None else self.claims,
-            price=self.price,
+        return replace(self._sum, served=tuple(self._served.most_common()))
+
+    def add(self, call: Call) -> None:
+        replied, price = call.reply is not None, self._sum.price
+        spent = Spending(
+            usage=replace(call.usage, calls=max(1, call.usage.calls) if replied else 0),
+            failed=not replied and not call.broken_off,
+            broken_off=call.broken_off,
+            uncounted=call.uncounted,
+            unanswered=call.unanswered,
+            repeated_tokens=self._repeated(call) if replied else 0,
+            retries=call.retries,
+            seconds=call.seconds,
+            dollars=None if price is None else price.of(call.usage, batch=call.batch),
+            dollars_unknown=None if price is None else _unknown_dollars(call, price),
+            claimed=call.claimed is not None,
+            claimed_dollars=None if price is None else price.of(call.claimed or Usage(), batch=call.batch),
+            price=price,
         )
+        self._sum = _total([self._sum, spent])
+        if replied and call.served:
+            self._served[call.served] += 1
+
+    def _repeated(self, call: Call) -> int:
+        """A request extends the one before in its step, or the first of the step before; repairs are not kept."""
+        read, count = self._read.setdefault(call.key, {}), call.usage.input_tokens
+        repeated = min(read.get(call.step - 1 if call.turn == 1 else 0, 0), count)
+        if call.turn == 1:
+            self._read[call.key] = {call.step: count, 0: count}
+        else:
+            read[0] = count
+        return repeated
 
 
 def _drops_pictures(agent: str) -> bool:
     """Whether pictures leave an agent's conversations from their middle, so that requests do not grow at their ends."""
-    return dict(parse_qsl(agent.partition("?")[2])).get("images", "0") != "0"
+    return Spec.parse(agent).options.get("images", "0") != "0"
 
 
 class Budget:
@@ -282,3 +265,40 @@ class Budget:
 
     def _price(self, key: str) -> Price | None:
         return self._prices.get(self._owners.of(key))
+
+
+class Owners:
+    """Whose trial a key names.
+
+    Args:
+        study: The study.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self._study = f"{study.name}/"
+        self._of_flips = study.of_flips
+        self._shows = study.names_modalities
+        shown = [f"/{modality}" for modality in study.modalities] if self._shows else [""]
+        self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
+
+    def of(self, key: str) -> str:
+        """The agent. Specs hold slashes; one of another study counts as what stands in its place."""
+        if not self._of_flips:
+            return key.removeprefix(self._study).rpartition("/rep=")[0].rpartition("/")[0] or key
+        named = key.removeprefix(self._study).rpartition("/p=")[0]
+        if named in self._agents:
+            return self._agents[named]
+        agent, _, how = named.rpartition("/")
+        return (agent if self._shows and spec_name(how) in MODALITIES else named) or key
+
+
+def dollars(amount: float) -> str:
+    """US dollars to the cent, less than ten cents to two digits; without their sign.
+
+    >>> [dollars(amount) for amount in (1234.5, 0.0144, 0.000077)]
+    ['1,234.50', '0.014', '0.000077']
+    """
+    if amount >= 0.1 or amount <= 0:
+        return f"{amount:,.2f}"
+    said = f"{amount:.{1 - floor(log10(amount))}f}"
+    return said[:4] + said[4:].rstrip("0")

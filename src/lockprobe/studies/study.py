@@ -1,4 +1,4 @@
-"""A study as data: which agents play which box under which conditions, how often, from which seed."""
+"""A study: which agents play which box under which conditions, how often, and from which seed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from itertools import pairwise, product
 from typing import Literal, get_args
 
 from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import Condition, Recorded
+from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
-from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.spec import PEOPLE, group_of
-from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, taken_in
+from lockprobe.spec import PEOPLE, group_of, spec_name
+from lockprobe.studies.modality import is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
 
@@ -65,8 +64,8 @@ class Study:
             behaviour.
 
     Raises:
-        BadValue: If a setting is out of range, two conditions are the same, or one cannot be played here.
-        UnknownName: If there is no such plant or modality, or it has no such option.
+        BadValue: If a setting is out of range, or two conditions are the same. Whether its plant can show them is
+            checked where a study is made of options or settings: :func:`lockprobe.studies.modality.check_shown`.
     """
 
     name: str
@@ -104,18 +103,6 @@ class Study:
         if PEOPLE in self.agents and not self.of_flips:
             other = next((one.label for one in self.conditions if one.p is None), self.conditions[-1].label)
             raise BadValue("condition", other, "flip rates alone where people take part")
-        self._check_shown()
-
-    def _check_shown(self) -> None:
-        """Refuses pictures where there is no camera, and modalities that cannot show what is flipped."""
-        has_camera = resolve_plant(self.plant).has_camera
-        for modality in self.modalities:
-            if is_pictured(modality) and not has_camera:
-                raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {self.plant}")
-        for condition in self.conditions:
-            if not any(isinstance(one, Recorded) for one in condition.interventions):
-                interventions_for(condition)
-        check_distinct(self.modalities)
 
     @property
     def p(self) -> tuple[float, ...]:
@@ -194,7 +181,7 @@ class Study:
     @property
     def simulated(self) -> bool:
         """Whether its plant takes a processor."""
-        return not self.plant.startswith("symbolic")
+        return spec_name(self.plant) != "symbolic"
 
     def check_agents(self) -> None:
         """Refuse agents that would have nothing to play.

@@ -1,4 +1,4 @@
-"""The options of a study, once: command line, study files, Inspect and Python take their names, types and words here.
+"""The options of a study. Command line, study files, Inspect tasks and Python all derive theirs from here.
 
 A study file holds them as TOML::
 
@@ -113,28 +113,26 @@ class StudyOptions(BaseModel):
     modality: Annotated[
         Several | None,
         _about(
-            "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, what attempts did "
-            "too; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
+            "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, also what attempts "
+            "did; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
         ),
     ] = None
     condition: Annotated[
         Conditions | None,
         _about(
-            "What acts, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated (truth is always played too)."
+            "Interventions, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated (truth is always played)."
         ),
     ] = None
     sweep: Annotated[
         Several | None,
         _about(
-            "One condition for each dose: 'tremble?p=0,0.1,0.2'; of several doses with plus signs between, for every "
-            "combination; may be repeated (nothing)."
+            "One condition for each dose: 'tremble?p=0,0.1,0.2'; for several doses with plus signs between, one for "
+            "every combination; may be repeated (nothing)."
         ),
     ] = None
     layout: Annotated[
         LayoutKind | None,
-        _about(
-            "fixed (flips): one panel for all trials; shuffled (modalities): joints dealt anew to it in every trial."
-        ),
+        _about("fixed (flips): one panel for all trials; shuffled (modalities): a new panel in every trial."),
     ] = None
     shuffle: Annotated[bool | None, _about("Shuffle labels and their listing per trial (--shuffle).")] = None
     assessment: Annotated[
@@ -142,7 +140,7 @@ class StudyOptions(BaseModel):
         _about("Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."),
     ] = None
     full: Annotated[bool, _about("The paper's 7 x 3 x 10 trials per agent (flips).")] = False
-    name: Annotated[str | None, _about("A name of its own, which keys of records begin with (the study's).")] = None
+    name: Annotated[str | None, _about("A name for the study, with which keys of records begin (the study's).")] = None
 
     @property
     def acting(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""The one place where options become a :class:`lockprobe.studies.study.Study`: the paper's where nothing is said.
+"""From options to a :class:`lockprobe.studies.study.Study`; what is left out follows the paper.
 
 :func:`study` makes a whole one, :func:`trial_study` the one to which a single trial belongs.
 """
@@ -27,11 +27,11 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.lockbox.check import fault_of
 from lockprobe.lockbox.families import find_box
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.protocols import Intervention
-from lockprobe.spec import spec_name
+from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
-from lockprobe.studies.modality import taken_in
+from lockprobe.studies.modality import check_shown, taken_in
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
 from lockprobe.studies.trial_options import trial_options
@@ -73,7 +73,7 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
     _check_lengths(request)
-    plant = _plant(request)
+    plant = resolve_plant(_plant(request))
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
     agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
@@ -82,7 +82,7 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
     for spec in request.sweep or ():
         if spec.startswith(AGENT_SWEEP):
             agents = _swept_agents(agents, spec)
-    planned = _planned(request, agents, _conditions(request, extent, modalities), extent)
+    planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent)
     planned.check_agents()
     _check_kept(planned.box)
     return planned
@@ -105,13 +105,17 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     request = trial_options(given).model_copy(update={"name": name})
     _check_lengths(request)
     condition = _one_condition(given.get("condition"), request)
-    return _planned(request, [agent], [condition], paper.ONE_TRIAL)
+    return _planned(request, resolve_plant(_plant(request)), [agent], [condition], paper.ONE_TRIAL)
 
 
 def _planned(
-    request: StudyOptions, agents: Sequence[str], conditions: Sequence[Condition], extent: paper.Extent
+    request: StudyOptions,
+    plant: PlantSource,
+    agents: Sequence[str],
+    conditions: Sequence[Condition],
+    extent: paper.Extent,
 ) -> Study:
-    return Study(
+    planned = Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
         box=find_box(paper.BOX if request.box is None else request.box),
@@ -121,10 +125,12 @@ def _planned(
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, True),
-        plant=_plant(request),
+        plant=plant.spec,
         layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
         assessment=_given(request.assessment, True),
     )
+    check_shown(planned.conditions, plant)
+    return planned
 
 
 def _plant(request: StudyOptions) -> str:
@@ -152,10 +158,9 @@ def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
         raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
     found, refused = [], ""
     for agent in agents:
-        mark = "&" if "?" in agent else "?"
-        several = [f"{agent}{mark}{option}={value.strip()}" for value in values.split(",")]
+        several = [Spec.parse(agent).appending(option, value.strip()) for value in values.split(",")]
         try:
-            found += [one for one in several if resolve(one)]
+            found += [str(one) for one in several if resolve(one)]
         except UnknownName as error:
             refused = refused or str(error)
             found.append(agent)
@@ -254,9 +259,9 @@ def _flips_extent(request: StudyOptions) -> paper.Extent:
     return paper.FULL if asked else paper.SHORT
 
 
-def _shown_by_default(request: StudyOptions, plant: str, *, modal: bool) -> tuple[str, ...]:
+def _shown_by_default(request: StudyOptions, plant: PlantSource, *, modal: bool) -> tuple[str, ...]:
     """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
-    if modal and resolve_plant(plant).has_camera:
+    if modal and plant.has_camera:
         return paper.MODALITIES
     return (default_modality(request.flip or "", *request.acting, *(request.sweep or ())),)
 

@@ -1,4 +1,4 @@
-"""The options of one trial: those of a study, each with one value. Names, types and defaults are those of a study."""
+"""The options of one trial: those of a study, each with one value, under the same names and defaults."""
 
 from __future__ import annotations
 

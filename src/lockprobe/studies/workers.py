@@ -1,8 +1,8 @@
-"""Worker processes for trials that take a processor: a local model's, or those on a plant that is simulated.
+"""Worker processes for trials that need a processor: local models and simulated plants.
 
-Each worker builds its agent once and is handed one plan at a time; the parent writes a finished trial down before
-it hands out the next. A worker that dies costs its trial an ``error``, at the boundary ``model`` or ``plant``,
-whichever takes the processor, and is replaced.
+Each worker builds its agent once and receives one plan at a time. The parent writes a finished trial to disk before it
+sends the next plan. If a worker dies, its trial ends as an ``error`` at the boundary ``model`` or ``plant``, whichever
+needs the processor, and a new worker replaces it.
 """
 
 from __future__ import annotations

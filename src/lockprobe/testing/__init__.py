@@ -1,4 +1,4 @@
-"""Contracts as functions, and trials made by hand: for the tests of whoever writes a part of their own.
+"""Contract tests and scripted parts for the tests of a package that extends Lockprobe.
 
 ::
 

@@ -1,4 +1,4 @@
-"""What every agent has to keep that answers by itself; models behind a provider do not answer twice alike."""
+"""The contract of an agent. A hosted model cannot keep it, as it does not give the same answer twice."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Situation, Trial
+from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
 
@@ -49,7 +50,7 @@ def check_agent(
     name = agent if isinstance(agent, str) else type(agent).__name__
     assert isinstance(player, Agent), f"{name} has no `facts` or no `decide`"
     check_facts(player.facts, name)
-    rates = (0.0,) if modality.startswith("rgb") else (0.0, 0.4)
+    rates = (0.0,) if is_pictured(modality) else (0.0, 0.4)
     before: tuple[_Call, ...] = ()
     for box in boxes:
         for seed in _SEEDS:

@@ -1,4 +1,4 @@
-"""What every box has to keep."""
+"""The contract of a box."""
 
 from __future__ import annotations
 

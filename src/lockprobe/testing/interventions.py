@@ -1,4 +1,4 @@
-"""What every intervention has to keep."""
+"""The contract of an intervention."""
 
 from __future__ import annotations
 

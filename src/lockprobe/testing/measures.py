@@ -1,4 +1,4 @@
-"""What every measure has to keep."""
+"""The contract of a measure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every plant has to keep."""
+"""The contract of a plant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A provider on loopback that answers as a test says: OpenAI's chat completions, and an account of what it was asked.
+"""A fake provider on loopback: scripted replies over OpenAI's chat completions, and a log of the requests.
 
 ::
 

@@ -1,4 +1,4 @@
-"""What goes into a record comes out of it as it was."""
+"""Checks that facts and trials survive being written as JSON and read back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trials made by hand or by playing, all of them by the closed loop itself: their records are such as studies write."""
+"""Trials scripted or played through the real loop, with records like those of a study."""
 
 from __future__ import annotations
 

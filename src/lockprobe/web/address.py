@@ -1,4 +1,4 @@
-"""Where the server listens, and by which names it may be asked for."""
+"""The addresses of the server: where it listens, which names it answers to, and when it may be reached from outside."""
 
 from __future__ import annotations
 

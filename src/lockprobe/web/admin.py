@@ -1,48 +1,44 @@
-"""The experimenter's page: how the study stands, and people who asked by mail to be deleted. Behind a token."""
+"""The API of the admin page: progress, downloads, and deletion of participants on request. It requires a token."""
 
 from __future__ import annotations
 
 import hmac
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, TypeVar
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from lockprobe.people.progress import Progress
-from lockprobe.people.refusals import Refused
-from lockprobe.people.server_state import Reception
+from lockprobe.people.progress import PeopleProgress
+from lockprobe.people.scenes import StrictModel
+from lockprobe.people.server_state import ServerState
 from lockprobe.web.downloads import Downloadable, Downloads
+from lockprobe.web.guard import body_of
+from lockprobe.web.refusals import RequestRefused
 
-__all__ = ["Admin", "AdminDesk"]
+__all__ = ["AdminApi", "AdminPage"]
 
-_progress = TypeAdapter(Progress)
-
-_Body = TypeVar("_Body", bound=BaseModel)
+_progress = TypeAdapter(PeopleProgress)
 
 
-class _Withdraw(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
+class _Withdraw(StrictModel):
     participant: Annotated[str, Field(pattern=r"^[a-z0-9]{4,32}$")]
 
 
-class _Find(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
+class _Find(StrictModel):
     id: Annotated[str, Field(min_length=1, max_length=200)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AdminDesk:
-    """What the admin page gets from those above.
+class AdminPage:
+    """What the admin page shows besides progress.
 
     Attributes:
-        study_url: The address to paste into a recruitment platform, from that of the server.
-        reminders: What is still to be done before people come.
-        files: What has been played so far, as files.
+        study_url: Makes the address to paste into a recruitment platform from that of the server.
+        reminders: What the experimenter still has to do before people come.
+        files: The files to download.
     """
 
     study_url: Callable[[str], str] = lambda url: url
@@ -50,59 +46,52 @@ class AdminDesk:
     files: Sequence[Downloadable] = ()
 
 
-class Admin:
+class AdminApi:
     """What an experimenter can ask for.
 
     Args:
-        reception: Who is there.
-        token: What has to be shown, as ``Authorization: Bearer TOKEN``.
-        url: Where participants go.
-        desk: What comes from those above.
+        state: The participants.
+        token: The token that requests have to send, as ``Authorization: Bearer TOKEN``.
+        url: The address for participants.
+        page: What the page shows besides progress.
     """
 
-    def __init__(self, reception: Reception, token: str, url: str = "", desk: AdminDesk | None = None) -> None:
-        self._reception, self._token = reception, token
-        self._desk = desk or AdminDesk()
-        self._downloads = Downloads(self._desk.files, reception.withdrawals)
+    def __init__(self, state: ServerState, token: str, url: str = "", page: AdminPage | None = None) -> None:
+        self._state, self._token = state, token
+        page = page or AdminPage()
+        self._downloads = Downloads(page.files, state.withdrawals)
         self._facts = {
-            "study_url": self._desk.study_url(url),
-            "reminders": self._desk.reminders,
+            "study_url": page.study_url(url),
+            "reminders": page.reminders,
             "downloads": self._downloads.described,
         }
 
     async def progress(self, request: Request) -> Response:
-        """How many have done what, by condition."""
+        """How far participants have come, by condition."""
         self._check(request)
         return self._answer()
 
     async def find(self, request: Request) -> Response:
-        """Who has an ID of the recruitment platform: the IDs that were made up here."""
+        """The participants with an ID of the recruitment platform."""
         self._check(request)
-        found = self._reception.with_platform_id((await _taken(request, _Find)).id.strip())
+        found = self._state.with_platform_id((await body_of(request, _Find)).id.strip())
         return JSONResponse({"participants": found})
 
     async def data(self, request: Request) -> Response:
-        """What has been played so far, as one of the files; the steps where none is named."""
+        """A file with what was played so far; the steps where the path names none."""
         self._check(request)
         return await self._downloads.answer(request.path_params.get("name", "steps.csv"))
 
     async def withdraw(self, request: Request) -> Response:
-        """Delete everything that was kept of one participant; answered with how the study stands then."""
+        """Delete all data of one participant, and answer with the progress."""
         self._check(request)
-        await self._reception.withdraw_participant((await _taken(request, _Withdraw)).participant)
+        await self._state.withdraw_participant((await body_of(request, _Withdraw)).participant)
         return self._answer()
 
     def _answer(self) -> Response:
-        return JSONResponse({**_progress.dump_python(self._reception.progress(), mode="json"), **self._facts})
+        return JSONResponse({**_progress.dump_python(self._state.progress(), mode="json"), **self._facts})
 
     def _check(self, request: Request) -> None:
         kind, _, shown = request.headers.get("authorization", "").partition(" ")
         if kind.lower() != "bearer" or not hmac.compare_digest(shown.strip().encode(), self._token.encode()):
-            raise Refused("forged", "the admin page needs its token")
-
-
-async def _taken(request: Request, kind: type[_Body]) -> _Body:
-    try:
-        return kind.model_validate_json(await request.body())
-    except ValidationError:
-        raise Refused("malformed", "the body is no such JSON object") from None
+            raise RequestRefused("forged", "the admin page needs its token")

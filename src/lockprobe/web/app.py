@@ -1,8 +1,8 @@
-"""The participants' page over HTTP: requests become calls of :class:`lockprobe.people.server_state.Reception`.
+"""The HTTP API of the participants' page: requests become calls of lockprobe.people.server_state.
 
 ``GET /`` is the page. ``POST /api/open``, ``/api/act`` and ``/api/withdraw`` take a JSON object and answer with the
-scene that is to be shown; what cannot be done is answered with a status, a code and a message, and changes nothing.
-The token that says which participant a browser is stands in a cookie that no script can read.
+scene to show. A refused request is answered with a status, a code and a message, and changes nothing. A cookie that
+scripts cannot read holds the token that identifies a participant.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
-from typing import Annotated, TypeVar
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
@@ -21,18 +21,20 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
-from lockprobe.people.refusals import Refused
+from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Agree
-from lockprobe.people.server_state import Reception, Shown
+from lockprobe.people.scenes import StrictModel
+from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import Words, page_texts
 from lockprobe.web.address import Address
-from lockprobe.web.admin import Admin
+from lockprobe.web.admin import AdminApi
 from lockprobe.web.files import Files
-from lockprobe.web.guard import Guard, said
-from lockprobe.web.log import Log
+from lockprobe.web.guard import Guard, body_of
+from lockprobe.web.log import LOGGED, ServerLog
 from lockprobe.web.rate_limit import JoinLimit, whence
+from lockprobe.web.refusals import STATUS, RequestRefused, refusal, refused
 
-__all__ = ["COOKIE", "application", "taken"]
+__all__ = ["COOKIE", "application"]
 
 COOKIE = "lockprobe"
 
@@ -41,56 +43,38 @@ SECONDS_REMEMBERED = 60 * 24 * 3600
 
 _LONGEST_LEASE = 200
 
-_Taken = TypeVar("_Taken", bound=BaseModel)
-
 Word = Annotated[str, Field(max_length=200)]
 Platform = Annotated[dict[Word, Word], Field(max_length=40)]
-"""The parameters of the URL under which the page was opened. Which are kept is the experimenter's choice."""
+"""The parameters of the URL under which the page was opened. The experimenter chooses which of them are kept."""
 
 
-class _Body(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+class _Open(StrictModel):
+    platform: Platform = Field(default_factory=dict)
 
 
-class _Open(_Body):
-    platform: Platform = {}
-
-
-class _Done(_Body):
+class _Done(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
     turn: Annotated[int, Field(ge=0, le=10**9)]
     act: Act
-    platform: Platform = {}
+    platform: Platform = Field(default_factory=dict)
 
 
-class _Withdraw(_Body):
+class _Withdraw(StrictModel):
     lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
 
 
-async def taken(request: Request, kind: type[_Taken]) -> _Taken:
-    """The body of a request.
-
-    Raises:
-        Refused: If it is no such object.
-    """
-    try:
-        return kind.model_validate_json(await request.body())
-    except ValidationError:
-        raise Refused("malformed", "the body is no such JSON object") from None
-
-
-def application(reception: Reception, words: Words, address: Address, log: Log, *, admin: Admin) -> ASGIApp:
+def application(state: ServerState, words: Words, address: Address, log: ServerLog, *, admin: AdminApi) -> ASGIApp:
     """The whole as an ASGI application.
 
     Args:
-        reception: Who is there, and what they do.
-        words: What they read.
-        address: How browsers get here.
-        log: Where refusals are written down.
-        admin: The experimenter's page.
+        state: The participants.
+        words: The texts that they read.
+        address: The addresses of the server.
+        log: The log of refused requests.
+        admin: The API of the admin page.
     """
     texts = _of_the_page(words)
-    desk = _Desk(reception, texts, address)
+    api = _ParticipantApi(state, texts, address)
     files = Files()
 
     def page(name: str) -> Callable[[Request], Response]:
@@ -99,9 +83,9 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
     routes = [
         Route("/", _answering(page("index.html"))),
         Route("/static/{name}", _answering(lambda request: files.answer(request.path_params["name"], request))),
-        Route("/api/open", desk.open, methods=["POST"]),
-        Route("/api/act", desk.act, methods=["POST"]),
-        Route("/api/withdraw", desk.withdraw, methods=["POST"]),
+        Route("/api/open", api.open, methods=["POST"]),
+        Route("/api/act", api.act, methods=["POST"]),
+        Route("/api/withdraw", api.withdraw, methods=["POST"]),
         Route("/admin", _answering(page("admin.html"))),
         Route("/api/admin/progress", admin.progress),
         Route("/api/admin/find", admin.find, methods=["POST"]),
@@ -112,17 +96,22 @@ def application(reception: Reception, words: Words, address: Address, log: Log, 
         Route("/robots.txt", _answering(lambda request: PlainTextResponse("User-agent: *\nDisallow: /\n"))),
         Route("/favicon.ico", _answering(lambda request: Response(status_code=HTTPStatus.NO_CONTENT))),
     ]
-    told = _Told(log, texts)
+    errors = _Refusals(log, texts)
     inner = Starlette(
         routes=routes,
-        exception_handlers={Refused: told.refused, HTTPException: told.no_route, Exception: told.broken},
+        exception_handlers={
+            RequestRefused: errors.refused,
+            ActRefused: errors.refused,
+            HTTPException: errors.no_route,
+            Exception: errors.broken,
+        },
     )
     inner.router.redirect_slashes = False
     return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log)
 
 
 def _answering(answer: Callable[[Request], Response]) -> Callable[[Request], object]:
-    """Answered in the event loop: nothing here waits for a disk, and a thread would cost more."""
+    """Answer in the event loop, not in a thread: nothing here waits for a disk."""
 
     async def answered(request: Request) -> Response:
         return answer(request)
@@ -131,7 +120,7 @@ def _answering(answer: Callable[[Request], Response]) -> Callable[[Request], obj
 
 
 def _of_the_page(words: Words) -> Mapping[str, object]:
-    """The texts that the page needs from the beginning; others come with their scenes."""
+    """The texts that the page needs from the start; other texts come with their scenes."""
     return {
         "language": words.language,
         "direction": words.direction,
@@ -142,38 +131,38 @@ def _of_the_page(words: Words) -> Mapping[str, object]:
     }
 
 
-class _Desk:
-    """What participants can ask for."""
+class _ParticipantApi:
+    """The requests of participants."""
 
-    def __init__(self, reception: Reception, words: Mapping[str, object], address: Address) -> None:
-        self._reception, self._words = reception, words
+    def __init__(self, state: ServerState, words: Mapping[str, object], address: Address) -> None:
+        self._state, self._words = state, words
         self._secure, self._proxied = address.secure, bool(address.public)
-        self._joins = JoinLimit(reception.experiment.joins_per_minute)
+        self._joins = JoinLimit(state.experiment.joins_per_minute)
 
     async def open(self, request: Request) -> Response:
         """A page was loaded."""
-        asked = await taken(request, _Open)
-        shown = await self._reception.enter(request.cookies.get(COOKIE), asked.platform)
+        asked = await body_of(request, _Open)
+        shown = await self._state.enter(request.cookies.get(COOKIE), asked.platform)
         return self._answer(shown, words=self._words)
 
     async def act(self, request: Request) -> Response:
         """Something was done in a scene."""
-        asked = await taken(request, _Done)
+        asked = await body_of(request, _Done)
         if isinstance(asked.act, Agree) and asked.act.agreed:
             return self._answer(await self._join(request, asked))
         token = request.cookies.get(COOKIE)
-        return self._answer(await self._reception.act(token, asked.lease, asked.turn, asked.act, asked.platform))
+        return self._answer(await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
 
-    async def _join(self, request: Request, asked: _Done) -> Shown:
-        """Somebody agrees to take part. Who joins is counted by address, and who guesses codes."""
+    async def _join(self, request: Request, asked: _Done) -> PageReply:
+        """Somebody agrees to take part. Joining and wrong codes count against the limit of their address."""
         address, counted = whence(request, proxied=self._proxied), False
         self._joins.reserve(address)
         try:
             token = request.cookies.get(COOKIE)
-            shown = await self._reception.act(token, asked.lease, asked.turn, asked.act, asked.platform)
+            shown = await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform)
             counted = shown.identity is not None
-        except Refused as refused:
-            counted = refused.code == "wrong-code"
+        except ActRefused as error:
+            counted = error.code == "wrong-code"
             raise
         finally:
             if not counted:
@@ -181,11 +170,11 @@ class _Desk:
         return shown
 
     async def withdraw(self, request: Request) -> Response:
-        """Somebody stops, and has everything deleted."""
-        asked = await taken(request, _Withdraw)
-        return self._answer(await self._reception.withdraw(request.cookies.get(COOKIE), asked.lease))
+        """Somebody withdraws: all data of theirs is deleted."""
+        asked = await body_of(request, _Withdraw)
+        return self._answer(await self._state.withdraw(request.cookies.get(COOKIE), asked.lease))
 
-    def _answer(self, shown: Shown, **more: object) -> Response:
+    def _answer(self, shown: PageReply, **more: object) -> Response:
         scene = shown.scene.model_dump(mode="json")
         answer = JSONResponse(
             {
@@ -210,20 +199,20 @@ def _forget(answer: Response) -> None:
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
 
 
-class _Told:
-    """What is answered, and written down, where something cannot be done."""
+class _Refusals:
+    """Answers and logs requests that are refused or fail."""
 
-    def __init__(self, log: Log, words: Mapping[str, object]) -> None:
+    def __init__(self, log: ServerLog, words: Mapping[str, object]) -> None:
         self._log, self._words = log, words
 
-    async def refused(self, request: Request, refused: Exception) -> Response:
-        """Nobody can do that."""
-        assert isinstance(refused, Refused)
-        why = str(refused) if refused.code == "incomplete" else ""  # which parameter, and not what it held
-        self._log.refused(request.scope, refused.status, refused.code, why)
+    async def refused(self, request: Request, error: Exception) -> Response:
+        """The request is refused."""
+        assert isinstance(error, RequestRefused | ActRefused)
+        why = str(error) if error.code == "incomplete" else ""  # which parameter, and not what it held
+        self._log.refused(request.scope, STATUS[error.code], error.code, why)
         more = {"words": self._words} if request.url.path == "/api/open" else {}  # the page has none yet
-        answer = said(refused.code, str(refused), refused.status, **more)
-        if refused.code == "forged":
+        answer = refused(error, **more)
+        if error.code == "forged":
             if request.url.path.startswith("/api/admin/"):
                 answer.headers["www-authenticate"] = "Bearer"
             else:
@@ -231,16 +220,17 @@ class _Told:
         return answer
 
     async def no_route(self, request: Request, error: Exception) -> Response:
-        """There is nothing at that path, or not for that method."""
+        """Nothing is at this path, or not for this method."""
         assert isinstance(error, HTTPException)
         self._log.refused(request.scope, error.status_code, "unknown")
-        answer = said("unknown", HTTPStatus(error.status_code).phrase, error.status_code)
+        answer = refusal("unknown", HTTPStatus(error.status_code).phrase, error.status_code)
         answer.headers.update(error.headers or {})
         return answer
 
     async def broken(self, request: Request, error: Exception) -> Response:
-        """Something went wrong here. What was being done is on disk or not done; the page asks again."""
+        """An unexpected error. The act is on disk or has not been done; the page asks again."""
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
         self._log.refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
-        return said("broken", "something went wrong here; please try again", HTTPStatus.INTERNAL_SERVER_ERROR)
+        error.add_note(LOGGED)
+        return refusal("broken", "something went wrong here; please try again", HTTPStatus.INTERNAL_SERVER_ERROR)

@@ -1,4 +1,4 @@
-"""Limits on connections: slow or idle ones are closed, open ones are capped per address and in all.
+"""ConnectionLimits on connections: slow or idle ones are closed, open ones are capped per address and in all.
 
 uvicorn limits the time between two requests and the size of a head, not the time until a head is complete, and its
 ``limit_concurrency`` counts idle connections, so that those alone can lock everybody else out. Here a new connection
@@ -18,9 +18,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
 from lockprobe.web.address import is_loopback
-from lockprobe.web.log import Log
+from lockprobe.web.log import ServerLog
 
-__all__ = ["FULL", "Connection", "Connections", "Limits", "raise_file_limit"]
+__all__ = ["FULL", "Connection", "ConnectionLimits", "Connections", "raise_file_limit"]
 
 FILES_KEPT_BACK = 256
 """Open files that connections leave to diaries, pictures and plants."""
@@ -41,8 +41,8 @@ FULL = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
-    """Limits on connections.
+class ConnectionLimits:
+    """ConnectionLimits on connections.
 
     Attributes:
         most: Open connections in all.
@@ -59,7 +59,7 @@ class Limits:
     idle: float = 30.0
     refused: float = 2.0
 
-    def within(self, files: int | None) -> Limits:
+    def within(self, files: int | None) -> ConnectionLimits:
         """The same for a process that can open so many files; None for no limit."""
         if files is None:
             return self
@@ -94,9 +94,9 @@ class Connections:
         proxied: Whether all come through a proxy, so that addresses say nothing.
     """
 
-    def __init__(self, limits: Limits, log: Log, *, proxied: bool) -> None:
+    def __init__(self, limits: ConnectionLimits, log: ServerLog, *, proxied: bool) -> None:
         self.limits = limits
-        self._log, self._proxied = log, proxied
+        self.log, self._proxied = log, proxied
         self._open: dict[Connection, None] = {}
         """Those that wait longest come first."""
         self._by_address: dict[str, dict[Connection, None]] = {}
@@ -134,7 +134,7 @@ class Connections:
     def refuse(self, one: Connection) -> bool:
         """Whether a connection without a place can still be told so."""
         if not self._ended:
-            self._log.say("503 full no place for another connection")
+            self.log.say("503 full no place for another connection")
         if self._ended or len(self._refused) >= _REFUSED_AT_ONCE:
             return False
         self._refused.add(one)
@@ -225,6 +225,11 @@ class Connection(H11Protocol):
         elif not self._head_begun:
             self._head_begun = True
             self._close_in(self._all.limits.head)
+
+    def send_400_response(self, msg: str) -> None:
+        """What came is not HTTP."""
+        self._all.log.say("400 malformed no HTTP")
+        super().send_400_response(msg)
 
     def on_response_complete(self) -> None:
         """An answer was given; the next request may follow."""

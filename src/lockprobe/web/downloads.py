@@ -1,7 +1,7 @@
-"""What an experimenter downloads: written by a process of its own, sent piece by piece; participants play on.
+"""Downloads for the experimenter, written by a background process and sent in pieces while participants play on.
 
-One file is written at a time. Where somebody withdraws while a file is written, it is written anew: nothing of theirs
-is in what is sent. What is sent has no name on the disk any more.
+One file is written at a time. If somebody withdraws meanwhile, the file is written again without their data. The file
+has no name on disk any more while it is sent.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from typing import IO, Protocol
 from starlette.responses import Response, StreamingResponse
 
 from lockprobe.errors import UserMistake
-from lockprobe.people.refusals import Refused
+from lockprobe.web.refusals import RequestRefused
 
 __all__ = ["Downloadable", "Downloads"]
 
 PIECE = 1 << 18
-"""Bytes that are sent at once."""
+"""Bytes of one piece."""
 
 ATTEMPTS = 5
-"""How often a file is written before it is given up, because people withdraw all the while."""
+"""How often a file is written again because somebody withdraws, before the request is refused."""
 
 BEHIND = 10
-"""By how much participants come first, as the operating system counts it."""
+"""The nice value of the background process: participants come first."""
 
 _MEDIA = {".csv": "text/csv; charset=utf-8", ".json": "application/json", ".zip": "application/zip"}
 
 
 class Downloadable(Protocol):
-    """One file, as those above make it.
+    """One file to download.
 
     Attributes:
-        name: Of the file.
+        name: The name of the file.
         about: What is in it, in words.
-        write: Writes it; raises UserMistake if it cannot. It is sent to another process.
+        write: Writes it; raises UserMistake if it cannot. Another process calls it.
     """
 
     @property
@@ -53,11 +53,11 @@ class Downloadable(Protocol):
 
 
 class Downloads:
-    """The files that can be had.
+    """The files to download.
 
     Args:
         files: The files.
-        withdrawals: What is another with every withdrawal.
+        withdrawals: A value that changes with every withdrawal.
     """
 
     def __init__(self, files: Iterable[Downloadable], withdrawals: Callable[[], Hashable]) -> None:
@@ -74,11 +74,11 @@ class Downloads:
         """The answer that holds a file.
 
         Raises:
-            Refused: As ``unknown`` if there is no such file, or it cannot be written; as ``busy`` if people withdraw
-                all the while.
+            RequestRefused: As ``unknown`` if there is no such file, or it cannot be written; as ``busy`` if people keep
+                withdrawing.
         """
         if name not in self._files:
-            raise Refused("unknown", f"no such file; there are {', '.join(self._files) or 'none'}")
+            raise RequestRefused("unknown", f"no such file; there are {', '.join(self._files) or 'none'}")
         async with self._writing:
             file = await self._written(self._files[name])
         size = os.fstat(file.fileno()).st_size
@@ -93,7 +93,7 @@ class Downloads:
                 await _elsewhere(wanted.write, file, mistake)
                 if self._withdrawals() == before:
                     return _as_written(file, mistake)
-        raise Refused("busy", "people are withdrawing; try again")
+        raise RequestRefused("busy", "people are withdrawing; try again")
 
 
 async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -> None:
@@ -108,7 +108,7 @@ async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -
 
 def _as_written(file: Path, mistake: Path) -> IO[bytes]:
     if mistake.exists() or not file.exists():
-        raise Refused("unknown", mistake.read_text("utf-8") if mistake.exists() else "it could not be written")
+        raise RequestRefused("unknown", mistake.read_text("utf-8") if mistake.exists() else "it could not be written")
     return file.open("rb")
 
 

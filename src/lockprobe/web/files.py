@@ -1,4 +1,4 @@
-"""The files of the pages, read once. What is asked for is looked up among their names; no path is made of it."""
+"""The static files of the pages, read once and looked up by name: no request becomes a path."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from lockprobe.errors import BadFile
-from lockprobe.people.refusals import Refused
+from lockprobe.web.refusals import RequestRefused
 
 __all__ = ["File", "Files", "page_version"]
 
@@ -62,11 +62,11 @@ class Files:
         """The file of a name, or that it has not changed.
 
         Raises:
-            Refused: If there is none.
+            RequestRefused: If there is none.
         """
         file = self._files.get(name)
         if file is None:
-            raise Refused("unknown", "there is nothing here")
+            raise RequestRefused("unknown", "there is nothing here")
         headers = {"etag": file.tag, "cache-control": _AGAIN, "content-type": file.kind}
         known = {tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")}
         if file.tag in known:

@@ -1,24 +1,29 @@
-"""What every request passes before anything looks at it, and what every answer carries.
+"""Checks that every request passes first (host, origin, size, JSON), and the security headers of every answer.
 
-A request has to ask for a name of this server; one that posts has to come from a page of it, to be JSON, and to be
-small. Headers that proxies set are not read here: whoever asks could have set them. The one exception stands in
-:mod:`lockprobe.web.rate_limit`.
+The Host header has to be a name of this server with its port. (Starlette's ``TrustedHostMiddleware`` ignores the port,
+accepts a second Host header, and neither logs nor answers in JSON.) A request that posts has to come from a page of
+this server, to be JSON, and to be small. Headers that proxies set are not trusted here, since any client can set them;
+the one exception is in :mod:`lockprobe.web.rate_limit`.
 """
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
+from typing import TypeVar
 
+from pydantic import BaseModel, ValidationError
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import JSONResponse
+from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from lockprobe.people.refusals import Refused
 from lockprobe.web.address import Address
-from lockprobe.web.log import Log
+from lockprobe.web.log import ServerLog
+from lockprobe.web.refusals import STATUS, RequestRefused, refused
 
-__all__ = ["AT_ONCE", "LARGEST_BODY", "LARGEST_HEAD", "SECURITY_HEADERS", "Guard", "said"]
+__all__ = ["AT_ONCE", "LARGEST_BODY", "LARGEST_HEAD", "SECURITY_HEADERS", "Guard", "body_of"]
+
+Body = TypeVar("Body", bound=BaseModel)
 
 LARGEST_BODY = 16 * 1024
 """Bytes of the largest body that is read."""
@@ -48,9 +53,16 @@ SECURITY_HEADERS: Mapping[str, str] = {
 """On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
 
 
-def said(code: str, message: str, status: int, **more: object) -> JSONResponse:
-    """A refusal as the page gets it."""
-    return JSONResponse({"error": code, "message": message, **more}, status)
+async def body_of(request: Request, kind: type[Body]) -> Body:
+    """The JSON body of a request as a model.
+
+    Raises:
+        RequestRefused: As ``malformed``, if it is no such object.
+    """
+    try:
+        return kind.model_validate_json(await request.body())
+    except ValidationError:
+        raise RequestRefused("malformed", "the body is no such JSON object") from None
 
 
 class Guard:
@@ -62,7 +74,7 @@ class Guard:
         log: Where refusals are written down.
     """
 
-    def __init__(self, app: ASGIApp, address: Address, log: Log) -> None:
+    def __init__(self, app: ASGIApp, address: Address, log: ServerLog) -> None:
         self._app, self._log = app, log
         self._hosts, self._origins = address.hosts, address.origins
         self._reading = 0
@@ -76,9 +88,9 @@ class Guard:
             _check_head(scope)
             self._check(scope["method"], scope["path"], Headers(scope=scope))
             body = await self._body(Headers(scope=scope), receive)
-        except Refused as refused:
-            self._log.refused(scope, refused.status, refused.code)
-            await said(refused.code, str(refused), refused.status)(scope, receive, answer)
+        except RequestRefused as error:
+            self._log.refused(scope, STATUS[error.code], error.code)
+            await refused(error)(scope, receive, answer)
             return
         except ConnectionError:
             return  # nobody is there to be answered
@@ -86,7 +98,9 @@ class Guard:
 
     def _check(self, method: str, path: str, headers: Headers) -> None:
         if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
-            raise Refused("cross-site", "this server does not go by that name; see --public-url and --allow-host")
+            raise RequestRefused(
+                "cross-site", "this server does not go by that name; see --public-url and --allow-host"
+            )
         if method not in ("GET", "HEAD", "OPTIONS") or path.startswith("/api/"):
             self._check_page(headers)
         if method == "POST":
@@ -96,26 +110,26 @@ class Guard:
         """Browsers say from which page a request comes, and no page can make them say another. Others need not."""
         origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
         if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
-            raise Refused("cross-site", "only the study's own page can do that")
+            raise RequestRefused("cross-site", "only the study's own page can do that")
 
     async def _body(self, headers: Headers, receive: Receive) -> bytes:
         """The body of a request, read as far as it is small.
 
         Raises:
-            Refused: If it is large or slow, or there are too many.
+            RequestRefused: If it is large or slow, or there are too many.
             ConnectionError: If whoever sent it has gone.
         """
         stated = headers.get("content-length", "0")
         if stated.isdecimal() and int(stated[:9]) > LARGEST_BODY:
-            raise Refused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+            raise RequestRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
         if self._reading >= AT_ONCE:
-            raise Refused("busy", "too many requests at once; try again")
+            raise RequestRefused("busy", "too many requests at once; try again")
         self._reading += 1
         try:
             async with asyncio.timeout(SECONDS_FOR_A_BODY):
                 return await _read(receive)
         except TimeoutError:
-            raise Refused("malformed", "the body did not come") from None
+            raise RequestRefused("malformed", "the body did not come") from None
         finally:
             self._reading -= 1
 
@@ -123,17 +137,17 @@ class Guard:
 def _check_head(scope: Scope) -> None:
     lengths = (len(name) + len(value) for name, value in scope["headers"])
     if len(scope["raw_path"]) + len(scope.get("query_string", b"")) + sum(lengths) > LARGEST_HEAD:
-        raise Refused("too-large", f"the head of a request has at most {LARGEST_HEAD} bytes")
+        raise RequestRefused("too-large", f"the head of a request has at most {LARGEST_HEAD} bytes")
 
 
 def _check_body(headers: Headers) -> None:
     kind, _, parameters = headers.get("content-type", "").lower().partition(";")
     if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
-        raise Refused("not-json", "a body is application/json")
+        raise RequestRefused("not-json", "a body is application/json")
     if "transfer-encoding" in headers and "content-length" in headers:
-        raise Refused("malformed", "a body of two lengths")  # where a proxy could read another than this server
+        raise RequestRefused("malformed", "a body of two lengths")  # where a proxy could read another than this server
     if headers.get("content-encoding", "identity").lower() != "identity":
-        raise Refused("not-json", "a body is not compressed")
+        raise RequestRefused("not-json", "a body is not compressed")
 
 
 async def _read(receive: Receive) -> bytes:
@@ -145,7 +159,7 @@ async def _read(receive: Receive) -> bytes:
         body += message.get("body", b"")
         more = message.get("more_body", False)
         if len(body) > LARGEST_BODY:
-            raise Refused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+            raise RequestRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
     return body
 
 

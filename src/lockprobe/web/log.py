@@ -1,4 +1,4 @@
-"""What was refused, one line each: time, status, code, method, path. Never who asked, nor anything that was sent."""
+"""The log of the server: one line for each refused request or error, without who asked or what was sent."""
 
 from __future__ import annotations
 
@@ -11,37 +11,39 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from lockprobe.errors import BadFile, printable
-from lockprobe.people.directory import LOG
+from lockprobe.errors import BadFile
+from lockprobe.people.open_study import LOG
+from lockprobe.terminal_text import printable
 
-__all__ = ["Log"]
+__all__ = ["A_MINUTE", "LOGGED", "ServerLog"]
 
 A_MINUTE = 120
-"""Lines written in one minute; the rest is counted. Whoever floods the server cannot fill the disk."""
+"""The most lines written in one minute; further ones are counted. Whoever floods the server cannot fill the disk."""
 
-_SAID_ALREADY = "Exception in ASGI application\n"
-"""Of what broke in the application, which says so itself, and where."""
+LOGGED = "written to the server's log"
+"""The note on an exception that is in the log already; uvicorn reports it once more."""
 
 _LONGEST_PATH = 100
 _LONGEST_METHOD = 10
 
 
-class Log:
-    """The open log. Use :meth:`open`.
+class ServerLog(logging.Handler):
+    """Writes the log to a file and to standard error. Use :meth:`open`.
 
     Args:
-        file: Where lines are appended.
+        file: The file to append to.
         clock: Seconds since 1970.
     """
 
     def __init__(self, file: IO[bytes], clock: Callable[[], float] = time.time) -> None:
+        super().__init__(logging.ERROR)
         self._file, self._clock = file, clock
         self._minute, self._written, self._left_out = 0, 0, 0
 
     @classmethod
     @contextmanager
-    def open(cls, directory: Path, clock: Callable[[], float] = time.time) -> Iterator[Log]:
-        """The log in a directory, made if it is not there, for its owner only.
+    def open(cls, directory: Path, clock: Callable[[], float] = time.time) -> Iterator[ServerLog]:
+        """The log in a directory, made if it is not there, readable by its owner only.
 
         Raises:
             BadFile: If it cannot be written.
@@ -55,13 +57,13 @@ class Log:
             yield cls(file, clock)
 
     def refused(self, scope: MutableMapping[str, Any], status: int, code: str, more: str = "") -> None:
-        """Write down what a request came to.
+        """Log a request that was refused.
 
         Args:
             scope: The request, as ASGI has it.
-            status: Of the answer.
+            status: The status of the answer.
             code: Why.
-            more: Where it broke, of what should not have happened.
+            more: Where an unexpected error was raised.
         """
         path = scope.get("raw_path", b"").decode("ascii", "replace")
         cut = path[:_LONGEST_PATH] + ("…" if len(path) > _LONGEST_PATH else "")
@@ -80,6 +82,29 @@ class Log:
         self._written += 1
         self._write(now, text)
 
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log an error of a library: its logger, the first line without arguments, and the kind of the exception."""
+        raised = record.exc_info[1] if record.exc_info else None
+        if LOGGED not in getattr(raised, "__notes__", ()):
+            first = str(record.msg).strip().partition("\n")[0][:_LONGEST_PATH]  # arguments could say who asked
+            kind = record.exc_info[0].__name__ if record.exc_info and record.exc_info[0] else ""
+            self.say(f"error {record.name} {first} {kind}".rstrip())
+
+    @contextmanager
+    def hears(self, *names: str) -> Iterator[None]:
+        """Take over the errors of other loggers, and nothing below errors."""
+        loggers = [logging.getLogger(name) for name in names]
+        before = [(logger.handlers, logger.propagate, logger.level) for logger in loggers]
+        for logger in loggers:
+            logger.handlers, logger.propagate = [self], False
+            logger.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            for logger, (handlers, propagate, level) in zip(loggers, before, strict=True):
+                logger.handlers, logger.propagate = handlers, propagate
+                logger.setLevel(level)
+
     def _write(self, now: float, text: str) -> None:
         line = f"{time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime(now))} {printable(text)}\n"
         with suppress(OSError):  # a full disk; the log is not what matters most on it
@@ -87,33 +112,3 @@ class Log:
         with suppress(OSError, ValueError):
             sys.stderr.write(line)
             sys.stderr.flush()
-
-    @contextmanager
-    def hears(self, name: str) -> Iterator[None]:
-        """What the server below tells its own logger is written down here: one line each, and limited as all others.
-
-        Of errors that is where they come from, their kind, and nothing of what was sent.
-        """
-        logger, ear = logging.getLogger(name), _Ear(self)
-        before = logger.handlers, logger.propagate, logger.level
-        logger.handlers, logger.propagate = [ear], False
-        logger.setLevel(logging.WARNING)
-        try:
-            yield
-        finally:
-            logger.handlers, logger.propagate = before[0], before[1]
-            logger.setLevel(before[2])
-
-
-class _Ear(logging.Handler):
-    def __init__(self, log: Log) -> None:
-        super().__init__(logging.WARNING)
-        self._log = log
-
-    def emit(self, record: logging.LogRecord) -> None:
-        if record.levelno == logging.WARNING and record.msg == "Invalid HTTP request received.":
-            self._log.say("400 malformed no HTTP")
-        elif record.levelno >= logging.ERROR and record.msg != _SAID_ALREADY:
-            raised = record.exc_info[0] if record.exc_info else None
-            first = str(record.msg).strip().partition("\n")[0][:_LONGEST_PATH]  # more could say who asked
-            self._log.say(f"error {record.name} {first} {raised.__name__ if raised else ''}".rstrip())

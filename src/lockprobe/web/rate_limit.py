@@ -1,4 +1,4 @@
-"""A rate limit on joining, per address: one script cannot take all places of a study at once."""
+"""The rate limit on joining, per address: one script cannot take all places of a study at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from starlette.requests import Request
 
-from lockprobe.people.refusals import Refused
+from lockprobe.web.refusals import RequestRefused
 
 __all__ = ["JoinLimit", "whence"]
 
@@ -36,7 +36,7 @@ class JoinLimit:
         """Count somebody who is about to join.
 
         Raises:
-            Refused: As ``busy``; the page tries again by itself.
+            RequestRefused: As ``busy``; the page tries again by itself.
         """
         now = self._clock()
         self._forget(now)
@@ -44,7 +44,7 @@ class JoinLimit:
         while joins and joins[0] <= now - _WINDOW:
             joins.popleft()
         if len(joins) >= self._most:
-            raise Refused("busy", "too many join from this address; try again in a minute")
+            raise RequestRefused("busy", "too many join from this address; try again in a minute")
         joins.append(now)
         self._joins[address] = self._joins.pop(address)  # the latest last
 

@@ -1,4 +1,4 @@
-"""The server as a whole: the doors open, participants come, and at Ctrl-C what is under way is finished."""
+"""Starting and stopping the server. At Ctrl-C it finishes the requests that are under way."""
 
 from __future__ import annotations
 
@@ -17,43 +17,43 @@ import uvicorn
 
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.server_state import Reception
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
 from lockprobe.studies.study import Study
 from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
-from lockprobe.web.admin import Admin, AdminDesk
+from lockprobe.web.admin import AdminApi, AdminPage
 from lockprobe.web.app import application
-from lockprobe.web.connections import Connections, Limits, raise_file_limit
+from lockprobe.web.connections import ConnectionLimits, Connections, raise_file_limit
 from lockprobe.web.files import page_version
-from lockprobe.web.log import Log
+from lockprobe.web.log import ServerLog
 
-__all__ = ["Door", "Where", "opened", "serve"]
+__all__ = ["RunningServer", "ServerOptions", "opened", "serve"]
 
 SECONDS_BETWEEN_CHECKS = 1.0
-"""How often the server looks whether the records are as it left them."""
+"""Time between two checks that nobody else has changed the records."""
 
 SECONDS_TO_FINISH = 10
-"""For requests that are under way when the server is to end."""
+"""Time for requests that are under way when the server stops."""
 
 _ACCEPTED_AT_ONCE = 64
 """Connections that are accepted before one of them is looked at: each is an open file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Door:
+class ServerOptions:
     """How the server is reached.
 
     Attributes:
-        host: What is listened on.
+        host: The name or address to listen on.
         port: The port; 0 for any that is free.
-        public: Origin under which participants come through a proxy; empty where there is none.
+        public: The origin that participants use through a proxy; empty without a proxy.
         allowed: More names of this machine.
-        token: Of the admin page; None has one made up.
+        token: The token of the admin page; None makes one up.
         limits: How many connections there may be, and for how long.
 
     Raises:
-        Missing: If other machines are let in, and it is not said how, or there is no token.
-        BadValue: If the token could be guessed.
+        Missing: If other machines can connect, and a token or a name is missing.
+        BadValue: If the token is too easy to guess.
     """
 
     host: str = "127.0.0.1"
@@ -61,7 +61,7 @@ class Door:
     public: str = ""
     allowed: tuple[str, ...] = ()
     token: str | None = None
-    limits: Limits = field(default_factory=Limits)
+    limits: ConnectionLimits = field(default_factory=ConnectionLimits)
 
     def __post_init__(self) -> None:
         check_exposure(self.host, self.token, self.public, self.allowed)
@@ -70,14 +70,14 @@ class Door:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Where:
-    """Where it is.
+class RunningServer:
+    """The addresses of a running server.
 
     Attributes:
-        url: Where participants go.
-        admin_url: Where the experimenter goes; with a token that was made up.
-        directory: Of the study.
-        check: Raises BadFile where somebody else has changed the records while they were being written.
+        url: The address for participants.
+        admin_url: The address for the experimenter; it holds the token if that was made up.
+        directory: The directory of the study.
+        check: Raises BadFile where another process has changed the records.
     """
 
     url: str
@@ -88,37 +88,42 @@ class Where:
 
 @asynccontextmanager
 async def opened(
-    directory: Path, study: Study, experiment: Experiment, words: Words, door: Door, desk: AdminDesk | None = None
-) -> AsyncIterator[Where]:
-    """The server while participants can come; afterwards what is under way has been finished.
+    directory: Path,
+    study: Study,
+    experiment: Experiment,
+    words: Words,
+    options: ServerOptions,
+    page: AdminPage | None = None,
+) -> AsyncIterator[RunningServer]:
+    """A server that participants can use. On exit it finishes the requests that are under way.
 
     Args:
-        directory: Of the study.
-        study: What is played.
+        directory: The directory of the study.
+        study: The study.
         experiment: How people take part.
-        words: What they read.
-        door: How it is reached.
-        desk: What the admin page gets besides.
+        words: The texts that they read.
+        options: How the server is reached.
+        page: What the admin page shows besides progress.
 
     Raises:
-        UserMistake: If the port cannot be had, or the directory not be used.
+        UserMistake: If the port or the directory cannot be used.
     """
-    listening = listen(door.host, door.port)
+    listening = listen(options.host, options.port)
     with contextlib.closing(listening):
         port = listening.getsockname()[1]
-        address = Address(host=door.host, port=port, public=door.public, allowed=door.allowed)
-        token = door.token or secrets.token_urlsafe(24)
-        async with Reception.open(directory, study, experiment, words, page=page_version()) as reception:
-            with Log.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error"), log.hears("asyncio"):
-                app = application(reception, words, address, log, admin=Admin(reception, token, address.url, desk))
-                limits = door.limits.within(raise_file_limit())
-                server = _Server(app, Connections(limits, log, proxied=bool(door.public)))
+        address = Address(host=options.host, port=port, public=options.public, allowed=options.allowed)
+        token = options.token or secrets.token_urlsafe(24)
+        async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
+            with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
+                app = application(state, words, address, log, admin=AdminApi(state, token, address.url, page))
+                limits = options.limits.within(raise_file_limit())
+                server = _Server(app, Connections(limits, log, proxied=bool(options.public)))
                 async with _running(server, server.serve(sockets=[listening])):
                     listening.listen(QUEUE)
-                    fragment = "" if door.token else f"#token={token}"
+                    fragment = "" if options.token else f"#token={token}"
                     admin = f"{address.url}admin{fragment}"
-                    reception.invite()
-                    yield Where(url=address.url, admin_url=admin, directory=directory, check=reception.check)
+                    state.invite()
+                    yield RunningServer(url=address.url, admin_url=admin, directory=directory, check=state.check)
 
 
 async def serve(
@@ -126,28 +131,18 @@ async def serve(
     study: Study,
     experiment: Experiment,
     words: Words,
-    door: Door,
+    options: ServerOptions,
     *,
-    announce: Callable[[Where], None],
-    desk: AdminDesk | None = None,
+    announce: Callable[[RunningServer], None],
+    page: AdminPage | None = None,
 ) -> None:
-    """The same until Ctrl-C or SIGTERM, or until somebody else changes the records.
+    """Run the server of :func:`opened` until Ctrl-C or SIGTERM, or until another process changes the records.
 
-    Args:
-        directory: Of the study.
-        study: What is played.
-        experiment: How people take part.
-        words: What they read.
-        door: How it is reached.
-        announce: Called as soon as participants can come.
-        desk: What the admin page gets besides.
-
-    Raises:
-        UserMistake: As :func:`opened`.
+    Calls ``announce`` as soon as participants can come.
     """
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
-    async with opened(directory, study, experiment, words, door, desk) as where:
+    async with opened(directory, study, experiment, words, options, page) as where:
         for name in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(name, ended.set)
         try:
@@ -162,7 +157,7 @@ async def serve(
 
 
 class _Server(uvicorn.Server):
-    """Says when it is ready. Signals are heard by whoever runs it."""
+    """A server that says when it is ready. Its caller handles signals."""
 
     def __init__(self, app: object, connections: Connections) -> None:
         super().__init__(_config(app, connections))
@@ -170,18 +165,18 @@ class _Server(uvicorn.Server):
         self._connections = connections
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """From now on requests are answered."""
+        """Start to answer requests."""
         await super().startup(sockets)
         self.ready.set()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """What is under way is finished, and nobody else is let in."""
+        """Finish the requests that are under way; refuse new connections."""
         self._connections.end()
         await super().shutdown(sockets)
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Nothing is captured."""
+        """Capture no signals."""
         yield
 
 

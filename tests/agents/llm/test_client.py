@@ -14,8 +14,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 from provider_server import Manner, completion, failure, here
 
-from lockprobe.agents.access import Access
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
 from lockprobe.errors import ModelFault
 
@@ -42,7 +42,7 @@ def asked(name=MODEL, times=1, **access):
     """Answers to so many conversations, asked for side by side."""
 
     async def all_of_them():
-        line = lines.Line(name, Settings(), Access(**({"pause": 0.01} | access)))
+        line = lines.ModelClient(name, ModelSettings(), Access(**({"pause": 0.01} | access)))
 
         async def one(number):
             async with line.slots:
@@ -327,7 +327,7 @@ def test_a_batch_that_cannot_be_sent_breaks_its_requests_and_those_after_it_go_t
         return 200, batches(method, path, body)
 
     async def one_after_the_other():
-        line = lines.Line("openai/gpt-4o", Settings(), Access(batch=True, tick=0.03, retries=0))
+        line = lines.ModelClient("openai/gpt-4o", ModelSettings(), Access(batch=True, tick=0.03, retries=0))
         try:
             with pytest.raises(ModelFault, match="^the provider answered 401: not yet$"):
                 await line.ask([Message(role="user", text="first")], SCHEMA)

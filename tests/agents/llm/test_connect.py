@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, Missing
 
 opening = pytest.importorskip("lockprobe.agents.llm.connect")

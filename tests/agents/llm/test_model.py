@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 import pytest
 from provider_server import completion, failure, here, pictures, truthful, words
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message, picture_fingerprint
-from lockprobe.call import Usage
 from lockprobe.errors import BadValue, Missing, SettingsChanged, UnknownName
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.families import box
+from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -329,18 +329,18 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     asked = [Message(role="user", text="What now?")]
     known = ModelFacts(known=True, most_output=500)
     ways = [
-        (asked, {}, Settings(), known),
-        ([replace(asked[0], text="And now?")], {}, Settings(), known),
-        ([replace(asked[0], pictures=(Picture(kind="rgb", png=b"a"),))], {}, Settings(), known),
-        (asked, {"type": "object"}, Settings(), known),
-        (asked, {}, Settings(temperature=0.5), known),
-        (asked, {}, Settings(detail="low"), known),
-        (asked, {}, Settings(), replace(known, most_output=400)),  # the same options, and another bound is sent
-        (asked, {}, Settings(), replace(known, schema="loose")),
-        (asked, {}, Settings(), replace(known, reasons=True, most_output=20_000)),
+        (asked, {}, ModelSettings(), known),
+        ([replace(asked[0], text="And now?")], {}, ModelSettings(), known),
+        ([replace(asked[0], pictures=(Picture(kind="rgb", png=b"a"),))], {}, ModelSettings(), known),
+        (asked, {"type": "object"}, ModelSettings(), known),
+        (asked, {}, ModelSettings(temperature=0.5), known),
+        (asked, {}, ModelSettings(detail="low"), known),
+        (asked, {}, ModelSettings(), replace(known, most_output=400)),  # the same options, and another bound is sent
+        (asked, {}, ModelSettings(), replace(known, schema="loose")),
+        (asked, {}, ModelSettings(), replace(known, reasons=True, most_output=20_000)),
     ]
     assert len({llm._fingerprint(*way) for way in ways}) == len(ways)
-    same = (asked, {}, Settings(repairs=9), replace(known, images=False, context=9))
+    same = (asked, {}, ModelSettings(repairs=9), replace(known, images=False, context=9))
     assert llm._fingerprint(*same) == llm._fingerprint(*ways[0])
 
 

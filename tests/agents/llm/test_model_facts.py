@@ -6,9 +6,9 @@ from fnmatch import fnmatchcase
 import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, SHIPPED, ModelFacts, Price, facts_of, read_facts
-from lockprobe.agents.llm.settings import Settings
-from lockprobe.call import Usage
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.errors import BadFile
+from lockprobe.model_call import Usage
 
 PRICE = '{ input = 2.0, cached = 0.5, output = 8.0, date = "2026-01-02", source = "a list" }'
 
@@ -138,15 +138,15 @@ def test_a_file_that_is_not_there_is_one_line(tmp_path, monkeypatch):
 
 
 def test_a_price_of_ones_own_changes_nothing_that_is_asked(tmp_path, monkeypatch):
-    before = Settings().sent(facts_of("openai-api/mine/model"))
+    before = ModelSettings().sent(facts_of("openai-api/mine/model"))
     path = tmp_path / "own.toml"
     path.write_text(f'[[model]]\nmatch = ["openai-api/mine/*"]\nprice = {PRICE}\n')
     monkeypatch.setenv(OWN_FACTS, str(path))
     facts = facts_of("openai-api/mine/model")
     assert facts.price.output == 8.0
-    assert Settings().sent(facts) == before
+    assert ModelSettings().sent(facts) == before
     path.with_name("more.toml").write_text(
         f'[[model]]\nmatch = ["openai-api/mine/*"]\nreasons = false\nprice = {PRICE}\n'
     )
     monkeypatch.setenv(OWN_FACTS, str(path.with_name("more.toml")))
-    assert Settings().sent(facts_of("openai-api/mine/model")) != before
+    assert ModelSettings().sent(facts_of("openai-api/mine/model")) != before

@@ -56,7 +56,7 @@ def sent(request, *, as_is, answer=200):
         http = httpx.AsyncClient(transport=httpx.MockTransport(handle))
         client = openai.AsyncOpenAI(api_key="k", base_url="http://here/v1", http_client=http, max_retries=0)
         if as_is:
-            plainly.send_plainly(client)
+            plainly.use_fast_path(client)
         try:
             create = client.chat.completions.create if "messages" in request else client.responses.create
             return await create(**request)
@@ -92,4 +92,4 @@ def test_what_is_streamed_goes_the_usual_way():
 
 @pytest.mark.parametrize("client", [None, object()])
 def test_other_clients_are_left_alone(client):
-    plainly.send_plainly(client)
+    plainly.use_fast_path(client)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.agents.access import Access
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BudgetReached, ModelFault
 
 patience = pytest.importorskip("lockprobe.agents.llm.retry")

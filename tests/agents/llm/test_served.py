@@ -9,12 +9,12 @@ import pytest
 from prefixes import repeated_prefix
 
 from lockprobe.agents import weights
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import conversation, parse_reply
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 from lockprobe.record import Percept, Situation, Task, Turn
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.runner import Limits, run_study
@@ -126,7 +126,7 @@ def test_what_was_said_of_the_size_of_requests_holds_for_the_models_own_count(pl
     for trial in trials:
         for step, situation in zip(trial.steps, situations(trial), strict=True):
             messages = conversation(situation)
-            counted, most = step.decision.usage, at_most(messages, Settings(max_tokens=120), ModelFacts())
+            counted, most = step.decision.usage, at_most(messages, ModelSettings(max_tokens=120), ModelFacts())
             assert counted.input_tokens <= most.input_tokens
             assert counted.output_tokens <= most.output_tokens
             assert counted.input_tokens == pytest.approx(sum(tokens(message.text) for message in messages), rel=0.35)

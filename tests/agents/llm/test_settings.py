@@ -7,7 +7,7 @@ from provider_server import here, truthful, words
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts, facts_of
-from lockprobe.agents.llm.settings import MOST_PLAIN, MOST_REASONED, Settings, read_settings
+from lockprobe.agents.llm.settings import MOST_PLAIN, MOST_REASONED, ModelSettings, read_settings
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plants.catalogue import known_plants
 from lockprobe.studies.journal import load
@@ -26,9 +26,9 @@ def nothing_of_ones_own(monkeypatch):
 
 
 def test_nothing_is_sent_to_an_unknown_model_but_the_form_of_the_reply():
-    assert Settings().parameters(UNKNOWN) == {}
-    assert Settings().form(UNKNOWN) == "strict"
-    assert Settings().sent(UNKNOWN) == {
+    assert ModelSettings().parameters(UNKNOWN) == {}
+    assert ModelSettings().form(UNKNOWN) == "strict"
+    assert ModelSettings().sent(UNKNOWN) == {
         "temperature": "provider default",
         "top_p": "provider default",
         "effort": "provider default",
@@ -39,7 +39,7 @@ def test_nothing_is_sent_to_an_unknown_model_but_the_form_of_the_reply():
 
 
 def test_what_is_set_is_sent_under_the_names_that_inspect_has():
-    settings = Settings(temperature=0.0, top_p=0.5, effort="low", max_tokens=77)
+    settings = ModelSettings(temperature=0.0, top_p=0.5, effort="low", max_tokens=77)
     sent = {"temperature": 0.0, "top_p": 0.5, "reasoning_effort": "low", "max_tokens": 77}
     assert settings.parameters(UNKNOWN) == sent
     assert (
@@ -48,16 +48,16 @@ def test_what_is_set_is_sent_under_the_names_that_inspect_has():
 
 
 def test_a_reply_of_a_known_model_is_bounded_by_what_it_writes():
-    assert Settings().parameters(PLAIN) == {"max_tokens": MOST_PLAIN}
-    assert Settings(effort="high").most_tokens(PLAIN) == 16_384
-    assert Settings().most_tokens(REASONING) == MOST_REASONED
-    assert Settings(effort="none").most_tokens(REASONING) == MOST_PLAIN
-    assert Settings(max_tokens=5).most_tokens(REASONING) == 5
-    assert Settings().most_tokens(UNKNOWN) is None
+    assert ModelSettings().parameters(PLAIN) == {"max_tokens": MOST_PLAIN}
+    assert ModelSettings(effort="high").most_tokens(PLAIN) == 16_384
+    assert ModelSettings().most_tokens(REASONING) == MOST_REASONED
+    assert ModelSettings(effort="none").most_tokens(REASONING) == MOST_PLAIN
+    assert ModelSettings(max_tokens=5).most_tokens(REASONING) == 5
+    assert ModelSettings().most_tokens(UNKNOWN) is None
 
 
 def test_the_record_says_what_a_model_fixes_and_does_not_take():
-    assert Settings().sent(REASONING) == {
+    assert ModelSettings().sent(REASONING) == {
         "temperature": "fixed by the model",
         "top_p": "fixed by the model",
         "effort": "provider default",
@@ -65,10 +65,10 @@ def test_the_record_says_what_a_model_fixes_and_does_not_take():
         "schema": "strict",
         "repairs": 4,
     }
-    assert Settings().sent(PLAIN)["effort"] == "not taken"
-    assert Settings().sent(ModelFacts(known=True, schema="loose"))["schema"] == "loose"
-    assert Settings(images=2, detail="low").sent(PLAIN).items() >= {"images": 2, "detail": "low"}.items()
-    assert Settings().sent(ModelFacts(known=True, images=True, largest_image=768))["largest_image"] == 768
+    assert ModelSettings().sent(PLAIN)["effort"] == "not taken"
+    assert ModelSettings().sent(ModelFacts(known=True, schema="loose"))["schema"] == "loose"
+    assert ModelSettings(images=2, detail="low").sent(PLAIN).items() >= {"images": 2, "detail": "low"}.items()
+    assert ModelSettings().sent(ModelFacts(known=True, images=True, largest_image=768))["largest_image"] == 768
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,7 @@ def test_the_bound_of_a_known_model_arrives(tmp_path, monkeypatch):
     pytest.importorskip("lockprobe.agents.llm.model")
     requests, trial = played(tmp_path, monkeypatch, "llm:openai/gpt-4o")
     assert {request.get("max_completion_tokens", request.get("max_tokens")) for request in requests} == {MOST_PLAIN}
-    assert trial.facts["max_tokens"] == Settings().most_tokens(facts_of("openai/gpt-4o")) == MOST_PLAIN
+    assert trial.facts["max_tokens"] == ModelSettings().most_tokens(facts_of("openai/gpt-4o")) == MOST_PLAIN
 
 
 def responded(request):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import MOST_OUTPUT, MOST_PER_PICTURE, at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, example, repair, reply_schema
 from lockprobe.errors import ReplyFault
@@ -48,24 +48,24 @@ def test_no_call_takes_more_than_was_said():
     counts = engine.Engine(weights.locate("llm:local"), context=256)
     texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
     for text in texts:
-        said = at_most([Message(role="user", text=text)], Settings(), KNOWN).input_tokens
+        said = at_most([Message(role="user", text=text)], ModelSettings(), KNOWN).input_tokens
         assert len(counts.tokens(text)) + len(counts.tokens(str(reply_schema(example())))) <= said
     ours = "".join(texts[:3])
     assert len(counts.tokens(ours)) == pytest.approx(tokens(ours), rel=0.3)
 
 
 def test_what_a_reply_may_take_is_what_is_asked_for():
-    assert at_most([ASKED], Settings(max_tokens=55), KNOWN).output_tokens == 55
-    for settings, facts in ((Settings(), KNOWN), (Settings(), ModelFacts(known=True, reasons=True))):
+    assert at_most([ASKED], ModelSettings(max_tokens=55), KNOWN).output_tokens == 55
+    for settings, facts in ((ModelSettings(), KNOWN), (ModelSettings(), ModelFacts(known=True, reasons=True))):
         assert at_most([ASKED], settings, facts).output_tokens == settings.parameters(facts)["max_tokens"]
-    assert at_most([ASKED], Settings(), ModelFacts()).output_tokens == MOST_OUTPUT
+    assert at_most([ASKED], ModelSettings(), ModelFacts()).output_tokens == MOST_OUTPUT
 
 
 def test_pictures_count():
     seen = replace(ASKED, pictures=(Picture(kind="rgb", png=b"a"), Picture(kind="depth", png=b"b")))
-    blind = at_most([ASKED], Settings(), KNOWN).input_tokens
-    assert at_most([seen], Settings(), KNOWN).input_tokens == blind + 2 * MOST_PER_PICTURE
-    assert at_most([seen], Settings(), replace(KNOWN, picture_tokens=765)).input_tokens == blind + 2 * 765
+    blind = at_most([ASKED], ModelSettings(), KNOWN).input_tokens
+    assert at_most([seen], ModelSettings(), KNOWN).input_tokens == blind + 2 * MOST_PER_PICTURE
+    assert at_most([seen], ModelSettings(), replace(KNOWN, picture_tokens=765)).input_tokens == blind + 2 * 765
 
 
 def png(width, height):
@@ -76,7 +76,7 @@ def png(width, height):
 def picture_tokens(width, height, **facts):
     seen = replace(ASKED, pictures=(Picture(kind="rgb", png=png(width, height)),))
     facts = replace(KNOWN, **facts)
-    return at_most([seen], Settings(), facts).input_tokens - at_most([ASKED], Settings(), facts).input_tokens
+    return at_most([seen], ModelSettings(), facts).input_tokens - at_most([ASKED], ModelSettings(), facts).input_tokens
 
 
 def tiled(width, height):
@@ -106,7 +106,7 @@ def test_every_block_of_a_picture_counts():
 
 
 def test_text_that_is_no_unicode_counts_too():
-    assert at_most([replace(ASKED, text="\ud800")], Settings(), KNOWN).input_tokens > 0
+    assert at_most([replace(ASKED, text="\ud800")], ModelSettings(), KNOWN).input_tokens > 0
 
 
 def test_the_share_that_is_repeated():

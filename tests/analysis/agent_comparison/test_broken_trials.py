@@ -3,8 +3,8 @@
 import numpy as np
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.agent_comparison.said import comparison_said
 from lockprobe.analysis.summary import summarise
+from lockprobe.prose.agent_comparison import comparison_said
 
 
 def trials(agent, solved, broken=(), n=40):

@@ -9,11 +9,12 @@ import pytest
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.hazard import loop_hazard
-from lockprobe.analysis.inference.verdict import QUESTIONS, TestResult
+from lockprobe.analysis.inference.verdict import TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.errors import BadValue
+from lockprobe.prose.hypothesis_tests import QUESTIONS, note_said
 from lockprobe.seeds import generator
 
 
@@ -80,7 +81,7 @@ def test_too_little_to_test_gives_no_p_value_and_says_why(trials):
         if test.question in ("success", "shape", "looping"):
             assert test.p_value is None, test
         if test.recommended and test.p_value is None:
-            assert test.note
+            assert note_said(test)
 
 
 def test_equal_seeds_give_equal_tests():

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.analysis.finding import finding
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.broken_trials import agreed_difference, broken_shares, completed
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate_columns
-from lockprobe.audit.worlds import WORLDS, Design
+from lockprobe.audit.simulated_agents import WORLDS, Design
+from lockprobe.prose.success import finding
 from lockprobe.seeds import generator
 
 AGENT = "llm:local"
@@ -102,11 +102,11 @@ def test_calls_that_fail_at_one_p_are_no_effect_of_p():
 @pytest.mark.parametrize("name", ["broken-trials", "seldom-broken"])
 def test_every_recommended_test_holds_over_both_ends(name):
     rejected = []
-    for seed in range(20):
+    for seed in range(10):
         counted, broken = simulate_columns(WORLDS[name], WORLDS[name].design, generator(seed))
         without, bounded = (infer(counted, generator(seed), broken=part) for part in (None, broken))
         for first, second in zip(without.tests, bounded.tests, strict=True):
             if first.recommended and second.p_value is not None:
                 assert second.p_value >= first.p_value
         rejected.append([test.rejects for test in bounded.tests if test.recommended])
-    assert np.mean(rejected, axis=0).max() <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 20)
+    assert np.mean(rejected, axis=0).max() <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 10)

@@ -10,6 +10,7 @@ from solved import TRUTH, drawn, people, rng, study, unequal_luck
 
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.proportions import paired
+from lockprobe.prose.hypothesis_tests import why_missing
 
 
 def everything(solved):
@@ -52,10 +53,10 @@ def test_differences_are_from_the_lowest_p():
 @pytest.mark.parametrize("shared", [0.0, 0.5, 1.0])
 def test_the_level_holds_whatever_luck_is_shared(shared):
     rejected = []
-    for seed in range(300):
+    for seed in range(100):
         found = any_difference(study(drawn(rng(seed), shared=shared)), rng(seed), permutations=199)
         rejected.append((found.p_value <= 0.05, found.omnibus <= 0.05))
-    assert (np.mean(rejected, axis=0) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 300)).all()
+    assert (np.mean(rejected, axis=0) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 100)).all()
 
 
 def test_one_luck_for_all_p_leaves_nothing_to_find():
@@ -93,7 +94,7 @@ def test_missing_trials_are_left_where_they_are():
 def test_nothing_to_compare():
     one = any_difference(study(np.ones((1, 3, 10))), rng())
     assert (one.p_value, one.at, one.lowest) == (None, (), 0.0)
-    assert "No test" in one.note
+    assert "No test" in why_missing(one.note)
     apart = study(drawn(rng()))
     assert any_difference(apart.at((apart.trial % 7) == np.round(apart.p * 10)), rng()).p_value is None
     assert any_difference(apart.at(apart.p < 0), rng()).lowest is None
@@ -109,9 +110,9 @@ def test_same_seed_same_numbers_and_all_of_them_are_plain():
 @pytest.mark.parametrize("p", [7, 21])
 def test_p_that_changes_which_trials_are_solved_and_not_how_many_is_no_finding(p):
     """The permutation alone rejects in a seventh and in a quarter of such studies; with the interval hardly ever."""
-    found = [any_difference(study(unequal_luck(rng(seed), p)), rng(seed), permutations=199) for seed in range(150)]
-    assert np.mean([min(at.exchange for at in one.at) < 0.05 for one in found]) > 0.08
-    assert np.mean([one.p_value < 0.05 for one in found]) < 0.04
+    found = [any_difference(study(unequal_luck(rng(seed), p)), rng(seed), permutations=199) for seed in range(100)]
+    assert np.mean([min(at.exchange for at in one.at) < 0.05 for one in found]) > 0.06
+    assert np.mean([one.p_value < 0.05 for one in found]) < 0.05
 
 
 def test_a_difference_is_shown_only_if_its_interval_leaves_out_none():

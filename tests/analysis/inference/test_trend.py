@@ -6,6 +6,7 @@ import pytest
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT, correlation
 from lockprobe.analysis.inference.trend import trend_fit
 from lockprobe.analysis.outcomes import Point
+from lockprobe.prose.hypothesis_tests import why_missing
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 
@@ -73,7 +74,7 @@ def test_the_band_is_the_spread_of_fits_to_the_resamples():
 def test_without_resamples_there_is_no_band():
     fit = trend_fit(points(lambda x: x), "success", NONE)
     assert fit.quadratic.low == ()
-    assert "No band" in fit.note
+    assert "No band" in why_missing(fit.note)
 
 
 @pytest.mark.parametrize("p", [(), (0.4,), (0.0, 0.4)])
@@ -81,7 +82,7 @@ def test_few_values_of_p_give_no_fit_and_say_so(p):
     data = points(lambda x: x, p=p)
     fit = trend_fit(data, "success", drawn(data))
     assert (fit.quadratic, fit.order_by_aic, fit.orders) == (None, None, ())
-    assert "No fit" in fit.note
+    assert "No fit" in why_missing(fit.note)
 
 
 def test_nothing_solved_is_flat():

@@ -11,6 +11,7 @@ from statsmodels.genmod.generalized_linear_model import GLM
 
 from lockprobe.analysis.inference import ushape
 from lockprobe.analysis.inference.ushape import lind_mehlum, two_lines
+from lockprobe.prose.hypothesis_tests import why_missing
 
 EXPECTED = (7, 12, 16, 19, 20, 18, 15)
 SATURATING = (0.23, 0.38, 0.53, 0.62, 0.667, 0.667, 0.667)
@@ -106,8 +107,8 @@ def test_a_separated_line_has_a_test_but_no_slope():
 
 def test_nothing_to_test():
     assert two_lines(*trials((7, 20))).p_value is None
-    assert "three flip rates" in lind_mehlum(*trials((7, 20))).note
-    assert "separates" in lind_mehlum(*trials((0, 0, 0, 30, 30))).note
+    assert "three flip rates" in why_missing(lind_mehlum(*trials((7, 20))).note)
+    assert "separates" in why_missing(lind_mehlum(*trials((0, 0, 0, 30, 30))).note)
     assert two_lines(*trials((0,) * 7)).p_value == 1.0
     assert two_lines(np.empty(0), np.empty(0, dtype=bool)).break_p is None
 

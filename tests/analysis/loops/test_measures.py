@@ -102,7 +102,7 @@ def test_short_pieces_cover_as_much_as_long_ones(monkeypatch) -> None:
     for overlap in (False, True):
         whole = [cover(trial, overlap=overlap) for trial in trials]
         with monkeypatch.context() as patch:
-            patch.setattr("lockprobe.analysis.loops.free.TRIAL_LENGTH", 0)
+            patch.setattr("lockprobe.analysis.loops.exact_cover.TRIAL_LENGTH", 0)
             short = [cover(trial, overlap=overlap) for trial in trials]
         assert [found.covered for found in short] == [found.covered for found in whole]
         for trial, found in zip(trials, short, strict=True):

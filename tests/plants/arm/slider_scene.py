@@ -5,15 +5,15 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from lockprobe.plants.arm.guarded_move import HandlePath
 from lockprobe.plants.arm.hand import add_hand
 from lockprobe.plants.arm.panda import add_panda
-from lockprobe.plants.arm.path import Path
-from lockprobe.plants.arm.simulated import SimulatedArm
+from lockprobe.plants.arm.simulated_arm import SimulatedArm
 
 TOP = np.array([0.5, 0.0, 0.2])
 AXIS = np.array([0.0, 0.0, -1.0])
 TRAVEL = 0.08
-PATH = Path(points=np.linspace(TOP, TOP + np.array([0, TRAVEL, 0]), 9), axis=AXIS)
+PATH = HandlePath(points=np.linspace(TOP, TOP + np.array([0, TRAVEL, 0]), 9), axis=AXIS)
 
 
 def slider(*, held=False, stiffness=1.0):

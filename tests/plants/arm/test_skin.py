@@ -7,7 +7,7 @@ import pytest
 from lockprobe.plants.arm.hand import add_hand
 from lockprobe.plants.arm.panda import HOME, add_panda
 from lockprobe.plants.arm.skin import find_skin, wear_skin
-from lockprobe.plants.layers import HIDDEN
+from lockprobe.plants.geom_groups import HIDDEN
 
 CUBE = "\n".join(
     [f"v {x} {y} {z}" for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)]

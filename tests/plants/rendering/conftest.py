@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 
 import lockprobe
+from lockprobe.plants.rendering.choose_renderer import probe_one
 from lockprobe.plants.rendering.opengl import OpenGL
-from lockprobe.plants.rendering.probing import probe_one
-from lockprobe.plants.rendering.rays import RayCaster
-from lockprobe.plants.scene.board import compile_scene
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.rendering.ray_caster import RayCaster
+from lockprobe.plants.scene.scene import build_scene
+from lockprobe.plants.twin_settings import SceneSettings
 
 TABLE = """
 <mujoco>
@@ -59,7 +59,7 @@ def table():
 @pytest.fixture(scope="session")
 def lockbox_scene():
     box = lockprobe.box("chain-4")
-    return compile_scene(box, labels=tuple("ABCD"), settings=SceneSettings(), rng=np.random.default_rng(1))
+    return build_scene(box, labels=tuple("ABCD"), settings=SceneSettings(), rng=np.random.default_rng(1))
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from lockprobe.plants.rendering.rays import RayCaster
+from lockprobe.plants.rendering.ray_caster import RayCaster
 from lockprobe.plants.rendering.textures import Textures
 
 MODEL = """

@@ -4,16 +4,16 @@ import mujoco
 import numpy as np
 
 from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.plants.scene.board import compile_scene
 from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.scene.scene import build_scene
+from lockprobe.plants.twin_settings import SceneSettings
 
 LABELS = "ABCDEFGH"
 
 
 def scene_of(box, seed=1, **settings):
     labels = tuple(LABELS[: len(box.joints)])
-    return compile_scene(box, labels=labels, settings=SceneSettings(**settings), rng=np.random.default_rng(seed))
+    return build_scene(box, labels=labels, settings=SceneSettings(**settings), rng=np.random.default_rng(seed))
 
 
 def mechanism_of(box, **settings):

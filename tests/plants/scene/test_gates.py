@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.families import box
-from lockprobe.plants.scene.fitting import fitting_choices
 from lockprobe.plants.scene.gates import MAX_GATES, PIN_RADIUS, STROKE, Gate, blocks_of, gates_of, pin_of
+from lockprobe.plants.scene.mounted_joint import mounting_choices
 
 SIZE = 4
 NAMES = tuple("abcd")
@@ -70,18 +70,18 @@ def test_too_many_gates_are_refused_before_they_are_counted_out():
         gates_of(tangled)
 
 
-def gap(fitting, fraction, out):
+def gap(mounted, fraction, out):
     """From the pin's surface, ``out`` of its way, to the nearest block while the joint is at a fraction, metres."""
-    (x, y), (ox, oy) = pin_of(fitting)
+    (x, y), (ox, oy) = pin_of(mounted)
     point = np.array([x + out * ox, y + out * oy])
-    turn = -fraction * fitting.travel if fitting.kind == "revolute" else 0.0
+    turn = -fraction * mounted.travel if mounted.kind == "revolute" else 0.0
     rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
-    if fitting.kind == "revolute":
-        point = np.array(fitting.origin) + rotation @ (point - fitting.origin)
+    if mounted.kind == "revolute":
+        point = np.array(mounted.origin) + rotation @ (point - mounted.origin)
     else:
-        point = point - (fitting.knob(fraction) - fitting.knob(0))
+        point = point - (mounted.knob(fraction) - mounted.knob(0))
     distances = []
-    for block in blocks_of(fitting):
+    for block in blocks_of(mounted):
         along = np.array([math.cos(block.angle), math.sin(block.angle)])
         here = point - block.middle
         beyond = np.abs([here @ along, here @ [-along[1], along[0]]]) - block.half
@@ -91,22 +91,22 @@ def gap(fitting, fraction, out):
 
 @pytest.mark.parametrize("kind", ["prismatic", "revolute"])
 def test_what_joint_and_gate_can_do_together_is_an_h(kind):
-    for fitting in fitting_choices(kind, (0.03, 0.02)):
+    for mounted in mounting_choices(kind, (0.03, 0.02)):
         for out in np.linspace(0, STROKE, 15):
-            assert gap(fitting, 0.0, out) > 0.0008, "at position 0 the pin goes in and out"
-            assert gap(fitting, 1.0, out) > 0.0008, "at position 1 the pin goes in and out"
+            assert gap(mounted, 0.0, out) > 0.0008, "at position 0 the pin goes in and out"
+            assert gap(mounted, 1.0, out) > 0.0008, "at position 1 the pin goes in and out"
         for fraction in np.linspace(0, 1, 101):
-            assert gap(fitting, fraction, STROKE) > 0.001, "out of the way, the pin never touches"
+            assert gap(mounted, fraction, STROKE) > 0.001, "out of the way, the pin never touches"
         for fraction in np.linspace(0.05, 0.95, 91):
-            assert gap(fitting, fraction, 0.0) < 0, "in the way, the pin stands where the block would have to be"
+            assert gap(mounted, fraction, 0.0) < 0, "in the way, the pin stands where the block would have to be"
 
 
 @pytest.mark.parametrize("kind", ["prismatic", "revolute"])
 def test_a_pushed_block_meets_the_pin_squarely(kind):
     """Where they meet, moving the pin along its way changes nothing: no force on the joint drives it out."""
-    for fitting in fitting_choices(kind, (0.0, 0.0)):
+    for mounted in mounting_choices(kind, (0.0, 0.0)):
         low, high = 0.0, 0.05
         for _ in range(50):
             middle = (low + high) / 2
-            low, high = (middle, high) if gap(fitting, middle, 0.0) > 0 else (low, middle)
-        assert [gap(fitting, high, out) for out in (-0.004, 0.004)] == pytest.approx([0, 0], abs=1e-5)
+            low, high = (middle, high) if gap(mounted, middle, 0.0) > 0 else (low, middle)
+        assert [gap(mounted, high, out) for out in (-0.004, 0.004)] == pytest.approx([0, 0], abs=1e-5)

@@ -9,7 +9,7 @@ from plants.scene.scenes import mechanism_of, two_joints
 
 from lockprobe.errors import PlantFault
 from lockprobe.lockbox.families import box
-from lockprobe.lockbox.generate import Recipe, Refused, generate
+from lockprobe.lockbox.generate import Recipe, RefusedRecipe, generate
 
 KINDS = ("prismatic", "revolute")
 
@@ -56,7 +56,7 @@ def test_random_boxes_with_alternatives_pushed_at_random(layout):
         )
         for seed in itertools.count(len(layout))
     )
-    drawn = next(found for found in map(generate, recipes) if not isinstance(found, Refused))
+    drawn = next(found for found in map(generate, recipes) if not isinstance(found, RefusedRecipe))
     mechanism, _, _ = mechanism_of(drawn)
     mechanism.set_configuration(drawn.initial)
     for joint in np.random.default_rng(5).integers(len(drawn.joints), size=40):

@@ -1,1 +1,1 @@
-"""Language models behind a provider's interface, hosted or served on one's own machine."""
+"""Language models that are reached through a provider, hosted or on a server of your own."""

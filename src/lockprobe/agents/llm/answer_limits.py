@@ -1,15 +1,14 @@
-"""What a provider may answer with: something from the machine that was asked, of a size that a reply can have.
+"""Checks a provider's answers: they come from the host that was asked, with a limited size.
 
-A redirect to another origin would take the whole conversation there, and an answer without end would take the memory.
-Both are refused where a client of httpx makes the requests, as those of OpenAI, Anthropic, Groq and all that speak
-OpenAI's interface do.
+A redirect to another origin would send the whole conversation there, and an endless answer would fill the memory. Both
+are refused for providers that use a client of httpx: OpenAI, Anthropic, Groq and all with OpenAI's interface.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from lockprobe.agents.llm.retry import Refused
+from lockprobe.agents.llm.retry import RefusedReply
 
 __all__ = ["LARGEST_ANSWER", "guard_answers"]
 
@@ -40,21 +39,23 @@ async def _check(response: Any) -> None:
     """Called with every response before its body is read, and before a redirect is followed.
 
     Raises:
-        Refused: If it leads elsewhere, or is too large.
+        RefusedReply: If it leads elsewhere, or is too large.
     """
     if response.has_redirect_location:
         here, there = response.request.url, response.request.url.join(response.headers["location"])
         if _origin(here) != _origin(there):
-            raise Refused(f"a redirect from {_named(here)} to {_named(there)}, where the conversation was not to go")
+            raise RefusedReply(
+                f"a redirect from {_named(here)} to {_named(there)}, where the conversation was not to go"
+            )
     packed = response.headers.get("content-encoding", "identity").lower()
     if not {part.strip() for part in packed.split(",")} <= {"identity", *_PACKED}:
-        raise Refused(f"an answer packed by {packed[:40]}, which was not asked for", charged=True)
+        raise RefusedReply(f"an answer packed by {packed[:40]}, which was not asked for", charged=True)
     parts, size = [], 0
     async for part in response.aiter_bytes():
         parts.append(part)
         size += len(part)
         if size > LARGEST_ANSWER:
-            raise Refused(f"an answer of more than {LARGEST_ANSWER} bytes", charged=True)
+            raise RefusedReply(f"an answer of more than {LARGEST_ANSWER} bytes", charged=True)
     response._content = b"".join(parts)  # noqa: SLF001 - as its own aread() leaves it
 
 

@@ -1,6 +1,6 @@
-"""The line to a provider, through Inspect AI's model layer: one request, one answer.
+"""The client for language models: one request, one reply, through Inspect AI's model layer.
 
-Beside :mod:`lockprobe.agents.llm.connect` nothing else imports it here.
+Only this module and :mod:`lockprobe.agents.llm.connect` use the model layer.
 """
 
 from __future__ import annotations
@@ -14,19 +14,21 @@ from collections.abc import Awaitable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.connect import config_of, mistake, opened
+from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.call import Usage
-from lockprobe.errors import Missing, ModelFault, printable, without_keys
+from lockprobe.errors import Missing, ModelFault
+from lockprobe.model_call import Usage
 from lockprobe.record import Fact
+from lockprobe.redaction import without_keys
+from lockprobe.terminal_text import printable
 
 try:
     import inspect_ai
-    from inspect_ai._util.error import PrerequisiteError
     from inspect_ai.model import (
         ChatMessage,
         ChatMessageAssistant,
@@ -44,7 +46,7 @@ try:
 except ImportError as error:
     raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
-__all__ = ["RUNTIME", "Answer", "Line", "refuse_overflow", "sent", "usage_of"]
+__all__ = ["RUNTIME", "ModelClient", "ModelReply", "refuse_overflow", "sent", "usage_of"]
 
 RUNTIME = f"inspect-ai {inspect_ai.__version__}"
 
@@ -60,7 +62,7 @@ _ONCE = Tries()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
+class ModelReply:
     """What came back.
 
     Attributes:
@@ -82,8 +84,8 @@ class Answer:
     unanswered: int = 0
 
 
-class Line:
-    """An open line to one model.
+class ModelClient:
+    """An open client of one model.
 
     Args:
         name: The model as Inspect AI knows it.
@@ -99,7 +101,7 @@ class Line:
         BadValue: If there is no such provider, or it has no batch interface and one is asked for.
     """
 
-    def __init__(self, name: str, settings: Settings, access: Access) -> None:
+    def __init__(self, name: str, settings: ModelSettings, access: Access) -> None:
         warnings.filterwarnings("ignore", "Pydantic serializer warnings", UserWarning)  # they quote what came
         self._name, self._settings, facts = name, settings, facts_of(name)
         self._form = settings.form(facts)
@@ -110,7 +112,9 @@ class Line:
         self._config = config_of(self._model)
         self.slots = asyncio.Semaphore(sys.maxsize if access.batch else access.connections)
 
-    async def ask(self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None) -> Answer:
+    async def ask(
+        self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
+    ) -> ModelReply:
         """Send a conversation and wait for the reply. The caller holds one of :attr:`slots`.
 
         Args:
@@ -138,7 +142,7 @@ class Line:
 
         output, tries = await patiently(once, lambda error: self._judge(asked, error), self._access, again)
         refuse_overflow(output, tries)
-        return Answer(
+        return ModelReply(
             text=without_keys(output.completion)[:LONGEST_REPLY],
             stop=output.stop_reason,
             served=printable(without_keys(output.model))[:LONGEST_NAME],
@@ -204,7 +208,7 @@ def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:
     raise ModelFault(f"the conversation is longer than the model can read{said}", **tries._asdict(), usage=spent)
 
 
-def sent(message: Message, settings: Settings) -> ChatMessage:
+def sent(message: Message, settings: ModelSettings) -> ChatMessage:
     """A message as it is sent."""
     if message.role == "assistant":
         return ChatMessageAssistant(content=message.text)

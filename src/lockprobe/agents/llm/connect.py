@@ -1,4 +1,4 @@
-"""A provider's model, opened. Keys, packages and servers that it needs and that are not there are said in one line."""
+"""Opens a provider's model. Missing keys, packages and servers are reported in one line."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from importlib.util import find_spec
 from typing import Any
 from urllib.parse import urlsplit
 
-from lockprobe.agents.access import Access
 from lockprobe.agents.llm.answer_limits import guard_answers
-from lockprobe.agents.llm.openai_fast_path import send_plainly
+from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
+from lockprobe.agents.llm.openai_fast_path import use_fast_path
+from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, Missing, UserMistake
 
 try:
-    from inspect_ai._util.error import PrerequisiteError
     from inspect_ai.model import BatchConfig, GenerateConfig, Model, get_model
-    from inspect_ai.model._providers.util.batch_log import set_batch_log_callback
 except ImportError as error:
     raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
@@ -67,7 +66,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
     client: Any = getattr(model.api, "client", None)
     if not access.batch and hasattr(client, "max_retries"):
         client.max_retries, client.timeout = 0, None  # so that all waiting is ours, and counted
-    send_plainly(client)
+    use_fast_path(client)
     guard_answers(client)
     return model
 

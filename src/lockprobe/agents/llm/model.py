@@ -1,7 +1,7 @@
-"""A language model as an agent: one decision is one call, and one more for every malformed reply.
+"""A language model as an agent: one call for each decision, and one more for each malformed reply.
 
-A percept's pictures are sent as they are, as PNG, after its text; those of earlier percepts stay in the conversation,
-as the paper's did, or only the newest: ``llm:openai/gpt-4o?images=4``.
+The pictures of a percept are sent as PNG after its text. Earlier pictures stay in the conversation, as in the paper, or
+only the newest do: ``llm:openai/gpt-4o?images=4``.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from lockprobe.agents.access import Access
-from lockprobe.agents.llm.client import RUNTIME, Answer, Line
+from lockprobe.agents.llm.client import RUNTIME, ModelClient, ModelReply
 from lockprobe.agents.llm.connect import host_of
 from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
-from lockprobe.agents.llm.settings import Settings, read_settings
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import at_most
+from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import (
     Message,
     chat_fingerprint,
@@ -29,8 +29,8 @@ from lockprobe.agents.prompt import (
     repair,
     reply_schema,
 )
-from lockprobe.call import BROKEN_OFF, Call, Usage
 from lockprobe.errors import ModelFault, ReplyFault
+from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.protocols import CallBook
 from lockprobe.record import Decision, Fact, Situation
 
@@ -39,7 +39,7 @@ __all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
 _KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
 """What a call keeps of an answer beside its text, under the same names."""
 
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Answer]]
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
 
 
@@ -57,10 +57,10 @@ def check(spec: str, access: Access | None = None) -> None:
         UnknownName: If there is no such option.
     """
     name, settings = read_settings(spec)
-    Line(name, settings, access or Access())
+    ModelClient(name, settings, access or Access())
 
 
-def model_facts(name: str, settings: Settings, *, batch: bool = False) -> dict[str, Fact]:
+def model_facts(name: str, settings: ModelSettings, *, batch: bool = False) -> dict[str, Fact]:
     """Model name, library, prompt and settings, for the record; the host, where it is not the provider's own.
 
     Args:
@@ -90,7 +90,7 @@ class HostedModel:
 
     def __init__(self, spec: str, access: Access | None = None) -> None:
         self._name, self._settings = read_settings(spec)
-        self._line = Line(self._name, self._settings, access or Access())
+        self._line = ModelClient(self._name, self._settings, access or Access())
         self._facts = model_facts(self._name, self._settings, batch=self._line.batch) | self._line.filled_in
 
     @property
@@ -105,7 +105,7 @@ class HostedModel:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             async with self._line.slots:
                 return await self._line.ask(messages, schema)
 
@@ -119,7 +119,9 @@ class HostedModel:
 class _InOneTrial:
     """A model at one trial, with the calls that were made for it before."""
 
-    def __init__(self, model: HostedModel, key: str, book: CallBook, settings: Settings, line: Line) -> None:
+    def __init__(
+        self, model: HostedModel, key: str, book: CallBook, settings: ModelSettings, line: ModelClient
+    ) -> None:
         self._model, self._key, self._book = model, key, book
         self._settings, self._line = settings, line
         self._facts = facts_of(str(model.facts["model"]))
@@ -131,17 +133,17 @@ class _InOneTrial:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         step = len(situation.past) + 1
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = _fingerprint(messages, schema, self._settings, self._facts)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 came = {name: getattr(known, name) for name in _KEPT}
-                return Answer(text=known.reply, **came)
+                return ModelReply(text=known.reply, **came)
             async with self._line.slots:
                 await self._book.reserve(worst := at_most(messages, self._settings, self._facts))
                 place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
                 return await made(place, worst, messages, schema)
 
-        async def made(place: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> Answer:
+        async def made(place: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             call, began = replace(place, error=BROKEN_OFF), time.perf_counter()
 
             async def again(unanswered: int) -> None:
@@ -170,7 +172,9 @@ class _InOneTrial:
         return await decided(situation, self._settings, ask)
 
 
-def _fingerprint(messages: Sequence[Message], schema: dict[str, object], settings: Settings, facts: ModelFacts) -> str:
+def _fingerprint(
+    messages: Sequence[Message], schema: dict[str, object], settings: ModelSettings, facts: ModelFacts
+) -> str:
     """Sixteen hexadecimal digits that change with anything that is sent."""
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
     asked = [settings.parameters(facts), settings.form(facts), settings.detail]
@@ -178,7 +182,7 @@ def _fingerprint(messages: Sequence[Message], schema: dict[str, object], setting
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-async def decided(situation: Situation, settings: Settings, ask: Ask) -> Decision:
+async def decided(situation: Situation, settings: ModelSettings, ask: Ask) -> Decision:
     """Ask until a reply is of the form asked for.
 
     Args:
@@ -211,7 +215,7 @@ async def decided(situation: Situation, settings: Settings, ask: Ask) -> Decisio
             ]
 
 
-def _cut_off(answer: Answer) -> str:
+def _cut_off(answer: ModelReply) -> str:
     """What else is wrong with a malformed reply that was not written to its end."""
     if answer.stop != "max_tokens":
         return ""

@@ -1,7 +1,7 @@
-"""What is known of models: what they accept, what they can see, what they cost. Facts are data (``models.toml``).
+"""Facts about models (``models.toml``): which options they accept, what they see, what they cost.
 
-A file of the same form, named by the environment variable :data:`OWN_FACTS`, adds entries of one's own. What such an
-entry says goes before what is shipped; what it leaves out stays as shipped.
+A second file of the same form, named by the environment variable :data:`OWN_FACTS`, adds and overrides entries. Values
+that it leaves out stay as shipped.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, ValidationError
 
-from lockprobe.call import Usage
-from lockprobe.errors import BadFile, printable
+from lockprobe.errors import BadFile
 from lockprobe.inputs import read_toml
+from lockprobe.model_call import Usage
+from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]

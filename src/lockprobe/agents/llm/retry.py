@@ -1,12 +1,13 @@
-"""How often a provider is asked again, how long is waited before, and what is said when it is enough.
+"""Retries of requests to a provider: exponential back-off, limits, and the final error.
 
-Which failures pass is for the provider's classification in Inspect AI to say: status 429 and 5xx, connections that
-drop and so on. Two kinds are added: no reply in time, and a reply whose body breaks off or is no JSON. Waits double
-from :attr:`lockprobe.agents.access.Access.pause`, for rate limits from twice that, up to a minute; what a provider asks
-for goes first. As settings come, one that is down is given up on after about half a minute.
+The provider's classification in Inspect AI decides which failures are transient: status 429 and 5xx, dropped
+connections and so on. Two kinds are added: no reply in time, and a reply whose body is cut off or not JSON. Retries
+back off exponentially from :attr:`lockprobe.agents.model_access.Access.pause` (twice that for rate limits), capped at
+one minute; a provider's own Retry-After takes precedence. With default settings an unreachable provider fails after
+about 30 s.
 
-A provider may charge for what never came back: attempts that were cut off, dropped or not to be read are counted, and
-whoever keeps the money is asked before such a request is made again.
+A provider may charge for replies that never arrived. Attempts that were cut off, dropped or unreadable are counted, and
+the budget is checked before such a request is made again.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ import socket
 from collections.abc import Awaitable, Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from lockprobe.agents.access import Access
-from lockprobe.errors import LockprobeError, Missing, ModelFault, without_secrets
+from lockprobe.agents.model_access import Access
+from lockprobe.errors import LockprobeError, Missing, ModelFault
+from lockprobe.redaction import without_secrets
 
 try:
     from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
@@ -31,7 +33,7 @@ __all__ = [
     "Again",
     "Declined",
     "Judgement",
-    "Refused",
+    "RefusedReply",
     "Tries",
     "patiently",
     "pausing",
@@ -91,7 +93,7 @@ class Declined(Exception):
         return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
 
 
-class Refused(Exception):
+class RefusedReply(Exception):
     """An answer that is not taken, and not asked for again.
 
     Attributes:
@@ -181,7 +183,7 @@ class _Patience:
         error = state.outcome.exception() if state.outcome is not None else None
         if not isinstance(error, Exception) or isinstance(error, LockprobeError):
             return False  # an answer, or the run is being ended
-        if refused := next((link for link in _chain(error) if isinstance(link, Refused)), None):
+        if refused := next((link for link in _chain(error) if isinstance(link, RefusedReply)), None):
             self.unanswered += refused.charged
             raise self._fault(refused, "") from error
         self._judgement = judged = self._judge(error)
@@ -220,7 +222,7 @@ def _said(error: Exception, access: Access) -> str:
         return f"no reply within {LONGEST_BATCH if access.batch else access.timeout:g} s"
     if (status := _status(error)) is not None:
         return f"the provider answered {status}: {_words(error)}"
-    if isinstance(error, Declined | Refused):
+    if isinstance(error, Declined | RefusedReply):
         return f"the provider answered with {'an error: ' if isinstance(error, Declined) else ''}{_words(error)}"
     chain = list(_chain(error))
     if any(isinstance(link, OSError) or not _CONNECTION.isdisjoint(_kinds(link)) for link in chain):

@@ -1,4 +1,4 @@
-"""What can be set of a hosted model: the options in its spec, ``llm:openai/gpt-4o?temperature=0&images=4``."""
+"""Options of a hosted model in its spec: ``llm:openai/gpt-4o?temperature=0&images=4``."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Literal, get_args
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
-from lockprobe.spec import read_options, with_options
+from lockprobe.spec import Spec, with_options
 
-__all__ = ["MOST_PLAIN", "MOST_REASONED", "Settings", "read_settings"]
+__all__ = ["MOST_PLAIN", "MOST_REASONED", "ModelSettings", "read_settings"]
 
 MOST_PLAIN = 1000
 """Tokens that a reply may have by default where a model writes it at once; ours are of 20 to 100."""
@@ -20,7 +20,7 @@ MOST_REASONED = 25_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class ModelSettings:
     """How a model is asked. What is None is not sent: its provider decides.
 
     Attributes:
@@ -155,17 +155,18 @@ class Settings:
                 raise BadValue(option, value, f"no {option} with {name}{where}")
 
 
-def read_settings(spec: str) -> tuple[str, Settings]:
-    """The model's name and how it is asked, from its spec without ``llm:``.
+def read_settings(spec: str) -> tuple[str, ModelSettings]:
+    """The model's name and how it is asked, from its spec, with or without ``llm:``.
 
     Raises:
         UnknownName: If there is no such option.
         BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
         BadFile: If one's own file of facts cannot be used.
     """
-    name, options = read_options(spec)
+    asked = Spec.parse(spec.removeprefix("llm:"))
+    name = asked.full_name
     if len(parts := name.split("/")) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
         raise BadValue("language model", name, "PROVIDER/MODEL as Inspect AI names it, for example openai/gpt-4o")
-    settings = with_options(Settings, f"llm:{name}", options)
+    settings = with_options(ModelSettings, f"llm:{name}", asked.options)
     settings.check(f"llm:{name}", facts_of(name))
     return name, settings

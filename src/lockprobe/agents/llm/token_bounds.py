@@ -1,4 +1,4 @@
-"""How large requests are, before they are made and their provider counts."""
+"""Upper bounds of the tokens of a request, before a provider counts them."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from math import ceil
 
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import Settings
+from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.call import Usage
+from lockprobe.model_call import Usage
 
 __all__ = ["at_most", "tokens"]
 
@@ -40,7 +40,7 @@ def tokens(text: str) -> float:
     return len(text) / CHARACTERS
 
 
-def at_most(messages: Sequence[Message], settings: Settings, facts: ModelFacts) -> Usage:
+def at_most(messages: Sequence[Message], settings: ModelSettings, facts: ModelFacts) -> Usage:
     """What one call can cost, whatever the model replies.
 
     A tokenizer makes no more tokens of a text than the text has bytes.

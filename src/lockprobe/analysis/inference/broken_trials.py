@@ -115,7 +115,6 @@ def agreed_tests(
 def _agreed(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
     first, values = three[0], [test.p_value for test in three if test.p_value is not None]
     if len(values) < len(three):
-        return replace(first, p_value=None, note="No test: too few trials remain of those that did not break.")
-    note = f"{first.note} Trials broke: the largest p-value without them, with all unsolved, and with all solved."
+        return replace(first, p_value=None, note="too few remain")
     same = len({test.direction for test in three}) == 1
-    return replace(first, p_value=max(values) if same else 1.0, note=note.strip())
+    return replace(first, p_value=max(values) if same else 1.0, broken=True)

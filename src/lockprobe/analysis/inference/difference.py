@@ -81,7 +81,7 @@ class AnyDifference:
         p_value: The smallest of theirs, each of which is corrected for looking at all.
         omnibus: p-value of ``sum n_p (success_p - success)^2``, which looks at every pair of values.
         permutations: How many were drawn.
-        note: Why there is no test, in words.
+        note: Why there is no test, as a short code; empty if there is one.
     """
 
     lowest: float | None
@@ -116,7 +116,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
     if apart and not (outcomes.of_people and len(values) > 1):
-        note = "No test: no two flip rates were met by the same trial."
+        note = "no common trial"
         return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
     n = np.bincount(place).astype(np.float64)
     if apart:
@@ -142,7 +142,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
         p_value=min((one.p_value for one in at), default=None),
         omnibus=_share(spread[1:], spread[0]),
         permutations=permutations,
-        note="" if at else "No test: no trial at a higher flip rate was met at the lowest.",
+        note="" if at else "no trial at the lowest p",
     )
 
 

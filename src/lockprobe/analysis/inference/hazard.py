@@ -6,8 +6,8 @@ estimates are the textbook's; the variance allows for luck that trials share ove
 (:mod:`lockprobe.analysis.inference.excess`).
 
 On a box the odds ratio of an agent that ignores all reports is not 1, since an action that comes back may find the box
-as it was. Where trials of a blind agent with the same action habits are given (:mod:`lockprobe.analysis.habits`),
-their odds ratio is the null hypothesis.
+as it was. Where trials of a blind agent with the same action habits are given
+(:mod:`lockprobe.analysis.habit_baseline`), their odds ratio is the null hypothesis.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class LoopEffect:
         looped_solved: How many of them solved the box.
         unlooped: Steps (trials) that come before any loop.
         unlooped_solved: How many of them solved the box.
-        note: Why there is no test, if there is none.
+        note: Why there is no test, as a short code; empty if there is one.
     """
 
     odds_ratio: float | None
@@ -151,9 +151,7 @@ def _against(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
     """No test where blind trials are given and have no odds ratio to hold the agent's against."""
     if blind is None or found.blind is not None or found.p_value is None:
         return found
-    return replace(
-        found, p_value=None, direction=0, note="No test: a blind agent with these habits has no odds ratio on this box."
-    )
+    return replace(found, p_value=None, direction=0, note="no odds ratio of a blind agent")
 
 
 def _effect(
@@ -185,9 +183,7 @@ def _effect(
         looped_solved=solved_after,
         unlooped=solved_before + failed_before,
         unlooped_solved=solved_before,
-        note=""
-        if informative.any()
-        else "No test: trials with and without a loop never ran side by side to a success.",
+        note="" if informative.any() else "never side by side",
     )
 
 

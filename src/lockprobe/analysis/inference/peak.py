@@ -55,7 +55,7 @@ class Peak:
         turning: Where the parabola through the shares is highest within the range of p.
         turning_low: 2.5th percentile over resamples.
         turning_high: 97.5th percentile.
-        note: Why something is missing, in words.
+        note: Why something is missing, as a short code; empty if nothing is.
     """
 
     candidates: tuple[Candidate, ...]
@@ -83,13 +83,12 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
     """
     values, place = np.unique(outcomes.p, return_inverse=True)
     if not len(values):
-        return _peak(values, np.empty(0), np.empty(0), np.empty((0, 0)), "No peak: there are no trials.")
+        return _peak(values, np.empty(0), np.empty(0), np.empty((0, 0)), "no trials")
     n = np.bincount(place).astype(np.float64)
     success = np.bincount(place, weights=outcomes.solved) / n
     times = times_drawn(outcomes, rng, resamples)
     if times is None:
-        note = "No resamples: trials are drawn within their repetition, and one has a single trial."
-        return _peak(values, n, success, np.empty((0, len(values))), note)
+        return _peak(values, n, success, np.empty((0, len(values))), "no resamples")
     return _peak(values, n, success, drawn_shares(times, outcomes.cluster, place, outcomes.solved), "")
 
 

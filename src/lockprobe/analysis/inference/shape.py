@@ -72,7 +72,7 @@ class BinomialOrders:
         orders: From order 0 upwards, as far as the values of p allow and the likelihood has a maximum.
         order: The order with the smallest AICc; None if an order has no maximum, since it may be the better one.
         curve: Success by p under that order.
-        note: Why something is missing, in words.
+        note: Why something is missing, as a short code; empty if nothing is.
     """
 
     n: int
@@ -109,10 +109,10 @@ def _fit(counted: Counts, order: int) -> LogitFit | None:
 
 def _why(counted: Counts, order: int) -> str:
     if counted.n.sum() < 3:
-        return "No fit: it needs three trials."
+        return "fewer than three trials"
     if counted.solved.sum() in {0, counted.n.sum()}:
-        return f"No fit: {'every' if counted.solved.sum() else 'no'} trial was solved."
-    return f"No choice of order: order {order} separates solved from unsolved trials, so its fit has no maximum."
+        return "every trial solved" if counted.solved.sum() else "no trial solved"
+    return f"order {order} separates"
 
 
 def _order(n: int, fits: list[LogitFit], order: int) -> BinomialOrder:

@@ -3,7 +3,7 @@
 The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, because the
 paper's are. An order of two is *not* evidence of a decline: of 2000 simulated studies in which success only levels
 off, AIC and cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 % (world ``saturating``
-of :mod:`lockprobe.audit.worlds`). :mod:`~lockprobe.analysis.inference.shape` counts trials instead, and
+of :mod:`lockprobe.audit.simulated_agents`). :mod:`~lockprobe.analysis.inference.shape` counts trials instead, and
 :mod:`~lockprobe.analysis.inference.ushape` asks whether there is a decline.
 """
 
@@ -82,7 +82,7 @@ class TrendFit:
         order_by_aic: The order that AIC prefers; None if there is nothing to choose from.
         order_by_cv: The order with the smallest leave-one-out error.
         quadratic: The second-order fit; None with fewer than three values of p.
-        note: What there is to know about it, in words.
+        note: Why something is missing, as a short code; empty if nothing is.
     """
 
     n: int
@@ -111,7 +111,7 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
             order_by_aic=None,
             order_by_cv=None,
             quadratic=None,
-            note=f"No fit: it needs three flip rates with trials that differ, and there {_are(values)}.",
+            note=f"no fit with {values} p",
         )
     orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
     return TrendFit(
@@ -120,12 +120,8 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
         order_by_aic=_chosen([(score.order, score.aic) for score in orders]),
         order_by_cv=_chosen([(score.order, score.cv_rmse) for score in orders if score.cv_rmse is not None]),
         quadratic=_quadratic(x, draws, orders[2].coefficients),
-        note="" if len(draws) else "No band: it resamples the trials of a repetition, and one has a single trial.",
+        note="" if len(draws) else "no band",
     )
-
-
-def _are(count: int) -> str:
-    return "is one" if count == 1 else f"are {count or 'none'}"
 
 
 def _chosen(scores: Sequence[tuple[int, float | None]]) -> int | None:

@@ -34,7 +34,7 @@ UShape = Literal["U", "inverted U"]
 Array = NDArray[np.float64]
 
 _LEVEL = 0.05
-_TOO_FEW = "No test: it needs three flip rates with trials."
+_TOO_FEW = "fewer than three p"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +62,7 @@ class TwoLines:
         second: The line from the break on.
         p_value: The larger of the two p-values if the slopes have opposite signs, else 1; None if there is no test.
         direction: The shape concluded at the 5 % level, if any.
-        note: Why there is no test, in words.
+        note: Why there is no test, as a short code; empty if there is one.
     """
 
     break_p: float | None
@@ -85,7 +85,7 @@ class LindMehlum:
         extremum: Where the quadratic turns, inside the range of p or not.
         low: Lower end of its 95 % interval (Fieller's); None if it is unbounded.
         high: Upper end.
-        note: Why there is no test, in words.
+        note: Why there is no test, as a short code; empty if there is one.
     """
 
     slope_low: float | None
@@ -154,7 +154,7 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
             extremum=None,
             low=None,
             high=None,
-            note="No test: a quadratic separates solved from unsolved trials." if enough else _TOO_FEW,
+            note="quadratic separates" if enough else _TOO_FEW,
         )
     bend = float(fit.coefficients[2])
     ends = np.array([[0.0, 1.0, 2 * end] for end in (counted.p[0], counted.p[-1])])

@@ -7,7 +7,6 @@ rejects where there is nothing to find is measured by ``lockprobe audit``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,7 +23,6 @@ from lockprobe.analysis.outcomes import Point
 from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
 __all__ = [
-    "QUESTIONS",
     "Question",
     "TestResult",
     "harm_tests",
@@ -36,16 +34,7 @@ __all__ = [
 
 Question = Literal["success", "speed", "shape", "looping", "harm"]
 
-QUESTIONS: Mapping[Question, str] = {
-    "success": "Do false reports change how often the box is solved?",
-    "speed": "Do false reports change how fast the box is solved?",
-    "shape": "Does success rise and then fall again as the flip rate rises?",
-    "looping": "Do false reports change how soon an agent loops?",
-    "harm": "Once it has looped, is an agent less likely to solve the box?",
-}
-
-
-_ONE_P = "No test: it needs two flip rates with trials."
+_ONE_P = "fewer than two p"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,15 +46,15 @@ class TestResult:
         question: What it asks.
         recommended: Whether to conclude from it; the others are there to be compared.
         p_value: [0, 1]; None where it cannot be computed.
-        effect: How large the effect is, in words of ``unit``; None where there is no estimate.
+        effect: How large the effect is; None where there is no estimate.
         low: Lower end of its 95 % interval, where there is one.
         high: Upper end.
         baseline: The effect under the null hypothesis where that is what a blind agent with the same action habits has
             on the box, by simulation; None where the null hypothesis is no effect.
-        unit: What the effect is.
         direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
         holds: For a rule without a p-value, whether it says yes; None otherwise.
-        note: What there is to know about it.
+        note: Why there is no p-value, as a short code; empty if there is one.
+        broken: Whether the p-value is the largest over what became of broken trials.
     """
 
     __test__ = False  # no test of this package, whatever its name begins with
@@ -78,10 +67,10 @@ class TestResult:
     low: float | None = None
     high: float | None = None
     baseline: float | None = None
-    unit: str = ""
     direction: int = 0
     holds: bool | None = None
     note: str = ""
+    broken: bool = False
 
     @property
     def rejects(self) -> bool:
@@ -102,21 +91,16 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
             effect=clearest.value if clearest else None,
             low=clearest.low if clearest else None,
             high=clearest.high if clearest else None,
-            unit="difference in success",
             direction=int(np.sign(clearest.value)) if clearest else 0,
-            note=found.note
-            or "Corrected for looking at every flip rate; trials that share their luck stay together. It says yes only "
-            "if the interval, at a level corrected alike, leaves out 0.",
+            note=found.note,
         ),
         TestResult(
             name="any difference, permutation",
             question="success",
             recommended=False,
             p_value=found.omnibus,
-            note="It looks at every pair of flip rates. Not valid where they change which trials are solved "
-            "but not how many.",
         ),
-        _naive(chosen, "success", "highest success, chosen by eye, Fisher", "difference in success"),
+        _naive(chosen, "success", "highest success, chosen by eye, Fisher"),
     ]
 
 
@@ -130,9 +114,8 @@ def speed_tests(speed: LogRanks) -> list[TestResult]:
             recommended=True,
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
-            unit="hazard of solving, higher flip rates over the lowest",
             direction=primary.direction if primary else 0,
-            note="All higher flip rates together: no choice of a peak." if primary else _ONE_P,
+            note="" if primary else _ONE_P,
         )
     ]
 
@@ -149,9 +132,7 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             recommended=True,
             p_value=None if lines.p_value is None else lines.p_value if rises else 1.0,
             effect=lines.break_p,
-            unit="flip rate at which the lines meet",
-            note=lines.note
-            or "Both lines have to be significant; a shape like the paper's needs some 160 trials per flip rate.",
+            note=lines.note,
         ),
         TestResult(
             name="Lind-Mehlum",
@@ -161,15 +142,13 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             effect=bend.extremum,
             low=bend.low,
             high=bend.high,
-            unit="flip rate at which the quadratic turns",
-            note=bend.note or "Too often significant where success only levels off.",
+            note=bend.note,
         ),
         TestResult(
             name="quadratic term, likelihood ratio",
             question="shape",
             recommended=False,
             p_value=orders[2].p_value if len(orders) > 2 else None,
-            note="No test of a decline: a curve that levels off has a quadratic term as well.",
         ),
         TestResult(
             name="order 2 by AIC and cross-validation, maximum inside",
@@ -177,8 +156,6 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
             recommended=False,
             p_value=None,
             holds=_peaks(fit),
-            note="The paper's rule (Sec. 3.2), which does not say how it cross-validates; here each repetition of each "
-            "flip rate is left out once.",
         ),
     ]
 
@@ -200,11 +177,10 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
             recommended=True,
             p_value=primary.p_value if primary else None,
             effect=primary.hazard_ratio if primary else None,
-            unit="hazard of a first loop, higher flip rates over the lowest",
             direction=primary.direction if primary else 0,
-            note="All higher flip rates together: no choice of a peak." if primary else _ONE_P,
+            note="" if primary else _ONE_P,
         ),
-        _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher", "difference in loop rate"),
+        _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher"),
     ]
 
 
@@ -212,8 +188,6 @@ def harm_tests(
     hazard: LoopEffect, landmark: LoopEffect, whole: NaiveAssociation, fine: Correlation, coarse: Correlation
 ) -> list[TestResult]:
     """Whether success is rarer after a loop."""
-    odds = "odds of solving, after a loop over before"
-    length = "Trial length alone can make it significant."
     return [
         TestResult(
             name="success after a loop, Mantel-Haenszel by p and step",
@@ -223,10 +197,9 @@ def harm_tests(
             effect=hazard.odds_ratio,
             low=hazard.low,
             high=hazard.high,
-            unit=odds,
             baseline=hazard.blind.odds_ratio if hazard.blind else None,
             direction=hazard.direction,
-            note=hazard.note or _null(hazard),
+            note=hazard.note,
         ),
         TestResult(
             name="looped by step 10, Mantel-Haenszel by p",
@@ -237,8 +210,7 @@ def harm_tests(
             low=landmark.low,
             high=landmark.high,
             baseline=landmark.blind.odds_ratio if landmark.blind else None,
-            unit=odds,
-            note=landmark.note or f"Valid as well, with less power. {_null(landmark)}",
+            note=landmark.note,
         ),
         TestResult(
             name="looped against solved, Fisher",
@@ -246,8 +218,6 @@ def harm_tests(
             recommended=False,
             p_value=whole.p_value,
             effect=whole.odds_ratio,
-            unit="odds of solving, trials with a loop over trials without",
-            note=length,
         ),
         *(
             TestResult(
@@ -256,22 +226,10 @@ def harm_tests(
                 recommended=False,
                 p_value=found.p_value,
                 effect=found.r,
-                unit="r",
-                note=f"As in the paper (Fig. 5a), which does not say over what. {length}",
             )
             for unit, found in (("repetitions", fine), ("values of p", coarse))
         ),
     ]
-
-
-def _null(found: LoopEffect) -> str:
-    """Against which odds ratio the effect of a loop is tested."""
-    if found.blind is None:
-        return "Tested against an odds ratio of 1; what the mechanics of the box give to a blind agent is not known."
-    return (
-        f"Tested against {found.blind.odds_ratio:.2f}, the odds ratio of a blind agent with the same action habits on "
-        "this box."
-    )
 
 
 def _chosen(conditions: list[Point], quantity: Literal["success", "loop_rate"], *, highest: bool) -> Difference | None:
@@ -284,7 +242,7 @@ def _chosen(conditions: list[Point], quantity: Literal["success", "loop_rate"], 
     return difference(*shares)
 
 
-def _naive(found: Difference | None, question: Question, name: str, unit: str) -> TestResult:
+def _naive(found: Difference | None, question: Question, name: str) -> TestResult:
     return TestResult(
         name=name,
         question=question,
@@ -293,6 +251,5 @@ def _naive(found: Difference | None, question: Question, name: str, unit: str) -
         effect=found.value if found else None,
         low=found.low if found else None,
         high=found.high if found else None,
-        unit=unit,
-        note="Not corrected for the choice." if found else _ONE_P,
+        note="" if found else _ONE_P,
     )

@@ -10,8 +10,8 @@ from lockprobe.analysis.loops.choices import Rule, Solver
 if TYPE_CHECKING:
     from lockprobe.analysis.loops.alphabet import Symbol, parse_sequence, symbols
     from lockprobe.analysis.loops.covering import LONGEST_ILP, LoopCover, cover
+    from lockprobe.analysis.loops.exact_search import LONGEST_SEARCH
     from lockprobe.analysis.loops.measures import LoopMeasures, measure
-    from lockprobe.analysis.loops.search import LONGEST_SEARCH
     from lockprobe.analysis.loops.words import any_loop, any_loop_batch, longest_loop, onset, onset_batch
 
 __all__ = [
@@ -36,7 +36,7 @@ __all__ = [
 _HOMES = {
     "covering": ("LONGEST_ILP", "LoopCover", "cover"),
     "measures": ("LoopMeasures", "measure"),
-    "search": ("LONGEST_SEARCH",),
+    "exact_search": ("LONGEST_SEARCH",),
     "alphabet": ("Symbol", "parse_sequence", "symbols"),
     "words": ("any_loop", "any_loop_batch", "longest_loop", "onset", "onset_batch"),
 }

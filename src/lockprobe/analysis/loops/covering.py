@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.loops.alphabet import letters
 from lockprobe.analysis.loops.choices import Rule, Solver
-from lockprobe.analysis.loops.free import Words, copies, free_pieces, in_order
-from lockprobe.analysis.loops.programme import programme_pieces
-from lockprobe.analysis.loops.search import LONGEST_SEARCH, repeat_pieces, whole_pieces
+from lockprobe.analysis.loops.exact_cover import Words, copies, free_pieces, in_order
+from lockprobe.analysis.loops.exact_search import LONGEST_SEARCH, repeat_pieces, whole_pieces
+from lockprobe.analysis.loops.integer_programme import programme_pieces
 from lockprobe.analysis.loops.words import Interval, any_loop, least_distance
 from lockprobe.errors import BadValue
 

@@ -2,7 +2,7 @@
 
 Importing numba and compiling cost seconds the first time and a second in all afterwards, so nothing here is imported
 or compiled before the work is worth it (:func:`compiled`). The functions are plain Python on integer arrays; what
-they compute is what :mod:`lockprobe.analysis.loops.free` computes without them, number for number.
+they compute is what :mod:`lockprobe.analysis.loops.exact_cover` computes without them, number for number.
 """
 
 from __future__ import annotations

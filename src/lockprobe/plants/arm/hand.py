@@ -1,8 +1,8 @@
 """A compliant hand that cages a knob between six soft fingers, behind a force-torque sensor.
 
-It stands in for a soft hand: each finger is a capsule on two sprung hinges. The fingers lean outwards, so that a knob
-which is not quite where it was believed to be still comes in between them; the gap from finger to finger is narrower
-than a knob, so that the knob gets out only by bending two fingers aside. Soft fingers let it.
+It approximates a soft hand: each finger is a capsule on two sprung hinges. The fingers lean outwards, so they still
+enclose a knob that is slightly off its believed position. The gap between fingers is narrower than a knob, so a knob
+escapes only by bending two fingers aside, which soft fingers allow.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ import math
 
 import mujoco
 
-from lockprobe.plants.layers import ARM, HIDDEN, PANEL
+from lockprobe.plants.geom_groups import ARM, HIDDEN, PANEL
 
 __all__ = ["FINGERS", "HAND_RADIUS", "REACH", "TOOL", "add_hand"]
 
 FINGERS = 6
 
 TOOL = 0.108
-"""From the flange to the middle of the cage, where the top of a knob is held, metres."""
+"""Distance from the flange to the middle of the cage, which holds the top of a knob, metres."""
 
 REACH = 0.026
-"""How far the fingertips stand beyond that, metres."""
+"""Distance of the fingertips beyond that point, metres."""
 
 HAND_RADIUS = 0.044
-"""Of the circle in which the fingertips lie, metres."""
+"""Radius of the circle of the fingertips, metres."""
 
 _ROOT = 0.05
 _ROOT_RING = 0.028
@@ -41,7 +41,7 @@ _RUBBER = (0.93, 0.45, 0.13, 1.0)
 
 
 def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody, *, stiffness: float = 1.0) -> None:
-    """Mount the hand.
+    """Mount the hand on the flange.
 
     Sites: ``tool`` in the middle of the cage, z away from the arm, and ``wrench`` at the flange. Sensors: ``force`` and
     ``torque`` between flange and hand, in the frame of ``wrench``. Joints: ``finger-0-bend`` (outwards) and
@@ -49,8 +49,8 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody, *, stiffness: float = 
 
     Args:
         spec: The scene; it is changed.
-        flange: What the hand is mounted to.
-        stiffness: Of the fingers, as a multiple of the usual.
+        flange: The body that carries the hand.
+        stiffness: Stiffness of the fingers, as a multiple of the default.
     """
     hand = flange.add_body(name="hand")
     for name, height in (("wrench", 0.0), ("tool", TOOL)):

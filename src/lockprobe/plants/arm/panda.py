@@ -1,9 +1,9 @@
-"""The Franka Emika Panda, from published numbers, on primitive shapes.
+"""The Franka Emika Panda arm from published parameters, built of primitive shapes.
 
-Joint axes and offsets are the manufacturer's Denavit-Hartenberg parameters (Craig's convention), limits those of its
-data sheet. Masses, centres of mass and inertia are the ones identified by Gaz et al., "Dynamic Identification of the
-Franka Emika Panda Robot With Retrieval of Feasible Parameters" (RA-L 2019). Shapes are capsules and cylinders drawn
-here; they collide with the panel and never with each other.
+Joint axes and offsets are the manufacturer's Denavit-Hartenberg parameters (Craig's convention); limits come from its
+data sheet. Masses, centres of mass and inertia were identified by Gaz et al., "Dynamic Identification of the
+Franka Emika Panda Robot With Retrieval of Feasible Parameters" (RA-L 2019). Shapes are capsules and
+cylinders; they collide with the panel and never with each other.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.plants.layers import ARM, PANEL
+from lockprobe.plants.geom_groups import ARM, PANEL
 
 __all__ = [
     "ACCELERATION_LIMITS",
@@ -47,7 +47,7 @@ DH = (
 """Length a and offset d in metres and twist alpha in radians before each joint (Craig's convention)."""
 
 FLANGE = 0.107
-"""From the last joint to the flange along its axis, metres."""
+"""Distance from the last joint to the flange along its axis, metres."""
 
 LOWER = np.array([-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973])
 UPPER = np.array([2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973])
@@ -162,7 +162,7 @@ _SHAPES: tuple[tuple[_Segment, ...], ...] = (
         ((0.0, 0.0, 0.1), (0.0, 0.0, 0.107), 0.0335, "cylinder", _GREY),
     ),
 )
-"""What each moving link looks like, and what of it can touch the panel."""
+"""Visible shapes of each moving link; they are also what can touch the panel."""
 
 
 def _dh_transform(a: float, d: float, alpha: float, theta: float) -> NDArray[np.float64]:

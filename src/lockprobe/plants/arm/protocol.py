@@ -1,4 +1,4 @@
-"""What a guarded move needs of an arm. A simulated arm has it, and so can a real one."""
+"""The interface of an arm for the guarded move, simulated or real."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Vector = NDArray[np.float64]
 
 
 class Arm(Protocol):
-    """A torque-controlled arm with a hand and a force sensor, at the rate of a supervisor, not of its inner loop.
+    """A torque-controlled arm with a hand and a force sensor, commanded at the rate of a supervisor.
 
-    Poses are those of the tool, the point in the hand where the top of a knob is held. Calls block.
+    Poses refer to the tool, the point in the hand that holds the top of a knob. Calls block.
     """
 
     @property
@@ -26,43 +26,43 @@ class Arm(Protocol):
 
     @property
     def time(self) -> float:
-        """Seconds since some fixed moment, by the arm's own clock."""
+        """Seconds since a fixed moment, by the arm's clock."""
         ...
 
     def home(self) -> None:
         """Go to the homing pose, out of the camera's view, freely through joint space.
 
         Raises:
-            PlantFault: If it does not get there.
+            PlantFault: If it does not arrive.
         """
         ...
 
     def reach(self, position: Vector, axis: Vector) -> None:
-        """Go to a pose freely through joint space; the turn about the axis is the arm's own choice.
+        """Go to a pose freely through joint space. The arm chooses the rotation about the axis.
 
         Args:
-            position: Of the tool, metres.
-            axis: Where the hand points, a unit vector.
+            position: Position of the tool, metres.
+            axis: Direction in which the hand points, a unit vector.
 
         Raises:
-            PlantFault: If it cannot get there.
+            PlantFault: If it cannot reach the pose.
         """
         ...
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
-        """Be drawn towards a moving point for one period, as if by springs; the orientation is held.
+        """Follow a moving point for one period as if pulled by springs, keeping the orientation.
 
         Args:
-            position: Of the point at the start of the period, metres.
-            velocity: Of the point, metres per second.
+            position: The point at the start of the period, metres.
+            velocity: The point's velocity, metres per second.
             stiffness: Newtons per metre.
         """
         ...
 
     def position(self) -> Vector:
-        """Where the tool is, metres."""
+        """Position of the tool, metres."""
         ...
 
     def force(self) -> Vector:
-        """The mean force on the hand over the last period, newtons; what the hand weighs is in it."""
+        """Mean force on the hand over the last period, newtons, including the hand's weight."""
         ...

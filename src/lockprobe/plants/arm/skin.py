@@ -1,7 +1,7 @@
-"""The arm's outer shape from MuJoCo Menagerie, where its user has it. It is seen and changes no physics.
+"""The arm's visible shape from MuJoCo Menagerie, if it is on this machine. It changes no physics.
 
-Nothing is downloaded: it is taken from a checkout of one's own that ``MENAGERIE_ROOT`` names, or from what the package
-``mujoco-menagerie`` has stored before (in ``MENAGERIE_CACHE_DIR``, or where it does so by itself).
+Nothing is downloaded. The meshes come from a checkout that ``MENAGERIE_ROOT`` names, or from the cache of the package
+``mujoco-menagerie`` (in ``MENAGERIE_CACHE_DIR`` or its default folder).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import mujoco
 
-from lockprobe.plants.layers import HIDDEN, NOTHING
+from lockprobe.plants.geom_groups import HIDDEN, NOTHING
 
 __all__ = ["find_skin", "wear_skin"]
 
@@ -24,18 +24,18 @@ def find_skin(environment: Mapping[str, str] = os.environ) -> Path | None:
     """The Menagerie's description of the Panda on this machine, or None if it has none.
 
     Args:
-        environment: Where variables are read.
+        environment: The environment variables.
     """
     if root := environment.get("MENAGERIE_ROOT"):
-        places = [Path(root) / _ROBOT]
+        folders = [Path(root) / _ROBOT]
     else:
         stored = Path(environment.get("MENAGERIE_CACHE_DIR") or _stored(environment)) / "models"
-        places = [path.parent for path in sorted(stored.glob(f"{_ROBOT}-*/.complete"))]
-    return next((path for place in places if (path := place / "panda.xml").is_file()), None)
+        folders = [path.parent for path in sorted(stored.glob(f"{_ROBOT}-*/.complete"))]
+    return next((path for folder in folders if (path := folder / "panda.xml").is_file()), None)
 
 
 def _stored(environment: Mapping[str, str]) -> Path:
-    """Where the package stores models if nothing else is said."""
+    """The package's default cache folder."""
     home = Path(environment.get("HOME") or Path.home())
     if sys.platform == "win32":
         return Path(environment.get("LOCALAPPDATA") or home / "AppData/Local") / "mujoco_menagerie" / "cache"
@@ -45,7 +45,7 @@ def _stored(environment: Mapping[str, str]) -> Path:
 
 
 def wear_skin(spec: mujoco.MjSpec, description: Path) -> None:
-    """Show the Menagerie's meshes in place of the arm's own shapes, which go on colliding unseen.
+    """Show the Menagerie's meshes instead of the arm's primitive shapes, which still collide but become invisible.
 
     Args:
         spec: A scene with the arm; it is changed.

@@ -1,7 +1,7 @@
-"""Pictures by OpenGL without a window: EGL, or OSMesa.
+"""The OpenGL renderer, without a window: EGL or OSMesa.
 
 MuJoCo picks its OpenGL platform from the environment variable MUJOCO_GL when it is imported, and the import fails where
-that platform's library is missing. So the variable is left alone, and the wanted context is made here, explicitly.
+that platform's library is missing. So this module leaves the variable alone and creates the context explicitly.
 """
 
 from __future__ import annotations
@@ -16,26 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
-from lockprobe.plants.rendering.probing import title
-from lockprobe.plants.rendering.visible import shown_options, shown_state
+from lockprobe.plants.rendering.renderer import shown_options, shown_state, title
 
 __all__ = ["OpenGL"]
 
 _SHADOW_PIXELS = 2048
 _SAMPLES = 4
-"""Of each pixel of a colour picture, against stairs along edges. Depth is never averaged over an edge."""
+"""Samples per pixel of colour pictures (anti-aliasing). Depth is never averaged over an edge."""
 
 _PLATFORM_VARIABLE = "PYOPENGL_PLATFORM"
 
 _opened: list[tuple[str, int]] = []
-"""Platform and process of the first context; a process can have one platform only, and no fork of it any."""
+"""Platform and process of the first context. A process can have only one platform, and a fork of it none."""
 
 
 class OpenGL:
     """A renderer that draws with OpenGL.
 
     Args:
-        model: What is to be seen.
+        model: What to draw.
         platform: Where OpenGL comes from.
         width: Pixels.
         height: Pixels.
@@ -43,7 +42,7 @@ class OpenGL:
     Raises:
         BadValue: If this process has opened another platform, or was forked from one that has opened any.
         ImportError, AttributeError, RuntimeError: As MuJoCo and PyOpenGL raise them where the platform is missing or
-            broken; :mod:`lockprobe.plants.rendering.probing` finds that out beforehand.
+            broken; :mod:`lockprobe.plants.rendering.choose_renderer` checks that beforehand.
     """
 
     def __init__(self, model: mujoco.MjModel, *, platform: Literal["egl", "osmesa"], width: int, height: int) -> None:
@@ -57,7 +56,7 @@ class OpenGL:
         self._options = shown_options()
         self._window = mujoco.MjrRect(0, 0, width, height)
         self._context = _open_context(platform, width, height)
-        # The context is current only while it is used, so that another thread can go on with it.
+        # The context is current only while it is used, so that another thread can use it next.
         with self._context.as_current():
             self._drawing = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
@@ -67,7 +66,7 @@ class OpenGL:
         self.name = title(platform, self.detail)
 
     def render(self, data: mujoco.MjData, camera: str) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """What a camera sees: colours, and depth along the optical axis in metres, 0 where there is nothing."""
+        """Colours, and depth along the optical axis in metres, 0 where there is nothing."""
         shown_state(self._model, data, self._seen)
         eye = mujoco.MjvCamera()
         eye.type = mujoco.mjtCamera.mjCAMERA_FIXED
@@ -85,7 +84,7 @@ class OpenGL:
         self._context.free()
 
     def _draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Colours and the depth buffer, from below upwards."""
+        """Colours and the depth buffer, bottom row first."""
         rgb = np.empty((self._window.height, self._window.width, 3), np.uint8)
         mujoco.mjr_render(self._window, self._scene, self._drawing)
         mujoco.mjr_readPixels(rgb, None, self._window, self._drawing)
@@ -100,7 +99,7 @@ class OpenGL:
         return rgb, buffer
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Undoes the projection: the buffer holds (near / z - near / far) / (1 - near / far)."""
+        """Undo the projection: the buffer holds (near / z - near / far) / (1 - near / far)."""
         extent = self._model.stat.extent
         near = self._model.vis.map.znear * extent
         far = self._model.vis.map.zfar * extent
@@ -122,7 +121,7 @@ def _open_context(platform: str, width: int, height: int) -> Any:
         context = importlib.import_module(f"mujoco.{platform}").GLContext(width, height)
     finally:
         if before is None:
-            # Set by the import for PyOpenGL, which has read it; processes started from here shall not inherit it.
+            # The import set it for PyOpenGL, which has read it by now; child processes must not inherit it.
             os.environ.pop(_PLATFORM_VARIABLE, None)
     _opened.append((platform, os.getpid()))
     return context

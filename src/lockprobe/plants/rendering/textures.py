@@ -1,4 +1,4 @@
-"""What a model's textures show at a point of a geom, as MuJoCo lays them over its shapes."""
+"""Colours of textures at points of geoms, mapped onto shapes as MuJoCo maps them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 __all__ = ["Textures"]
 
 _FLAT = frozenset(map(int, (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER)))
-"""Shapes on which a flat texture lies as if it were thrown onto them along their z axis; so it does on their tops."""
+"""Shapes onto which a flat texture is projected along their z axis."""
 
 _COLOUR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
@@ -21,7 +21,7 @@ class Textures:
         model: The model.
 
     Attributes:
-        background: Colour of what is infinitely far away, shape (3,): the mean of the sky if there is one.
+        background: Colour behind everything, shape (3,): the mean colour of the sky, or black without a sky.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -31,7 +31,7 @@ class Textures:
         self.background = self._texture(int(skies[0]), 0).mean(axis=(0, 1)) if skies.size else np.zeros(3)
 
     def of(self, geom: int) -> int | None:
-        """Number of the texture on a geom; None if it has none, or one that is not shown by rays."""
+        """Id of the texture on a geom; None if it has none, or one that the ray caster does not show."""
         model = self._model
         material = model.geom_matid[geom]
         texture = model.mat_texid[material, _COLOUR] if material >= 0 else -1
@@ -45,8 +45,8 @@ class Textures:
 
         Args:
             geom: A geom with a texture.
-            local: Points on it in its own frame, shape (points, 3), metres.
-            pixel: About how far apart neighbouring points are, metres.
+            local: Points on it in the geom's frame, shape (points, 3), metres.
+            pixel: Approximate distance between neighbouring points, metres.
 
         Returns:
             Shape (points, 3), 0 to 1.
@@ -72,7 +72,7 @@ class Textures:
         upright = 1 if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER else -1
         down = scale[1] * (shift[1] + upright * local[:, 1])
         texels = pixel * max(scale[0] * model.tex_width[texture], scale[1] * model.tex_height[texture])
-        # Neighbouring points must not step over texels, or letters break up: a smaller copy of the texture is taken.
+        # If neighbouring points skip texels, letters break up; so distant textures are sampled from a smaller copy.
         level = max(0, round(np.log2(max(texels, 1e-9))))
         return _between(self._texture(texture, level), across, down)
 
@@ -96,7 +96,7 @@ class Textures:
         return colours
 
     def _extent(self, geom: int) -> NDArray[np.float64]:
-        """Half sizes along the axes of a geom, shape (3,)."""
+        """Half the sizes of a geom along its axes, shape (3,)."""
         model = self._model
         first, second, third = model.geom_size[geom]
         kind = model.geom_type[geom]
@@ -127,7 +127,7 @@ class Textures:
 
 
 def _halved(image: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Pairs of neighbouring pixels made one."""
+    """The image with pairs of neighbouring pixels averaged."""
     pairs = image.shape[axis] // 2
     if pairs == 0:
         return image
@@ -137,7 +137,7 @@ def _halved(image: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
 
 
 def _between(image: NDArray[np.float64], across: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
-    """An image that repeats without end, between its pixels; 1 is its width or height."""
+    """Bilinear samples of an image that repeats without end; 1 is its width or height."""
     height, width = image.shape[:2]
     column, row = across * width - 0.5, down * height - 0.5
     left, top = np.floor(column).astype(np.intp), np.floor(row).astype(np.intp)

@@ -1,4 +1,7 @@
-"""How a scene looks: the same in every trial, or drawn for each. Looks change nothing that can be touched."""
+"""Colours, handle shapes, light and camera offset of a scene: fixed, or drawn anew in each trial.
+
+The appearance changes nothing that can be touched.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,15 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.plants.settings import Looks
+from lockprobe.plants.twin_settings import Looks
 
-__all__ = ["HANDLES", "Colour", "HandleShape", "Look", "look_of"]
+__all__ = ["HANDLES", "Appearance", "Colour", "HandleShape", "appearance_of"]
 
 Colour = tuple[float, float, float]
 """Red, green, blue, 0 to 1."""
 
 HandleShape = Literal["round", "capped", "ball", "grooved"]
-"""What is seen of a handle; what a hand takes hold of is the same round knob in each."""
+"""Visible shape of a handle. The shape that a hand can touch is always the same round knob."""
 
 HANDLES: tuple[HandleShape, ...] = ("round", "capped", "ball", "grooved")
 
@@ -24,19 +27,19 @@ _DRAWS = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Look:
-    """All that looks of a scene are made from.
+class Appearance:
+    """Everything that decides how a scene looks.
 
     Attributes:
-        wood: Of board and case.
+        wood: Colour of board and case.
         grain: Seed of the wood's pattern.
         knob: Colour of handles.
         bar: Colour of levers and of the bars under sliders' handles.
         floor: Colour of the ground.
         handle: Shape of handles.
-        light: Where the light comes from: x and y in metres beside the panel, 1.6 m above the ground.
-        brightness: Of the light, as a multiple of the usual.
-        camera: How far the camera is moved from its place, x, y, z in metres in the world.
+        light: Offset of the lamp from the panel in x and y, metres; it is 1.6 m above the ground.
+        brightness: Brightness of the lamp, as a multiple of the default.
+        camera: Offset of the camera from its default position, x, y, z in metres in the world.
     """
 
     wood: Colour
@@ -50,7 +53,7 @@ class Look:
     camera: tuple[float, float, float]
 
 
-_PLAIN = Look(
+_PLAIN = Appearance(
     wood=(0.80, 0.63, 0.43),
     grain=1,
     knob=(0.86, 0.13, 0.10),
@@ -71,19 +74,19 @@ _WOODS: tuple[Colour, ...] = (
 )
 
 
-def look_of(looks: Looks, rng: np.random.Generator) -> Look:
-    """A look.
+def appearance_of(looks: Looks, rng: np.random.Generator) -> Appearance:
+    """The appearance of one trial.
 
     Args:
-        looks: ``plain`` is always the same.
-        rng: As many numbers are drawn whatever ``looks`` is.
+        looks: ``plain`` always gives the same appearance.
+        rng: Random stream. It draws equally many numbers whatever ``looks`` is.
     """
     drawn = rng.random(_DRAWS)
     if looks == "plain":
         return _PLAIN
     hue, grey = float(drawn[2]), float(drawn[5])
     other = (hue + 0.30 + 0.4 * float(drawn[3])) % 1
-    return Look(
+    return Appearance(
         wood=_WOODS[int(drawn[0] * len(_WOODS))],
         grain=int(drawn[1] * 2**31),
         knob=colorsys.hsv_to_rgb(hue, 0.88, 0.82),

@@ -1,4 +1,4 @@
-"""The joints of a compiled scene: reading them, setting them, pushing them. It knows nothing of an arm."""
+"""The joints of a compiled scene: read, set and push them. It knows nothing of an arm."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import PlantFault
 from lockprobe.lockbox.box import Configuration, bits
-from lockprobe.plants.scene.board import Scene
-from lockprobe.plants.scene.gates import STROKE, Literal
-from lockprobe.plants.scene.hidden import LIFT
+from lockprobe.plants.scene.bolts import LIFT
+from lockprobe.plants.scene.gates import STROKE, GateLiteral
+from lockprobe.plants.scene.scene import LockboxScene
 
 __all__ = ["RESTING", "Mechanism"]
 
 RESTING = 0.08
-"""How far from an end a resting joint may be, as a fraction of its travel."""
+"""Largest distance of a resting joint from an end, as a fraction of its travel."""
 
 _ARRIVED = 0.02
 _HELD_SPEED, _HELD_STEPS = 0.02, 15
@@ -28,15 +28,15 @@ _FROZEN = 0.005
 
 
 class _Bolt:
-    """A bolt or a lifter: its places in the state, and where it is in a configuration."""
+    """A bolt or a lifter: its addresses in the state, and its position in each configuration."""
 
-    def __init__(self, model: mujoco.MjModel, name: str, literals: Sequence[Literal], out: float) -> None:
+    def __init__(self, model: mujoco.MjModel, name: str, literals: Sequence[GateLiteral], out: float) -> None:
         joint = model.joint(name)
-        self.place, self.dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        self.address, self.dof = int(joint.qposadr[0]), int(joint.dofadr[0])
         self._literals, self._out = literals, out
 
     def position(self, configuration: Configuration) -> float:
-        """Out as soon as one of its literals holds, metres."""
+        """Its position, metres: retracted if one of its literals holds."""
         return self._out if any(configuration[joint] == wanted for joint, wanted in self._literals) else 0.0
 
 
@@ -46,18 +46,18 @@ class Mechanism:
     Args:
         model: The compiled model.
         data: Its state.
-        scene: What it was compiled from.
+        scene: The scene that was compiled.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: Scene) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: LockboxScene) -> None:
         self._model, self._data, self._scene = model, data, scene
-        fittings = scene.panel.fittings
-        joints = [model.joint(f"joint-{i}") for i in range(len(fittings))]
+        mounted_joints = scene.panel.mounted_joints
+        joints = [model.joint(f"joint-{i}") for i in range(len(mounted_joints))]
         self._ids = np.array([joint.id for joint in joints])
-        self._places = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._addresses = np.array([int(joint.qposadr[0]) for joint in joints])
         self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
-        self._travel = np.array([fitting.travel for fitting in fittings])
-        self._arm = np.array([fitting.reach or 1.0 for fitting in fittings])
+        self._travel = np.array([mounted.travel for mounted in mounted_joints])
+        self._arm = np.array([mounted.reach or 1.0 for mounted in mounted_joints])
         self._bolts = self._find_bolts()
         self._all_dofs = np.array([*self._dofs, *(bolt.dof for bolt in self._bolts)])
         # Speeds are compared at handles, in metres per second.
@@ -66,11 +66,11 @@ class Mechanism:
 
     def fractions(self) -> NDArray[np.float64]:
         """How far each joint is from position 0, as a fraction of its travel, in panel order."""
-        fractions: NDArray[np.float64] = self._data.qpos[self._places] / self._travel
+        fractions: NDArray[np.float64] = self._data.qpos[self._addresses] / self._travel
         return fractions
 
     def configuration(self) -> Configuration:
-        """The position to which each joint is nearer."""
+        """For each joint the position that it is nearer to."""
         return tuple(bool(fraction > 0.5) for fraction in self.fractions())
 
     def resting(self) -> bool:
@@ -79,14 +79,14 @@ class Mechanism:
         return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
 
     def configuration_after(self, joint: int, before: Configuration) -> Configuration:
-        """The configuration to which an attempt has led, if no more happened than a box knows.
+        """The configuration after an attempt.
 
         Args:
-            joint: Which was attempted, by place in panel order.
-            before: The configuration in which it was.
+            joint: The attempted joint, by index in panel order.
+            before: The configuration before the attempt.
 
         Raises:
-            PlantFault: If a joint stands between its ends, or another one moved.
+            PlantFault: If a joint is between its ends, or a joint moved that was not attempted.
         """
         if not self.resting():
             where = ", ".join(f"{fraction:.2f}" for fraction in self.fractions())
@@ -99,25 +99,25 @@ class Mechanism:
         return after
 
     def set_configuration(self, configuration: Configuration) -> None:
-        """Put every joint at an end of its travel, at rest, and every bolt where it then belongs."""
+        """Put every joint at an end of its travel, at rest, and every bolt at the matching position."""
         data = self._data
-        data.qpos[self._places] = np.where(configuration, self._travel, 0.0)
+        data.qpos[self._addresses] = np.where(configuration, self._travel, 0.0)
         for bolt in self._bolts:
-            data.qpos[bolt.place] = bolt.position(configuration)
+            data.qpos[bolt.address] = bolt.position(configuration)
         data.qvel[self._all_dofs] = 0
         self._ranges = None
         self._switch_ranges()
         mujoco.mj_forward(self._model, data)
 
     def posed(self, configuration: Configuration) -> mujoco.MjData:
-        """A copy of the state in which joints that stand elsewhere stand at the end asked for; all else is as it is.
+        """A copy of the state in which every joint is in the given configuration; nothing else differs.
 
-        Bolts, which nobody sees, stay where they are.
+        Bolts, which no camera sees, stay where they are.
         """
         copied = copy.copy(self._data)
         elsewhere = np.array(configuration) != np.array(self.configuration())
         ends = np.where(configuration, self._travel, 0.0)
-        copied.qpos[self._places[elsewhere]] = ends[elsewhere]
+        copied.qpos[self._addresses[elsewhere]] = ends[elsewhere]
         return copied
 
     def step(self) -> None:
@@ -126,15 +126,15 @@ class Mechanism:
         mujoco.mj_step(self._model, self._data)
 
     def before_step(self) -> None:
-        """What has to be done before every step by whoever steps the simulation: nothing unless it is ideal."""
+        """Call this before every simulation step: it switches the joint ranges of an ideal mechanism."""
         if self._scene.ideal:
             self._switch_ranges()
 
     def push(self, joint: int, newtons: float = 30.0, seconds: float = 0.6) -> bool:
-        """Push a handle along its way towards the end where it is not, then let everything come to rest.
+        """Push a handle towards its other end, then let everything come to rest.
 
         Args:
-            joint: By place in panel order.
+            joint: The joint, by index in panel order.
             newtons: Force at the handle.
             seconds: The longest push; it ends as soon as the joint has arrived, or is held.
 
@@ -147,7 +147,7 @@ class Mechanism:
         held = 0
         for _ in range(self._steps(seconds)):
             self.step()
-            fraction = float(data.qpos[self._places[joint]]) / self._travel[joint]
+            fraction = float(data.qpos[self._addresses[joint]]) / self._travel[joint]
             slow = abs(float(data.qvel[dof])) * self._arm[joint] < _HELD_SPEED
             held = held + 1 if slow else 0
             if held >= _HELD_STEPS or (slow and abs(fraction - (not before)) < _ARRIVED):
@@ -176,12 +176,12 @@ class Mechanism:
         for number, gate in enumerate(self._scene.gates):
             bolts.append(_Bolt(self._model, f"bolt-{number}", gate.literals, STROKE))
             if len(gate.literals) > 1:
-                for place, literal in enumerate(gate.literals):
-                    bolts.append(_Bolt(self._model, f"lifter-{number}-{place}", (literal,), LIFT))
+                for index, literal in enumerate(gate.literals):
+                    bolts.append(_Bolt(self._model, f"lifter-{number}-{index}", (literal,), LIFT))
         return bolts
 
     def _switch_ranges(self) -> None:
-        """Give joints that may move their whole range, and hold the others where they rest."""
+        """Free the joints that may move, and hold the others where they rest."""
         if not self._scene.ideal:
             return
         configuration = self.configuration()

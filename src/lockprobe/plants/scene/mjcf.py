@@ -1,4 +1,4 @@
-"""A lockbox as an MJCF file, for MuJoCo's viewer and other simulators. The interlock is in it: nothing calls back."""
+"""A lockbox as an MJCF file with its interlock, for MuJoCo's viewer and other simulators."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.pictures.png import to_png
-from lockprobe.plants.scene.board import Scene, compile_scene
 from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.settings import SceneSettings
+from lockprobe.plants.scene.scene import LockboxScene, build_scene
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.storage.atomic_file import write_files
 
 __all__ = ["write_mjcf"]
 
 
 def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: SceneSettings | None = None) -> None:
-    """Write the scene of a box, and its painted surfaces as PNG files beside it: all of them, or none.
+    """Write the scene of a box, and its textures as PNG files next to it: all files, or none.
 
     Joints are called ``joint-0`` and so on in panel order. The keyframe ``initial`` is the box's initial configuration;
-    without it joints begin at position 0. MJCF keeps six digits of every number.
+    without it joints start at position 0. MJCF keeps six digits of every number.
 
     Args:
         box: The box.
-        path: Of the XML file.
-        labels: What stands beside the joints, in panel order.
+        path: The XML file.
+        labels: Labels of the joints, in panel order.
         settings: Mechanism, tilt, friction; looks are plain.
 
     Raises:
@@ -36,7 +36,7 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: S
         BadFile: If a file cannot be written, or is no regular file.
     """
     settings = settings or SceneSettings()
-    scene = compile_scene(box, labels=labels, settings=settings, rng=np.random.default_rng(0))
+    scene = build_scene(box, labels=labels, settings=settings, rng=np.random.default_rng(0))
     spec = scene.spec
     files: dict[Path, str | bytes] = {}
     with TemporaryDirectory() as compiled_in:
@@ -55,7 +55,7 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: S
     write_files(files)
 
 
-def _initial(scene: Scene) -> NDArray[np.float64]:
+def _initial(scene: LockboxScene) -> NDArray[np.float64]:
     model = scene.spec.compile()
     data = mujoco.MjData(model)
     Mechanism(model, data, scene).set_configuration(scene.box.initial)

@@ -1,7 +1,7 @@
-"""A board on which the joints of a box have room, or the reason why there is none.
+"""The layout of the panel: board size, direction of each joint, positions of labels, and the panel's pose.
 
-Where joints lie is the box's; how a slider is turned and where a lever points is found by search, so that a hand can
-take every handle in every configuration, nothing runs into anything, and every label can be read.
+The box says where its joints are. A search finds the direction of every slider and lever so that a hand can grip each
+handle in every configuration, no parts collide, and every label is readable.
 """
 
 from __future__ import annotations
@@ -16,55 +16,55 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.plants.scene.fitting import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, Fitting, fitting_choices
-from lockprobe.plants.scene.placement import CAMERA_DISTANCE, camera_angle, panel_pose
+from lockprobe.plants.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, MountedJoint, mounting_choices
 
-__all__ = ["Panel", "fit_panel"]
+__all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "lay_out_panel", "panel_pose"]
+
 
 _CLEARANCE = 0.074
-"""From the middle of a handle to the middle of any other, whatever the configuration, metres: a hand goes between."""
+"""Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""
 
 _ROOM = 0.042
-"""Between points that the parts of two joints pass over, metres."""
+"""Least distance between the areas that the parts of two joints cover, metres."""
 
 _MARGIN = 0.034
-"""Between those and the board's edge, metres."""
+"""Least distance between such an area and the board's edge, metres."""
 
 _SIZES = tuple((width, height) for height in (0.28, 0.34, 0.40) for width in (0.36, 0.44, 0.56, 0.68, 0.80, 0.88))
 _SPACING = 0.135
-"""How far apart joints would best lie, metres."""
+"""Preferred distance between joints, metres."""
 
 _NEAREST = 0.05
-"""Joints whose places are nearer to each other are not tried, metres."""
+"""Boards on which two joints would be nearer than this are not tried, metres."""
 
 _LETTERS, _ASPECT = (0.068, 0.06, 0.052), 1.33
-"""Heights of letters that are tried, as a share of the board's width, or of a picture's width beside its height."""
+"""Heights of letters to try, as a share of the board's width, or of its height times the aspect of a picture."""
 
 _OWN = 1.3
-"""How many times as far from any other joint as from its own a label is at least."""
+"""Least ratio of a label's distance to any other joint and to the joint that it names."""
 
 _PATIENCE = 4000
 _NEAR, _FAR = 0.30, 0.72
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Panel:
-    """A board and what is on it.
+class PanelLayout:
+    """A board with the positions of joints and labels.
 
     Attributes:
         size: Width and height, metres.
-        tilt: From lying flat, towards whoever stands before it, radians.
-        depth: Of the case behind the board, metres.
-        fittings: In panel order.
-        labels: Where the label of each joint stands, shape (joints, 2), metres in the frame of the panel.
+        tilt: Angle from lying flat, towards the robot, radians.
+        depth: Depth of the case behind the board, metres.
+        mounted_joints: The joints in panel order.
+        labels: Position of each joint's label, shape (joints, 2), metres in the frame of the panel.
         letter: Height of a label's capital letter, metres.
-        pose: Of the panel in the world, shape (4, 4), metres.
+        pose: Pose of the panel in the world, shape (4, 4), metres.
     """
 
     size: tuple[float, float]
     tilt: float
     depth: float
-    fittings: tuple[Fitting, ...]
+    mounted_joints: tuple[MountedJoint, ...]
     labels: NDArray[np.float64]
     letter: float
     pose: NDArray[np.float64]
@@ -72,27 +72,27 @@ class Panel:
     @property
     def handles(self) -> NDArray[np.float64]:
         """Top of each joint's handle at position 0 and at 1, shape (joints, 2, 3), metres in the panel's frame."""
-        return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.fittings])
+        return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.mounted_joints])
 
 
-def fit_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> Panel:
-    """A panel for a box; the same for the same places, kinds, tilt and depth.
+def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> PanelLayout:
+    """Lay out a panel for a box. Equal places, kinds, tilt and depth give an equal layout.
 
     Args:
-        box: Its joints' kinds and places are used.
+        box: The layout uses the kinds and places of its joints.
         tilt: Degrees from lying flat.
-        depth: Of the case, metres.
+        depth: Depth of the case, metres.
 
     Raises:
-        BadValue: If joints lie so near to each other that no board within reach has room for them.
+        BadValue: If joints are so close together that no board within reach has room for them.
     """
-    size, fittings, labels, letter = _laid_out(box.joints, round(camera_angle(math.radians(tilt)), 3))
+    size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(math.radians(tilt)), 3))
     pose = panel_pose(size, math.radians(tilt), depth)
-    panel = Panel(
+    panel = PanelLayout(
         size=size,
         tilt=math.radians(tilt),
         depth=depth,
-        fittings=fittings,
+        mounted_joints=mounted_joints,
         labels=np.array(labels),
         letter=letter,
         pose=pose,
@@ -109,8 +109,8 @@ def fit_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> Panel
 @lru_cache(maxsize=64)
 def _laid_out(
     joints: tuple[Joint, ...], angle: float
-) -> tuple[tuple[float, float], tuple[Fitting, ...], tuple[tuple[float, float], ...], float]:
-    """Board, fittings, labels and the height of a letter."""
+) -> tuple[tuple[float, float], tuple[MountedJoint, ...], tuple[tuple[float, float], ...], float]:
+    """Size of the board, mounted joints, positions of labels, height of a letter."""
     places = np.array([joint.place for joint in joints])
 
     def regret(size: tuple[float, float]) -> float:
@@ -120,17 +120,17 @@ def _laid_out(
     for size in sorted((size for size in _SIZES if _apart(places * size) > _NEAREST), key=regret):
         where = [tuple((place - 0.5) * size) for place in places]
         choices = [
-            [f for f in fitting_choices(joint.kind, (float(x), float(y))) if _inside(f, size)]
+            [f for f in mounting_choices(joint.kind, (float(x), float(y))) if _inside(f, size)]
             for joint, (x, y) in zip(joints, where, strict=True)
         ]
-        fittings = _compatible(choices)
-        if fittings is None:
+        mounted_joints = _compatible(choices)
+        if mounted_joints is None:
             continue
         for share in _LETTERS:
             letter = share * max(size[0], _ASPECT * size[1])
-            labels = _labelled(fittings, size, letter, angle)
+            labels = _labelled(mounted_joints, size, letter, angle)
             if labels is not None:
-                return size, fittings, labels, letter
+                return size, mounted_joints, labels, letter
     widest = max(_SIZES)
     raise BadValue(
         "places of the joints",
@@ -145,12 +145,12 @@ def _apart(places: NDArray[np.float64]) -> float:
     return float(between[~np.eye(len(places), dtype=bool)].min())
 
 
-def _inside(fitting: Fitting, size: tuple[float, float]) -> bool:
-    return bool((np.abs(fitting.room()) <= np.array(size) / 2 - _MARGIN).all())
+def _inside(mounted: MountedJoint, size: tuple[float, float]) -> bool:
+    return bool((np.abs(mounted.room()) <= np.array(size) / 2 - _MARGIN).all())
 
 
 def _nearest(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Least distance between every cloud of points and every other, shapes (a, points, 2), (b, points, 2) -> (a, b)."""
+    """Least distance between each pair of point clouds, shapes (a, points, 2), (b, points, 2) -> (a, b)."""
     flat, other = first.reshape(-1, 2), second.reshape(-1, 2)
     squared = (flat**2).sum(1)[:, None] + (other**2).sum(1) - 2 * flat @ other.T
     least = squared.reshape(len(first), first.shape[1], len(second), -1).min((1, 3))
@@ -158,8 +158,8 @@ def _nearest(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray
     return distances
 
 
-def _compatible(choices: Sequence[Sequence[Fitting]]) -> tuple[Fitting, ...] | None:
-    """One fitting of each joint's choices such that all have room, or None; depth-first, preferred ones first."""
+def _compatible(choices: Sequence[Sequence[MountedJoint]]) -> tuple[MountedJoint, ...] | None:
+    """One choice for each joint such that all have room, or None. Depth-first search, preferred choices first."""
     count = len(choices)
     if not all(choices):
         return None
@@ -173,7 +173,7 @@ def _compatible(choices: Sequence[Sequence[Fitting]]) -> tuple[Fitting, ...] | N
     taken: list[int] = []
     patience = _PATIENCE
 
-    def place(i: int) -> bool:
+    def fill(i: int) -> bool:
         nonlocal patience
         if i == count:
             return True
@@ -181,27 +181,27 @@ def _compatible(choices: Sequence[Sequence[Fitting]]) -> tuple[Fitting, ...] | N
         for option in range(len(choices[i])):
             if patience > 0 and all(fits[i, j][option, other] for j, other in enumerate(taken)):
                 taken.append(option)
-                if place(i + 1):
+                if fill(i + 1):
                     return True
                 taken.pop()
         return False
 
-    return tuple(options[option] for options, option in zip(choices, taken, strict=True)) if place(0) else None
+    return tuple(options[option] for options, option in zip(choices, taken, strict=True)) if fill(0) else None
 
 
 def _labelled(
-    fittings: Sequence[Fitting], size: tuple[float, float], letter: float, angle: float
+    mounted_joints: Sequence[MountedJoint], size: tuple[float, float], letter: float, angle: float
 ) -> tuple[tuple[float, float], ...] | None:
-    """A place for each label: near its own joint, nearer than any other joint's, never under a part or behind it."""
-    covered = [_covered(f, angle) for f in fittings]
-    rooms = [f.room() for f in fittings]
+    """A position for each label, nearest to the joint that it names, never under a part or hidden by one."""
+    covered = [_covered(f, angle) for f in mounted_joints]
+    rooms = [f.room() for f in mounted_joints]
     half = np.array(size) / 2 - 0.66 * letter
     free = 0.6 * letter + 0.002
-    middles = [float(fitting.path()[:, 0].mean()) for fitting in fittings]
+    middles = [float(mounted.path()[:, 0].mean()) for mounted in mounted_joints]
     options: list[list[tuple[float, float]]] = []
-    for i, fitting in enumerate(fittings):
+    for i, mounted in enumerate(mounted_joints):
         scored = []
-        points = _around(fitting, letter)
+        points = _around(mounted, letter)
         points = points[(np.abs(points) <= half).all(1)]
         free_of, gaps = (_gaps(points, clouds) for clouds in (covered, rooms))
         for point, gap in zip(points[free_of.min(0) >= free], gaps[:, free_of.min(0) >= free].T, strict=True):
@@ -214,7 +214,7 @@ def _labelled(
     taken: list[tuple[float, float]] = []
     patience = _PATIENCE
 
-    def place(i: int) -> bool:
+    def fill(i: int) -> bool:
         nonlocal patience
         if i == len(options):
             return True
@@ -222,21 +222,21 @@ def _labelled(
             patience -= 1
             if patience > 0 and all(math.dist(point, other) > 1.5 * letter for other in taken):
                 taken.append(point)
-                if place(i + 1):
+                if fill(i + 1):
                     return True
                 taken.pop()
         return False
 
-    return tuple(taken) if place(0) else None
+    return tuple(taken) if fill(0) else None
 
 
 def _gaps(points: NDArray[np.float64], clouds: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """From every cloud to every point, shape (clouds, points), metres."""
+    """Distance of every point from every cloud, shape (clouds, points), metres."""
     return np.array([_nearest(points[:, None], cloud[None])[:, 0] for cloud in clouds])
 
 
 def _spread(points: Sequence[tuple[float, float]], apart: float) -> list[tuple[float, float]]:
-    """The first of every few points that lie close together."""
+    """The points without those that are close to an earlier one."""
     kept: list[tuple[float, float]] = []
     for point in points:
         if all(math.dist(point, other) >= apart for other in kept):
@@ -244,28 +244,64 @@ def _spread(points: Sequence[tuple[float, float]], apart: float) -> list[tuple[f
     return kept
 
 
-def _covered(fitting: Fitting, angle: float) -> NDArray[np.float64]:
-    """The outline of what a joint ever covers, and of what its handle hides from the camera."""
-    path = fitting.path()
+def _covered(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
+    """Outline of the area that a joint covers in any position, and of what its handle hides from the camera."""
+    path = mounted.path()
     ring = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(12) * math.pi / 6])
     eye, up = CAMERA_DISTANCE * np.array([0, math.sin(angle)]), CAMERA_DISTANCE * math.cos(angle)
-    parts = [fitting.room(), *(path + WAY_RADIUS * point for point in ring)]
+    parts = [mounted.room(), *(path + WAY_RADIUS * point for point in ring)]
     for height in np.linspace(0, KNOB_TOP, 4)[1:]:
         hidden = path + (path - eye) * height / (up - height)
         parts += [hidden + 1.1 * KNOB_RADIUS * point for point in ring]
-    if fitting.kind == "prismatic":
-        along, across = fitting.tangent(0), np.array([-fitting.tangent(0)[1], fitting.tangent(0)[0]])
+    if mounted.kind == "prismatic":
+        along, across = mounted.tangent(0), np.array([-mounted.tangent(0)[1], mounted.tangent(0)[0]])
         parts += [path + a * BAR[0] * along + b * BAR[1] * across for a in (-1, 1) for b in (-1, 0, 1)]
     else:
-        parts += [np.array(fitting.origin) + 0.017 * ring]
+        parts += [np.array(mounted.origin) + 0.017 * ring]
     return np.concatenate(parts)
 
 
-def _around(fitting: Fitting, letter: float) -> NDArray[np.float64]:
-    """Points around a joint where its label might stand, shape (points, 2)."""
-    room = fitting.room()
+def _around(mounted: MountedJoint, letter: float) -> NDArray[np.float64]:
+    """Candidate positions for a joint's label, shape (points, 2)."""
+    room = mounted.room()
     middle = (room.min(0) + room.max(0)) / 2
     turns = np.arange(16) * math.pi / 8
     rings = 0.6 * letter + np.array([0.018, 0.026, 0.034, 0.044, 0.056, 0.07, 0.085])
     ways = (rings[:, None, None] * np.array([np.cos(turns), np.sin(turns)]).T).reshape(-1, 2)
-    return np.concatenate([centre + ways for centre in (middle, room[0], room[-1], np.array(fitting.origin))])
+    return np.concatenate([centre + ways for centre in (middle, room[0], room[-1], np.array(mounted.origin))])
+
+
+CAMERA_DISTANCE = 0.72
+"""From the middle of the board to the camera, metres."""
+
+_CAMERA_LAG, _CAMERA_LEAN = math.radians(12), math.radians(40)
+
+_HEIGHT, _RAISED = 0.16, 0.63
+"""Height of the middle of a board tilted by 20 degrees or less, and increase for every further radian, metres."""
+
+
+def camera_angle(tilt: float) -> float:
+    """Angle between the panel's normal and the direction to the camera, radians, positive if the camera is above.
+
+    The camera leans towards the robot like the panel, less ``_CAMERA_LAG``, but only as far as an arm at home does not
+    block its view.
+
+    Args:
+        tilt: Radians.
+    """
+    return tilt - min(max(tilt - _CAMERA_LAG, 0.0), _CAMERA_LEAN)
+
+
+def panel_pose(size: tuple[float, float], tilt: float, depth: float) -> NDArray[np.float64]:
+    """Pose of a panel in the world: in front of the robot, its case above the ground. Shape (4, 4), metres.
+
+    A steeper panel stands higher, because the arm cannot bend its hand under a low, steep panel.
+    """
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    pose = np.eye(4)
+    pose[:3, 0] = (0, -1, 0)
+    pose[:3, 1] = (cosine, 0, sine)
+    pose[:3, 2] = (-sine, 0, cosine)
+    lowest = 0.5 * size[1] * sine + depth * cosine
+    pose[:3, 3] = (0.5, 0, max(_HEIGHT, lowest + 0.03, _HEIGHT + _RAISED * (tilt - math.radians(20))))
+    return pose

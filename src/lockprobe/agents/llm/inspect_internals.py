@@ -1,0 +1,18 @@
+"""The names that Lockprobe takes from private modules of Inspect AI; nothing else imports these modules.
+
+Inspect AI exports none of them in its public packages. They may move with any release, so the version of Inspect AI is
+pinned. ``tests/agents/llm/test_inspect_internals.py`` says what each is for and what to do when it moves.
+"""
+
+from __future__ import annotations
+
+from lockprobe.errors import Missing
+
+try:
+    from inspect_ai._util.error import PrerequisiteError
+    from inspect_ai.model._generate_config import active_generate_config
+    from inspect_ai.model._providers.util.batch_log import set_batch_log_callback
+except ImportError as error:
+    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
+
+__all__ = ["PrerequisiteError", "active_generate_config", "set_batch_log_callback"]

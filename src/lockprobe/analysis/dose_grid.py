@@ -1,0 +1,203 @@
+"""Doses of two interventions that are crossed: a grid of conditions, and whether each does what it does alone.
+
+The interaction is one contrast of all cells, *trend by trend*: with a model that has a level for every row and every
+column, the slope over both doses at once, by least squares. It is told over the whole range of both: how much more the
+highest dose of one changes success at the highest than at the lowest dose of the other, on straight lines. In a grid of
+two by two it is the difference of differences. It is worked out within each block of equal luck, of blocks that have a
+trial in every cell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import combinations, product
+
+import numpy as np
+
+from lockprobe.analysis.agent_comparison.paired import BlockMean, block_mean, sheets, sign_flip
+from lockprobe.analysis.axis import Axis
+from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
+from lockprobe.analysis.series import SeriesArm
+from lockprobe.spec import spec_name
+
+__all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """Conditions that differ in the doses of two interventions alone.
+
+    Attributes:
+        rows: The dose of the first intervention.
+        columns: That of the second.
+        row_doses: Ascending; 0 is where the first is missing.
+        column_doses: The same of the second.
+        conditions: (Dose of the first, dose of the second) -> condition; combinations that are not played are missing.
+        modality: How the box is shown in all of them.
+    """
+
+    rows: Axis
+    columns: Axis
+    row_doses: tuple[float, ...]
+    column_doses: tuple[float, ...]
+    conditions: Mapping[tuple[float, float], str]
+    modality: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether every combination is played."""
+        return len(self.conditions) == len(self.row_doses) * len(self.column_doses)
+
+    @property
+    def name(self) -> str:
+        """What is crossed, as sentences and figures call it."""
+        return f"{self.rows.name} \N{MULTIPLICATION SIGN} {self.columns.name}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridCell:
+    """One combination of doses.
+
+    Attributes:
+        row: Dose of the first intervention.
+        column: Dose of the second.
+        condition: Name of the condition.
+        success: Share of trials solved, with its 95 % Wilson interval.
+    """
+
+    row: float
+    column: float
+    condition: str
+    success: Proportion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GridSummary:
+    """A grid of one agent in numbers.
+
+    Attributes:
+        grid: The doses and conditions.
+        cells: Those that are played, by row, then by column.
+        interaction: Trend by trend over both ranges, in shares; None where a combination is not played, or no block of
+            luck has a trial in every cell. Its P value exchanges signs of whole blocks, and is corrected, as the
+            interval is, for the number of grids.
+        choices: Grids of this agent.
+    """
+
+    grid: Grid
+    cells: tuple[GridCell, ...]
+    interaction: BlockMean | None
+    choices: int
+
+    @property
+    def detectable(self) -> bool:
+        """Whether an interaction is concluded: the test rejects and the interval leaves out 0."""
+        found = self.interaction
+        return found is not None and found.p_value is not None and found.p_value < ALPHA and found.clear
+
+
+def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
+    """Every two interventions with doses that were played together, in the order in which the conditions stand.
+
+    Args:
+        arms: The conditions of a study; those of different modalities, or with different others beside, are different
+            grids. Below two doses of each there is none.
+    """
+    known: dict[tuple[str, tuple[str, ...]], str] = {}
+    for arm in arms:
+        known.setdefault((arm.modality, arm.without()), arm.label)
+    families: dict[tuple[object, ...], list[tuple[SeriesArm, int, int]]] = {}
+    for arm in arms:
+        for i, j in combinations(arm.acting, 2):
+            if arm.doses[i] and arm.doses[j]:
+                family = (*arm.family(i)[:3], *arm.family(j)[:3], arm.without(i, j), arm.modality)
+                families.setdefault(family, []).append((arm, i, j))
+    made = (_grid(members, known) for members in families.values())
+    return tuple(grid for grid in made if min(len(grid.row_doses), len(grid.column_doses)) > 1)
+
+
+def _grid(members: Sequence[tuple[SeriesArm, int, int]], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:
+    first, i, j = members[0]
+    shown, rest = first.modality, " + ".join(first.without(i, j))
+    found: dict[tuple[float, float], str] = {}
+    for arm, one, other in members:
+        row, column = arm.dose(one), arm.dose(other)
+        found.setdefault((row, column), arm.label)
+        for place, away in (((row, 0.0), other), ((0.0, column), one)):
+            if alone := known.get((shown, arm.without(away))):
+                found.setdefault(place, alone)
+    neither = known.get((shown, first.without(i, j)))
+    if neither and any(row == 0 for row, _ in found) and any(column == 0 for _, column in found):
+        found.setdefault((0.0, 0.0), neither)
+    rows, columns = (Axis(kind=spec_name(first.specs[at]), dose=first.doses[at], rest=rest) for at in (i, j))
+    return Grid(
+        rows=rows,
+        columns=columns,
+        row_doses=tuple(sorted({row for row, _ in found})),
+        column_doses=tuple(sorted({column for _, column in found})),
+        conditions=dict(sorted(found.items())),
+        modality=shown,
+    )
+
+
+def contrast(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
+    """The weights of all cells in trend by trend, as whole numbers, and what they are to be multiplied by.
+
+    >>> contrast((0, 0.4), (0, 0.1))
+    ([1, -1, -1, 1], Fraction(1, 1))
+    >>> contrast((0, 0.1, 0.2), (0, 0.1))
+    ([1, -1, 0, 0, -1, 1], Fraction(1, 1))
+
+    Args:
+        row_doses: At least two, ascending.
+        column_doses: The same.
+
+    Returns:
+        Weights by row, then by column, and the factor.
+    """
+    (rows, one), (columns, other) = _trend(row_doses), _trend(column_doses)
+    return [row * column for row, column in product(rows, columns)], one * other
+
+
+def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
+    """The weights of the least-squares slope times the range of the doses."""
+    exact = [Fraction(str(dose)) for dose in doses]
+    away = [dose - sum(exact, Fraction(0)) / len(exact) for dose in exact]
+    most = math.lcm(*(one.denominator for one in away))
+    whole = [int(one * most) for one in away]
+    common = math.gcd(*whole)
+    factor = (exact[-1] - exact[0]) * common / most / sum((one * one for one in away), Fraction(0))
+    return [one // common for one in whole], factor
+
+
+def grid_summary(grid: Grid, trials: Mapping[str, Outcomes], choices: int = 1) -> GridSummary:
+    """The numbers of one agent's trials.
+
+    Args:
+        grid: The doses and conditions.
+        trials: Condition -> its ended trials; those without any are missing.
+        choices: Number of grids that are looked at, for which P value and interval are corrected.
+    """
+    cells = tuple(
+        GridCell(row=row, column=column, condition=name, success=proportion(int(one.solved.sum()), len(one)))
+        for (row, column), name in grid.conditions.items()
+        if (one := trials.get(name)) is not None and len(one)
+    )
+    return GridSummary(grid=grid, cells=cells, interaction=_interaction(grid, trials, choices), choices=choices)
+
+
+def _interaction(grid: Grid, trials: Mapping[str, Outcomes], choices: int) -> BlockMean | None:
+    if not grid.complete or not all(len(trials.get(name, ())) for name in grid.conditions.values()):
+        return None
+    own = [trials[name] for name in grid.conditions.values()]
+    _, made = sheets([replace(one, p=np.zeros(len(one))) for one in own])
+    weights, factor = contrast(grid.row_doses, grid.column_doses)
+    sums = sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True))
+    sums = np.asarray(sums)[~np.isnan(sums)]
+    most = float(factor) * sum(weight for weight in weights if weight > 0)
+    found = block_mean(float(factor) * sums[:, None], unit=most, choices=choices)
+    return replace(found, p_value=min(1.0, choices * sign_flip(sums))) if found.pairs else None

@@ -1,0 +1,94 @@
+"""Prints tables and lines for people: tables cut no number, lines fit the terminal."""
+
+from __future__ import annotations
+
+import sys
+from typing import IO
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from lockprobe.lockbox.sketch import ascii_only
+from lockprobe.terminal_text import printable
+
+__all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table"]
+
+_UNBOUNDED = 10_000
+"""Columns where there is no terminal: a line is as long as it has to be."""
+
+_GAP = 2
+"""Spaces between two columns."""
+
+
+def plain_console(file: IO[str] | None = None) -> Console:
+    """A console as wide as the terminal; into a file or a pipe lines are not wrapped.
+
+    Args:
+        file: Where it writes; standard output if None.
+    """
+    file = sys.stdout if file is None else file
+    return Console(file=file, highlight=False, width=None if file.isatty() else _UNBOUNDED)
+
+
+def new_table(*columns: str) -> Table:
+    """An empty table; the first column is of names, the others are of numbers.
+
+    Args:
+        columns: What stands at the head of each.
+    """
+    table = Table(box=None, show_edge=False, pad_edge=False, padding=(0, _GAP, 0, 0))
+    for place, name in enumerate(columns):
+        table.add_column(name, justify="right" if place else "left")
+    return table
+
+
+def print_table(table: Table, file: IO[str] | None = None) -> None:
+    """Print a table: at the width of a terminal, but never narrower than its words; in full into a file or a pipe.
+
+    Args:
+        table: The table; cells and heads are markup.
+        file: Where it is written; standard output if None.
+    """
+    file = sys.stdout if file is None else file
+    fit_columns(table, plain_console(file).width)
+    console = Console(highlight=False, width=_UNBOUNDED, height=1, force_terminal=file.isatty())
+    with console.capture() as printed:
+        console.print(table)
+    file.writelines(f"{line.rstrip()}\n" for line in printed.get().splitlines())
+
+
+def fit_columns(table: Table, width: int) -> None:
+    """Give every column its width: the widest first become narrower, until the table fits or words would be cut.
+
+    Args:
+        table: The table; its columns are changed.
+        width: Columns of the terminal.
+    """
+    texts = [[Text.from_markup(str(cell)).plain for cell in (one.header, *one.cells)] for one in table.columns]
+    least = [max((len(word) for text in cells for word in text.split()), default=1) for cells in texts]
+    widths = [max((len(line) for text in cells for line in text.splitlines()), default=1) for cells in texts]
+    while sum(widths) + _GAP * (len(widths) - 1) > width:
+        loose = [place for place, wide in enumerate(widths) if wide > least[place]]
+        if not loose:
+            break
+        widths[max(loose, key=widths.__getitem__)] -= 1
+    for column, wide in zip(table.columns, widths, strict=True):
+        column.width = wide
+
+
+class Screen:
+    """Standard output. Colours only on a terminal, and none where ``NO_COLOR`` is set."""
+
+    def __init__(self) -> None:
+        self._console = Console(highlight=False, soft_wrap=True)
+
+    def say(self, line: str = "", style: str = "", *, end: str = "\n") -> None:
+        """Print one line."""
+        line = printable(line)
+        try:
+            line.encode(sys.stdout.encoding or "ascii")
+        except UnicodeEncodeError:
+            line = ascii_only(line)
+        self._console.print(Text(line, style), end=end)
+        sys.stdout.flush()

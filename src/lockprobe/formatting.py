@@ -1,0 +1,93 @@
+"""How numbers are written for readers: per cent, points, P values, intervals and minus signs."""
+
+from __future__ import annotations
+
+import math
+import re
+
+__all__ = ["NONE", "bracketed", "minus", "p_cell", "p_value", "percent", "points", "range_said", "share"]
+
+NONE = "\N{EN DASH}"
+"""A cell without a value."""
+
+
+def percent(value: float | None, digits: int = 0) -> str:
+    """A share in per cent, or a dash where there is none.
+
+    >>> percent(0.125), percent(0.125, 1)
+    ('12 %', '12.5 %')
+    """
+    return NONE if value is None or math.isnan(value) else f"{100 * value:.{digits}f} %"
+
+
+def points(value: float) -> str:
+    """A difference of shares in percentage points, with its sign.
+
+    >>> points(0.26)
+    '+26'
+    """
+    return minus(f"{100 * value:+.0f}", zeros=True)
+
+
+def p_value(value: float | None, letter: str = "P") -> str:
+    """A P value; the capital letter tells it from a flip rate.
+
+    >>> p_value(0.0004), p_value(0.84), p_value(None)
+    ('P < 0.001', 'P = 0.84', 'not tested')
+    """
+    return "not tested" if value is None else f"{letter} < 0.001" if value < 0.001 else f"{letter} = {value:.2g}"
+
+
+def p_cell(value: float | None) -> str:
+    """A P value in a cell, or a dash where there is none."""
+    return NONE if value is None or math.isnan(value) else f"{value:.2g}"
+
+
+def minus(text: str, *, zeros: bool = False) -> str:
+    """The text with minus signs for hyphens, but for those between letters.
+
+    Args:
+        text: Any text.
+        zeros: Whether a zero keeps its sign.
+    """
+    if not zeros:
+        text = re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text)
+    return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
+
+
+def range_said(low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100) -> str:
+    """A 95 % interval after what it is of, in points if nothing else is said; empty where an end is missing.
+
+    >>> range_said(0.1, 0.2), range_said(None, 0.2)
+    (', 95 % interval +10 to +20', '')
+    """
+    if low is None or high is None:
+        return ""
+    return minus(f", 95 % interval {form.format(scale * low)} to {form.format(scale * high)}", zeros=True)
+
+
+def bracketed(
+    value: float | None, low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100
+) -> str:
+    """A value with its interval in a cell, in points if nothing else is said; a dash where there is none.
+
+    >>> bracketed(0.1, 0.02, 0.18), bracketed(1.5, None, None, "{:.2f}", 1)
+    ('+10 [+2, +18]', '1.50')
+    """
+    if value is None or math.isnan(value):
+        return NONE
+    said = form.format(scale * value)
+    if low is not None and high is not None:
+        said += f" [{form.format(scale * low)}, {form.format(scale * high)}]"
+    return minus(said)
+
+
+def share(value: float | None, low: float | None, high: float | None) -> str:
+    """A share with its interval in a cell.
+
+    >>> share(0.5, 0.4, 0.6)
+    '50 % [40, 60]'
+    """
+    if value is None or low is None or high is None or math.isnan(value):
+        return NONE
+    return minus(f"{percent(value)} [{100 * low:.0f}, {100 * high:.0f}]")

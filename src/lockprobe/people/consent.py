@@ -1,0 +1,145 @@
+"""Participants' consent: who is asked for it, who may join, and the line in the diary that records it.
+
+The consent text is in ``texts/LANGUAGE.toml`` under ``[consent]``, or in the experimenter's copy. Nothing is stored
+before somebody agrees. The record of consent is the first line of the diary, ``Joined``: when, and which texts.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import secrets
+from collections.abc import Mapping
+from typing import Literal
+
+from lockprobe.people.assignment import boxes_each
+from lockprobe.people.diary import Joined, Slot
+from lockprobe.people.journey import Journey, fingerprint, stations
+from lockprobe.people.open_study import OpenStudy
+from lockprobe.people.refusals import ActRefused
+from lockprobe.people.roster import Roster
+from lockprobe.people.scenes import Closed, Consent
+from lockprobe.people.session import Session
+
+__all__ = ["CODE", "Admission"]
+
+CODE = "code"
+"""The parameter of the URL that may hold the code to join."""
+
+_PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+
+
+class Admission:
+    """Asks people for consent and lets them join.
+
+    Args:
+        opened: The study.
+        roster: Everybody who takes part.
+
+    Attributes:
+        lock: Held while somebody joins.
+    """
+
+    def __init__(self, opened: OpenStudy, roster: Roster) -> None:
+        self.lock = asyncio.Lock()
+        self._opened, self._roster = opened, roster
+
+    def kept(self, platform: Mapping[str, str]) -> dict[str, str]:
+        """The parameters of the URL that the experimenter keeps.
+
+        Raises:
+            ActRefused: As ``incomplete``, if the recruitment platform did not fill one in.
+        """
+        found = {name: platform[name] for name in self._opened.experiment.recruitment if name in platform}
+        for name, value in found.items():
+            if not _PLATFORM_VALUE.fullmatch(value):
+                raise ActRefused("incomplete", f"{name} in the URL is nothing that a recruitment platform sends")
+        return found
+
+    def ask(self, platform: Mapping[str, str], code: str) -> Consent | Closed:
+        """The first scene of somebody new.
+
+        Args:
+            platform: The parameters that are kept.
+            code: The code to join that the URL holds; empty for none.
+
+        Raises:
+            ActRefused: As ``incomplete``, without a required ID of the recruitment platform.
+        """
+        self.check_id(platform)
+        if why := self._why_not(platform):
+            return self._opened.texts.closed(why)
+        boxes = boxes_each(self._opened.study, self._opened.experiment)
+        return self._opened.texts.consent(boxes, ask_code=not self._is_code(code))
+
+    def check_id(self, platform: Mapping[str, str]) -> None:
+        """Refuse somebody new without an ID of the recruitment platform, where the experimenter requires one.
+
+        Raises:
+            ActRefused: As ``incomplete``.
+        """
+        if self._opened.experiment.require_id and not self._roster.person(platform):
+            raise ActRefused("incomplete", f"{self._opened.experiment.recruitment[0]} is missing in the URL")
+
+    def check_code(self, given: str) -> None:
+        """Refuse somebody new without the code to join.
+
+        Raises:
+            ActRefused: As ``wrong-code``.
+        """
+        if not self._is_code(given):
+            raise ActRefused("wrong-code", "not the code of this study")
+
+    def is_another(self, session: Session, platform: Mapping[str, str]) -> bool:
+        """Whether the recruitment platform says that another person sits at the same browser now."""
+        person = self._roster.person(platform)
+        return person is not None and self._roster.person(session.journey.joined.platform) not in (None, person)
+
+    async def join(self, mark: str, lease: str, platform: Mapping[str, str]) -> Session | Literal["taken", "full"]:
+        """Record that somebody has agreed to take part, and give them trials; or why they cannot join.
+
+        Args:
+            mark: The mark of their token.
+            lease: The lease of their page.
+            platform: The parameters that are kept.
+
+        Raises:
+            BadFile: If it cannot be written; then they have not joined.
+        """
+        async with self.lock:
+            if (known := self._roster.marked(mark)) is not None:  # the same act was sent twice
+                return known
+            if (why := self._why_not(platform)) is not None:
+                return why
+            await self._roster.make_room()
+            if (why := self._why_not(platform)) is not None:
+                return why
+            if not (slots := self._roster.assigned()):
+                return "full"
+            session = self._record(mark, platform, slots)
+            session.lease = lease
+            return session
+
+    def _record(self, mark: str, platform: Mapping[str, str], slots: tuple[Slot, ...]) -> Session:
+        opened = self._opened
+        while self._roster.called(identity := secrets.token_hex(4)) is not None:
+            pass
+        words = fingerprint(opened.words)
+        joined = Joined(
+            identity=identity, token=mark, at=opened.clock(), platform=dict(platform), slots=slots, words=words
+        )
+        session = Session(opened, Journey(joined, stations(opened.experiment, opened.words, len(slots))))
+        session.write_first()
+        self._roster.add(session)
+        return session
+
+    def _why_not(self, platform: Mapping[str, str]) -> Literal["taken", "full"] | None:
+        """Why somebody cannot join; None if they can, perhaps with trials of somebody who was away too long."""
+        if (person := self._roster.person(platform)) and self._roster.takes_part(person):
+            return "taken"
+        return "full" if self._roster.is_full() else None
+
+    def _is_code(self, given: str) -> bool:
+        """Whether somebody with this code can join; without a code to join everybody can."""
+        code = self._opened.experiment.join_code
+        return not code or secrets.compare_digest(given.strip().encode(), code.encode())

@@ -1,0 +1,20 @@
+"""Groups of geoms in the scene: which can collide (``contype``, ``conaffinity``), and which cameras show."""
+
+from __future__ import annotations
+
+__all__ = ["ARM", "HIDDEN", "NOTHING", "PANEL", "SHOWN_GROUPS"]
+
+NOTHING = 0
+"""``conaffinity`` of the panel's parts, which never touch each other; both bits of geoms that are only looked at."""
+
+PANEL = 1
+"""Board, knobs, bars, levers and ground."""
+
+ARM = 2
+"""Links and fingers: they touch the panel, never each other."""
+
+HIDDEN = 4
+"""Group of geoms and sites that cameras do not show."""
+
+SHOWN_GROUPS = (True, True, True, False, False, False)
+"""Whether cameras show the geoms of each group."""

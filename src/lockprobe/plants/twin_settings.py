@@ -1,0 +1,76 @@
+"""Settings of the plants ``twin`` and ``fast-twin``, each an option in a spec: ``twin?pose_error=0.004``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from lockprobe.errors import BadValue
+
+__all__ = ["Looks", "MechanismKind", "RendererChoice", "SceneSettings", "TwinSettings"]
+
+MechanismKind = Literal["contact", "ideal"]
+"""Pins and blocks that touch, or joint ranges that are switched (a reference for tests)."""
+
+Looks = Literal["plain", "varied"]
+"""One appearance for every trial, or colours, wood, handles, light and camera drawn in each trial."""
+
+RendererChoice = Literal["auto", "egl", "osmesa", "rays"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneSettings:
+    """A physical lockbox and its camera: the settings of ``fast-twin``.
+
+    Attributes:
+        mechanism: How joints lock each other.
+        tilt: Tilt of the panel from lying flat towards the robot, degrees.
+        looks: What varies from trial to trial.
+        friction: Friction of every joint, as a multiple of the default.
+        renderer: The renderer; ``auto`` takes the first that works here.
+        width: Width of pictures, pixels.
+        height: Height of pictures, pixels.
+        depth_noise: Standard deviation of depth at 0.7 m, metres; it grows with the square of depth.
+
+    Raises:
+        BadValue: If a setting is out of range.
+    """
+
+    mechanism: MechanismKind = "contact"
+    tilt: float = 20.0
+    looks: Looks = "plain"
+    friction: float = 1.0
+    renderer: RendererChoice = "auto"
+    width: int = 640
+    height: int = 480
+    depth_noise: float = 0.0
+
+    def __post_init__(self) -> None:
+        _within(self, tilt=(0, 80), friction=(0, 10), width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwinSettings(SceneSettings):
+    """A physical lockbox with a robot arm: the settings of ``twin``.
+
+    Attributes:
+        pose_error: Standard deviation of the error in a handle's believed position, in each direction of the panel's
+            plane, metres; drawn for every attempt.
+        force_noise: Standard deviation of each force reading, newtons.
+        finger_stiffness: As a multiple of the default. Soft fingers slip past a locked handle, and the robot then
+            believes that it moved.
+    """
+
+    pose_error: float = 0.0
+    force_noise: float = 0.0
+    finger_stiffness: float = 1.0
+
+    def __post_init__(self) -> None:
+        SceneSettings.__post_init__(self)
+        _within(self, pose_error=(0, 0.05), force_noise=(0, 10), finger_stiffness=(0.01, 10))
+
+
+def _within(settings: SceneSettings, **ranges: tuple[float, float]) -> None:
+    for name, (least, most) in ranges.items():
+        if not least <= (value := getattr(settings, name)) <= most:
+            raise BadValue(name, value, f"a number from {least} to {most}")

@@ -1,0 +1,92 @@
+"""Sentences on conditions: what each did to an agent against the control, alone, crossed and in grids."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.dose_grid import GridSummary
+from lockprobe.analysis.effects import Effect, Effects, Interplay
+from lockprobe.analysis.modalities import spoken
+from lockprobe.formatting import p_value, points, range_said
+from lockprobe.prose.subject import Subject
+from lockprobe.prose.success import of_trials
+from lockprobe.record import UNNAMED
+
+__all__ = ["effects_said", "grid_said"]
+
+_TWO_BY_TWO = 4
+"""Cells of the smallest grid, in which the interaction is the difference of differences."""
+
+
+def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionSummary]) -> list[str]:
+    """The sentences about one agent: every condition against the control, then crossed ones and grids.
+
+    Args:
+        found: Its effects.
+        conditions: Every agent under every condition -> its numbers.
+    """
+    name = Subject.of(found.agent, "" if found.modality in UNNAMED else spoken(found.modality)).first
+    share = conditions[found.agent, found.control].success
+    said = []
+    for words, chosen in (
+        ("more often", [one for one in found.effects if one.detectable and one.difference.value > 0]),
+        ("less often", [one for one in found.effects if one.detectable and one.difference.value < 0]),
+    ):
+        if chosen:
+            said.append(f"{name} solved the box {words} under {_listed(chosen)}.")
+    said.append(f"{name} solved {of_trials(share)} under {found.control}.")
+    if hidden := [one for one in found.effects if not one.detectable]:
+        said.append(
+            f"No difference from {found.control} is detectable under {_listed(hidden)}. That is no evidence of none."
+        )
+    if len(found.effects) > 1:
+        many = f"P values and intervals of differences are corrected for comparing {len(found.effects)} conditions"
+        said.append(f"{many} with {found.control}.")
+    return said + [_interplay_said(one) for one in found.alone] + [grid_said(one) for one in found.grids]
+
+
+def _listed(effects: Sequence[Effect]) -> str:
+    return "; ".join(
+        f"{one.condition} ({points(one.difference.value)} points, {points(one.difference.low)} to "
+        f"{points(one.difference.high)}; {p_value(one.difference.p_value)})"
+        for one in effects
+    )
+
+
+def _interplay_said(one: Interplay) -> str:
+    change, crossing = one.change, one.crossing
+    test = "" if change.p_value is None else f"; {p_value(change.p_value)}, not corrected"
+    size = f"{points(change.value)} points{range_said(change.low, change.high)}{test}"
+    if one.detectable:
+        return f"What {crossing.second} does changes where {crossing.first} acts too ({size})."
+    return f"That {crossing.second} does something else where {crossing.first} acts too is not detectable ({size})."
+
+
+def grid_said(one: GridSummary) -> str:
+    """Whether one intervention does something else at other doses of the other, in a sentence."""
+    grid, change = one.grid, one.interaction
+    first, second = grid.rows.name, grid.columns.name
+    beside = f", with {grid.rows.rest}" if grid.rows.rest else ""
+    if change is None:
+        why = "no trial has ended under every combination" if grid.complete else "some combinations are not played"
+        return f"Whether {second} does something else at other values of {first}{beside} is not told: {why}."
+    interval = (
+        ""
+        if change.low is None or change.high is None
+        else f"{_level(one)} interval {points(change.low)} to {points(change.high)}; "
+    )
+    lines = (
+        "" if len(grid.conditions) == _TWO_BY_TWO else f"; on straight lines through {len(grid.conditions)} conditions"
+    )
+    lowest, highest = grid.row_doses[0], grid.row_doses[-1]
+    size = f"{points(change.value)} points ({interval}{p_value(change.p_value)}{lines})"
+    doses = f"{grid.column_doses[0]:g} to {grid.column_doses[-1]:g}"
+    what = f"what {second} from {doses} does at {highest:g} less at {lowest:g}"
+    if one.detectable:
+        return f"What {second} does changes with {first}{beside}: {what} is {size}."
+    return f"That {second} does something else at other values of {first}{beside} is not detectable: {what} is {size}."
+
+
+def _level(one: GridSummary) -> str:
+    return "95 %" if one.choices == 1 else f"{100 - 5 / one.choices:.3g} %"

@@ -1,0 +1,220 @@
+"""Sentences on hypothesis tests: what each asks, what it is called, and what it concludes of an agent."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.analysis.inference.verdict import Question, TestResult
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import p_value
+from lockprobe.prose.doses import cause, cause_first
+from lockprobe.prose.subject import Subject, subject_of
+
+__all__ = [
+    "QUESTIONS",
+    "asked",
+    "conclusions",
+    "conclusions_of",
+    "name_of_test",
+    "note_said",
+    "unit_said",
+    "why_missing",
+]
+
+_ASKED: Mapping[Question, str] = {
+    "success": "Do {cause} change how often the box is solved?",
+    "speed": "Do {cause} change how fast the box is solved?",
+    "shape": "Does success rise and then fall again as the {dose} rises?",
+    "looping": "Do {cause} change how soon an agent loops?",
+    "harm": "Once it has looped, is an agent less likely to solve the box?",
+}
+
+
+def asked(question: Question, axis: Axis = FLIPS) -> str:
+    """What a test asks, of the doses of this axis."""
+    return _ASKED[question].format(cause=cause(axis), dose=axis.name)
+
+
+QUESTIONS: Mapping[Question, str] = {question: asked(question) for question in _ASKED}
+"""What tests over flip rates ask."""
+
+_P = re.compile(r"\bp\b")
+
+
+def name_of_test(name: str, axis: Axis = FLIPS) -> str:
+    """The name of a test for readers: names as they are on record, and in the audit, say p for the flip rate.
+
+    >>> name_of_test("looped by step 10, Mantel-Haenszel by p")
+    'looped by step 10, Mantel-Haenszel by flip rate'
+    """
+    return _P.sub(axis.name, name.replace("values of p", f"{axis.name}s"))
+
+
+def conclusions(agent: AgentSummary) -> list[str]:
+    """What the recommended tests say of the shape of success, of looping and of its harm, a sentence each."""
+    if agent.blind or len([condition for condition in agent.conditions if condition.success.n]) < 2:
+        return []
+    tests = {test.question: test for test in agent.inference.tests if test.recommended}
+    said = []
+    for question in _CONCLUDED:
+        test = tests[question]
+        if test.p_value is None:
+            continue
+        interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
+        if test.baseline is not None:
+            interval += f", of a blind agent with the same action habits {test.baseline:.2g}"
+        told = test.effect is not None and question != "shape"
+        effect = f"{unit_said(test, agent.axis)} {test.effect:.2g}{interval}; " if told else ""
+        fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
+        found = no if not test.rejects else more if test.direction > 0 else fewer
+        said.append(f"{found} ({effect}{name_of_test(test.name, agent.axis)}, {p_value(test.p_value)}).")
+    return said
+
+
+_AS_THE_REST = "if trials that were solved would have gone on to loop like those still running"
+"""What a log-rank test of loops assumes, which the records cannot show."""
+
+_RISES_AND_FALLS = "Success rises with {cause} and falls again"
+
+_CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
+    "speed": (
+        "{Cause} make {agent} solve the box later or not at all",
+        "{Cause} make {agent} solve the box sooner",
+        "That {cause} change how fast the box is solved is not detectable",
+    ),
+    "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "That success falls again at high {dose}s is not detectable"),
+    "looping": (
+        f"{{Cause}} make {{agent}} loop later or not at all, {_AS_THE_REST}",
+        f"{{Cause}} make {{agent}} loop sooner, {_AS_THE_REST}",
+        "That {cause} change how soon {agent} {loops} is not detectable",
+    ),
+    "harm": (
+        "After a loop {agent} {is_} less likely to solve the box",
+        "After a loop {agent} {is_} more likely to solve the box",
+        "That {agent} {solves} the box less often after a loop is not detectable",
+    ),
+}
+"""What a test concludes: less of it, more of it, and that neither is shown."""
+
+_HARM_AGAINST_BLIND = (
+    "After a loop {agent} {is_} less likely to solve the box than a blind agent with the same action habits",
+    "After a loop {agent} {is_} more likely to solve the box than a blind agent with the same action habits",
+    "That loops harm {agent} beyond what {its} action habits and the mechanics of the box explain is not shown",
+)
+"""The same of harm where the odds ratio of a blind agent is known."""
+
+
+def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blind: bool = False) -> tuple[str, ...]:
+    """The three possible conclusions of a test, without its numbers: less of it, more of it, neither is shown.
+
+    Args:
+        who: The subject of the sentences.
+        question: What the test asks.
+        axis: What conditions differ in.
+        blind: Whether harm is tested against a blind agent with the same action habits.
+    """
+    words = who.words | {"cause": cause(axis), "Cause": cause_first(axis), "dose": axis.name}
+    return tuple(one.format(**words) for one in (_HARM_AGAINST_BLIND if blind else _CONCLUDED[question]))
+
+
+_UNITS: Mapping[str, str] = {
+    "greatest difference from the lowest p, permutation": "difference in success",
+    "highest success, chosen by eye, Fisher": "difference in success",
+    "steps to solve, log-rank": "hazard of solving, higher {dose}s over the lowest",
+    "two lines": "{dose} at which the lines meet",
+    "Lind-Mehlum": "{dose} at which the quadratic turns",
+    "loop onset, log-rank": "hazard of a first loop, higher {dose}s over the lowest",
+    "lowest loop rate, chosen by eye, Fisher": "difference in loop rate",
+    "success after a loop, Mantel-Haenszel by p and step": "odds of solving, after a loop over before",
+    "looped by step 10, Mantel-Haenszel by p": "odds of solving, after a loop over before",
+    "looped against solved, Fisher": "odds of solving, trials with a loop over trials without",
+    "Pearson over repetitions": "r",
+    "Pearson over values of p": "r",
+}
+"""What the effect of each test is."""
+
+_LENGTH = "Trial length alone can make it significant."
+_PEARSON = f"As in the paper (Fig. 5a), which does not say over what. {_LENGTH}"
+
+_NOTES: Mapping[str, str] = {
+    "greatest difference from the lowest p, permutation": (
+        "Corrected for looking at every {dose}; trials that share their luck stay together. It says yes only "
+        "if the interval, at a level corrected alike, leaves out 0."
+    ),
+    "any difference, permutation": (
+        "It looks at every pair of {dose}s. Not valid where they change which trials are solved but not how many."
+    ),
+    "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
+    "steps to solve, log-rank": "All higher {dose}s together: no choice of a peak.",
+    "two lines": "Both lines have to be significant; a shape like the paper's needs some 160 trials per {dose}.",
+    "Lind-Mehlum": "Too often significant where success only levels off.",
+    "quadratic term, likelihood ratio": "No test of a decline: a curve that levels off has a quadratic term as well.",
+    "order 2 by AIC and cross-validation, maximum inside": (
+        "The paper's rule (Sec. 3.2), which does not say how it cross-validates; here each repetition of each {dose} "
+        "is left out once."
+    ),
+    "loop onset, log-rank": "All higher {dose}s together: no choice of a peak.",
+    "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
+    "success after a loop, Mantel-Haenszel by p and step": "{null}",
+    "looped by step 10, Mantel-Haenszel by p": "Valid as well, with less power. {null}",
+    "looped against solved, Fisher": _LENGTH,
+    "Pearson over repetitions": _PEARSON,
+    "Pearson over values of p": _PEARSON,
+}
+"""What a reader should know about each test."""
+
+_MISSING: Mapping[str, str] = {
+    "fewer than two p": "No test: it needs two {dose}s with trials.",
+    "fewer than three p": "No test: it needs three {dose}s with trials.",
+    "no common trial": "No test: no two {dose}s were met by the same trial.",
+    "no trial at the lowest p": "No test: no trial at a higher {dose} was met at the lowest.",
+    "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
+    "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
+    "never side by side": "No test: trials with and without a loop never ran side by side to a success.",
+    "too few remain": "No test: too few trials remain of those that did not break.",
+    "no fit with 0 p": "No fit: it needs three {dose}s with trials that differ, and there are none.",
+    "no fit with 1 p": "No fit: it needs three {dose}s with trials that differ, and there is one.",
+    "no fit with 2 p": "No fit: it needs three {dose}s with trials that differ, and there are 2.",
+    "fewer than three trials": "No fit: it needs three trials.",
+    "every trial solved": "No fit: every trial was solved.",
+    "no trial solved": "No fit: no trial was solved.",
+    **{
+        f"order {order} separates": f"No choice of order: order {order} separates solved from unsolved trials, so its "
+        "fit has no maximum."
+        for order in range(4)
+    },
+    "no band": "No band: it resamples the trials of a repetition, and one has a single trial.",
+    "no resamples": "No resamples: trials are drawn within their repetition, and one has a single trial.",
+    "no trials": "No peak: there are no trials.",
+    "": "",
+}
+"""Why a test or an estimate is missing, by the code that the analysis gives."""
+
+
+def why_missing(code: str, axis: Axis = FLIPS) -> str:
+    """Why a test or an estimate is missing; empty for an empty code."""
+    return _MISSING[code].format(dose=axis.name)
+
+
+def unit_said(test: TestResult, axis: Axis = FLIPS) -> str:
+    """What the effect of a test is; empty where it has none."""
+    return _UNITS.get(test.name, "").format(dose=axis.name)
+
+
+def note_said(test: TestResult, axis: Axis = FLIPS) -> str:
+    """What there is to know about a test: why there is none, else how to take it."""
+    said = why_missing(test.note, axis) or _NOTES.get(test.name, "").format(dose=axis.name, null=_null(test))
+    if test.broken:
+        said += " Trials broke: the largest p-value without them, with all unsolved, and with all solved."
+    return said.strip()
+
+
+def _null(test: TestResult) -> str:
+    """Against which odds ratio the effect of a loop is tested."""
+    if test.baseline is None:
+        return "Tested against an odds ratio of 1; what the mechanics of the box give to a blind agent is not known."
+    return (
+        f"Tested against {test.baseline:.2f}, the odds ratio of a blind agent with the same action habits on this box."
+    )

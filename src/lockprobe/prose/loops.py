@@ -1,0 +1,36 @@
+"""The sentence on an agent's action loops against chance."""
+
+from __future__ import annotations
+
+from lockprobe.analysis.behaviour import Behaviour
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import percent
+from lockprobe.prose.doses import at_dose
+from lockprobe.prose.success import of_trials
+
+__all__ = ["loop_finding"]
+
+
+def loop_finding(agent: AgentSummary) -> str:
+    """An agent's loop rate against chance, at its lowest dose and at the dose of its contrast."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    shown = [agent.contrast.baseline, agent.contrast.other] if agent.contrast else counted[:1]
+    said = "; ".join(
+        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.p, agent.axis)}, "
+        f"{_against_chance(condition.behaviour)}"
+        for condition in shown
+    )
+    return f"An action loop is in {said}." if said else ""
+
+
+def _against_chance(found: Behaviour) -> str:
+    uniform, no_repeat = found.chance_uniform or 0.0, found.chance_no_repeat or 0.0
+    low, high = min(uniform, no_repeat), max(uniform, no_repeat)
+    verdict = (
+        "more than chance"
+        if found.loops.low > high
+        else "fewer than chance"
+        if found.loops.high < low
+        else "not distinguishable from chance"
+    )
+    return f"{verdict} (random actions in trials of those lengths: {percent(low)} to {percent(high)})"

@@ -1,0 +1,51 @@
+"""Sentences on modalities: how the box was shown, and what that did to an agent."""
+
+from __future__ import annotations
+
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.modalities import ModalityEffect, spoken
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.formatting import p_value as p_said
+from lockprobe.prose.subject import Subject
+from lockprobe.prose.success import of_trials
+
+__all__ = ["modality_finding"]
+
+
+def modality_finding(effect: ModalityEffect, summary: StudySummary) -> str:
+    """How one agent fared under each modality, and whether that shows a difference."""
+    found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
+    shown = "; ".join(
+        f"{of_trials(found[modality].success)} with {spoken(modality)}, {_steps_to_80(found[modality])}"
+        for modality in effect.modalities
+    )
+    who = Subject.of(effect.agent)
+    return f"{who.first} solved {shown}. {_how_soon(effect, who)}"
+
+
+def _how_soon(effect: ModalityEffect, who: Subject) -> str:
+    """The trend over fidelity; the comparison of all modalities where they have only one fidelity."""
+    p_value = effect.p_value if effect.differs_in_fidelity else effect.p_all
+    if p_value is None:
+        return "These are too few trials to compare how soon."
+    solves = who.form("it solves", "they solve")
+    together = f"trials that share their luck kept together, {p_said(p_value)}"
+    if not effect.differs_in_fidelity:
+        what, how = "the way in which it is shown", f"log-rank over all of them, {together}"
+        if p_value < ALPHA:
+            return f"How soon {solves} the box differs with {what} ({how})."
+    else:
+        what, how = "fidelity", f"log-rank for a trend over fidelity, {together}"
+        if effect.detectable:
+            sooner = "sooner" if effect.direction > 0 else "later or more rarely"
+            return f"The higher the fidelity, the {sooner} {solves} the box ({how})."
+    return (
+        f"That {what} changes how soon {solves} the box is not detectable ({how}); "
+        "that is not evidence that it does not."
+    )
+
+
+def _steps_to_80(condition: ConditionSummary) -> str:
+    step = condition.curve.steps_to(0.8)
+    return "80 % not reached" if step is None else f"80 % by step {step}"

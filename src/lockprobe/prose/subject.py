@@ -1,0 +1,73 @@
+"""Who a sentence is about: an agent by its spec, or people in the plural."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.spec import PEOPLE
+
+__all__ = ["Subject", "subject_of", "subjects_by_name"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """The grammatical subject of a sentence.
+
+    Attributes:
+        name: What a sentence calls it: ``llm:local (RGB)`` or ``people``.
+        plural: Whether its verbs are in the plural.
+    """
+
+    name: str
+    plural: bool = False
+
+    @classmethod
+    def of(cls, agent: str, shown: str = "") -> Subject:
+        """The subject that stands for an agent.
+
+        Args:
+            agent: Agent spec.
+            shown: How the box was shown, where that has to be said.
+        """
+        plural = agent == PEOPLE
+        name = "people" if plural else agent
+        return cls(name=f"{name} ({shown})" if shown else name, plural=plural)
+
+    def form(self, one: str, many: str) -> str:
+        """The form of a word that agrees with it."""
+        return many if self.plural else one
+
+    @property
+    def first(self) -> str:
+        """Its name at the beginning of a sentence; a spec stays as it is.
+
+        >>> Subject.of("participant").first, Subject.of("random").first
+        ('People', 'random')
+        """
+        return f"P{self.name[1:]}" if self.plural else self.name
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The words of a template that agree with it, where the sentence does not name the agent.
+
+        >>> "After a loop {agent} {is_} slower".format(**Subject.of("participant").words)
+        'After a loop people are slower'
+        """
+        return {
+            "agent": self.form("the agent", "people"),
+            "is_": self.form("is", "are"),
+            "loops": self.form("loops", "loop"),
+            "solves": self.form("solves", "solve"),
+            "its": self.form("its", "their"),
+        }
+
+
+def subject_of(agent: AgentSummary) -> Subject:
+    """The subject of sentences about one agent of a study."""
+    return Subject.of(agent.agent, agent.shown)
+
+
+def subjects_by_name(summary: StudySummary) -> dict[tuple[str, str], Subject]:
+    """Agent and modality -> the subject of sentences about it."""
+    return {(agent.agent, agent.modality): subject_of(agent) for agent in summary.agents}

@@ -1,0 +1,154 @@
+"""Sentences on success: what a dose did to it, how it runs over all doses, what baselines reach."""
+
+from __future__ import annotations
+
+from lockprobe.analysis.condition import ConditionSummary, Contrast
+from lockprobe.analysis.inference.course import CourseKind
+from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.formatting import p_value, percent, points
+from lockprobe.prose.doses import at_dose, cause
+from lockprobe.prose.subject import subject_of
+
+__all__ = ["baselines_said", "courses_said", "finding", "of_trials"]
+
+
+def of_trials(share: Proportion) -> str:
+    """A share as a count and in per cent."""
+    return f"{share.count} of {share.n} trials ({percent(share.value)})"
+
+
+def finding(agent: AgentSummary) -> str:
+    """What false reports did to one agent's success; where broken trials select, that comes first."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    if not counted:
+        return f"No trial of {subject_of(agent).name} has ended as solved or out of budget."
+    if agent.blind:
+        return _blind_said(agent, counted)
+    if agent.contrast is None:
+        return _one_condition(agent, counted)
+    return " ".join(filter(None, (_broken_said(agent), _contrast_said(agent, agent.contrast))))
+
+
+def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
+    first = counted[0]
+    said = f"{agent.name} acted the same whatever it was told: it solved {of_trials(first.success)}"
+    if all(condition.success.n == first.success.n for condition in counted):
+        return f"{said} under every condition."
+    where = at_dose(first.p, agent.axis)
+    return f"{said} {where}, and ended each of them alike under every other condition in which it has it."
+
+
+def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
+    share = counted[0].success
+    why = "No trial has been played under two conditions yet."
+    if len(counted) == 1:
+        single = agent.axis.name if agent.shown else "condition"
+        why = f"With a single {single} there is no difference to look for."
+    interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
+    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval}. {why}"
+
+
+def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
+    """The clearest difference from the lowest flip rate, and whether it is shown."""
+    found, who = contrast.difference, subject_of(agent)
+    first, second = at_dose(contrast.baseline.p, agent.axis), at_dose(contrast.other.p, agent.axis)
+    it, its = who.form("it", "they"), who.form("its", "their")
+    counts = f"{of_trials(found.second)} against {of_trials(found.first)}"
+    sample = "" if contrast.whole else f", of the trials that {it} finished under both conditions"
+    if contrast.detectable:
+        verdict = "more" if found.value > 0 else "less"
+        return (
+            f"{who.first} solved the box {verdict} often {second} than {first}: "
+            f"{counts}{sample} ({_interval(contrast)})."
+        )
+    risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
+    subject = f"No effect of {cause(agent.axis)} on the success of {who.name} is detectable"
+    if risen:
+        subject = (
+            f"No single {agent.axis.name} is shown to change the success of {who.name}; "
+            f"for the course over all {agent.axis.name}s see below"
+        )
+    if not any(one.value for one in agent.inference.difference.at):
+        share = found.first
+        interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
+        if contrast.whole:
+            return (
+                f"{subject}: {it} solved {percent(share.value)} of {its} trials under every condition "
+                f"(n = {share.n} {first}, {interval})."
+            )
+        return f"{subject}: of the trials that {it} finished under both conditions {it} solved equally many, {counts}."
+    size = "the largest difference" if contrast.farthest else "the clearest difference"
+    return (
+        f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}, "
+        f"{size} ({_interval(contrast)}). That is not evidence that {'none does' if risen else 'there is none'}."
+    )
+
+
+def _interval(contrast: Contrast) -> str:
+    """The difference, its interval, its P value, and what they are corrected for."""
+    found = contrast.difference
+    chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
+    said = (
+        f"{points(found.value)} points, 95 % interval {points(found.low)} to {points(found.high)}; "
+        f"permutation test and interval, {p_value(found.p_value)}{chosen}"
+    )
+    if found.if_unsolved is None or found.if_solved is None:
+        return said
+    return (
+        f"{said}; with broken trials counted as unsolved {points(found.if_unsolved.value)} points, as solved "
+        f"{points(found.if_solved.value)}, of which the p-value is the largest"
+    )
+
+
+def _broken_said(agent: AgentSummary) -> str:
+    """That broken trials select, where their share is shown to differ between conditions."""
+    broken = agent.inference.broken
+    if broken is None or not broken.differ or broken.p_value is None:
+        return ""
+    shares = "; ".join(f"{share.count} of {share.n} {at_dose(p, agent.axis)}" for p, share in broken.at)
+    return (
+        f"Trials of {subject_of(agent).name} broke under some conditions more often than under others ({shares}; "
+        f"permutation test, {p_value(broken.p_value)}), so that those that remain are a selection. A difference is "
+        "concluded only if it holds with all broken trials counted as unsolved, and with all counted as solved."
+    )
+
+
+def baselines_said(summary: StudySummary) -> str:
+    """What the baselines reach at their lowest p; empty for a study without baselines."""
+    shares = [
+        f"{subject_of(agent).name} {of_trials(first.success)}"
+        for agent in summary.agents
+        if agent not in summary.subjects and (first := agent.conditions[0]).success.n
+    ]
+    return f"For comparison, {at_dose(summary.conditions[0].p, summary.axis)}: {', '.join(shares)}." if shares else ""
+
+
+def courses_said(summary: StudySummary) -> str:
+    """Which agents' success rises with false reports, which falls, which both; empty for one agent or one p."""
+    heeding = [agent for agent in summary.agents if not agent.blind]
+    shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
+    if len(summary.agents) < 2 or len(set(shown)) < 2:
+        return ""
+    courses = [(subject_of(agent).name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
+    kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
+    parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
+    blind = [agent.name for agent in summary.agents if agent.blind]
+    parts += [f"is the same at every {summary.axis.name} for {', '.join(blind)}"] if blind else []
+    many = "" if len(courses) < 2 else f" (Holm, corrected for looking at {len(courses)} agents)"
+    return (
+        f"From a {summary.axis.name} of {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}."
+        if parts
+        else ""
+    )
+
+
+_SAID_OF: dict[CourseKind, str] = {
+    "rises": "rises for",
+    "falls": "falls for",
+    "rises and falls": "rises and then falls for",
+    "falls and rises": "falls and then rises for",
+    "no change detectable": "is not shown to change for",
+    "not tested": "is not tested for",
+}
+_COURSES = list(_SAID_OF)

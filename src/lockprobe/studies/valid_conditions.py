@@ -1,0 +1,55 @@
+"""Finds the conditions of a study without a valid trial: every trial played ended as an error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lockprobe.record import Trial, TrialError
+from lockprobe.spec import PEOPLE
+from lockprobe.studies.study import Study
+
+__all__ = ["Invalid", "invalid_conditions"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Invalid:
+    """A condition without a valid trial.
+
+    Attributes:
+        condition: Its name, for example ``flips/random/p=0.4``.
+        errors: Trials of it that ended as an error, 1 or more.
+        first: The error of the first of them.
+        owed: How many of them are owed again.
+    """
+
+    condition: str
+    errors: int
+    first: TrialError
+    owed: int
+
+
+def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invalid]:
+    """The conditions of a study that have errors and no valid trial, in the order of the study.
+
+    Conditions that nobody has played yet, and those of people, are left out.
+
+    Args:
+        study: The study.
+        trials: Its trials by key.
+    """
+    played: dict[str, list[Trial]] = {}
+    for agent in study.agents:
+        for plan in study.plans(agent) if agent != PEOPLE else ():
+            if (trial := trials.get(plan.key)) is not None:
+                played.setdefault(trial.cell, []).append(trial)
+    return [
+        Invalid(
+            condition=condition,
+            errors=len(found),
+            first=next(trial.error for trial in found if trial.error is not None),
+            owed=sum(trial.owed_again for trial in found),
+        )
+        for condition, found in played.items()
+        if all(trial.ending == "error" for trial in found)
+    ]

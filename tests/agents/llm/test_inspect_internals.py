@@ -1,0 +1,69 @@
+"""What Lockprobe takes from private modules of Inspect AI: each name is where it was, and only one file takes them."""
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("inspect_ai")
+
+SOURCE = Path(__file__).parents[3] / "src" / "lockprobe"
+ONE_FILE = SOURCE / "agents" / "llm" / "inspect_internals.py"
+
+ADVICE = {
+    "inspect_ai._util.error.PrerequisiteError": (
+        "Inspect AI raises it when a key, a server or a provider's package is missing; agents/llm/connect.py and "
+        "client.py turn it into one line for the user. evals/tasks.py raises it so that `inspect eval` prints a user's "
+        "mistake in one line without a traceback. When it moves: look where `inspect_ai.model.get_model` raises on a "
+        "missing key, import that class. When there is none: catch what get_model raises, and raise UserMistake itself "
+        "in evals/tasks.py, which costs only the traceback."
+    ),
+    "inspect_ai.model._generate_config.active_generate_config": (
+        "evals/solver.py reads the options of the eval that runs (temperature, max_tokens, ...), so that a trial inside "
+        "an eval is asked as its command line says and its record says how. When it moves: look what "
+        "`inspect_ai.model.Model.generate` merges its config with. When there is none: use `get_model().config` and "
+        "refuse options of the eval that it lacks."
+    ),
+    "inspect_ai.model._providers.util.batch_log.set_batch_log_callback": (
+        "agents/llm/connect.py sends what Inspect AI says of its batches to `logging`; else it is printed between the "
+        "lines of a run, and breaks `lockprobe run --json`. When it moves: look what a batch of "
+        "`inspect_ai/model/_providers/util` prints with. When batches log by `logging`: delete the call."
+    ),
+}
+
+
+def taken():
+    """The names that the one file imports from private modules."""
+    return {name for name in imported(ONE_FILE) if is_private(name)}
+
+
+def imported(path):
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+def is_private(name):
+    package, *parts = name.split(".")
+    return package == "inspect_ai" and any(part.startswith("_") and not part.startswith("__") for part in parts)
+
+
+@pytest.mark.parametrize("name", ADVICE)
+def test_a_private_name_is_where_it_was(name):
+    module, _, attribute = name.rpartition(".")
+    try:
+        getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        pytest.fail(f"{error}. {ADVICE[name]}")
+
+
+def test_every_private_name_is_explained_here():
+    assert taken() == {*ADVICE}
+
+
+def test_no_other_file_imports_a_private_module():
+    others = [path for path in SOURCE.rglob("*.py") if path != ONE_FILE]
+    assert not [(path.name, name) for path in others for name in imported(path) if is_private(name)]

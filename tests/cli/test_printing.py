@@ -1,0 +1,102 @@
+"""Tables on a terminal of 80 columns and in a pipe: no number is cut."""
+
+import io
+from contextlib import redirect_stdout
+
+import pytest
+
+from lockprobe.analysis.detectors.comparison import Row
+from lockprobe.audit.power import Needed
+from lockprobe.audit.rates import Rate
+from lockprobe.cli import audit, detectors, fit
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.fit import AgentFit, Predicted, RivalFit
+
+TESTS = ("greatest difference from the lowest p, permutation", "order 2 by AIC and cross-validation, maximum inside")
+
+
+class Terminal(io.StringIO):
+    """Looks like a terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.fixture(params=["terminal", "pipe"])
+def shown(request, monkeypatch):
+    """Prints something; gives what is written, and the width of the terminal."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "dumb")
+
+    def show(printing, *arguments):
+        file = Terminal() if request.param == "terminal" else io.StringIO()
+        with redirect_stdout(file):
+            printing(*arguments)
+        return file.getvalue(), 80 if file.isatty() else None
+
+    return show
+
+
+def rate(trials, rejected, truth=True):
+    return Rate(world="loops-irrelevant", trials=trials, question="success", test=TESTS[0], recommended=True,
+                truth=truth, studies=1000, rejected=rejected, early=0)  # fmt: skip
+
+
+def test_power(shown):
+    measured = tuple(
+        rate(trials, rejected)
+        for trials, rejected in zip((15, 30, 60, 120, 240), (731, 812, 900, 950, 999), strict=True)
+    )
+    found = [Needed(world="as stated", question="success", test=test, recommended=True, measured=measured, trials=27,
+                    low=23, high=None, below=False) for test in TESTS]  # fmt: skip
+    text, width = shown(audit._print_power, found, 0.8)
+    table = text[text.index("n=15") : text.index("* recommended")]
+    for number in ("0.73±0.01", "0.81±0.01", "0.90±0.01", "0.95±0.01", "1.00±0.00", "27", "[23,", "240]"):
+        assert table.count(number) == len(TESTS)
+    assert "…" not in text
+    if width:
+        assert max(map(len, table.splitlines())) <= width
+    else:
+        assert f"{TESTS[1]} *" in text
+        assert "27 [23, more than 240]" in text
+
+
+def test_an_audit(shown):
+    table = audit._rate_table([rate(30, 51, truth=False), rate(30, 731), rate(60, 812)])
+    text, width = shown(print_table, table)
+    assert "…" not in text
+    assert [text.count(number) for number in ("0.05", "0.73", "0.81", "±0.01")] == [1, 1, 1, 3]
+    if width:
+        assert max(map(len, text.splitlines())) <= width
+    else:
+        assert "0.73 ±0.01 loops-irrelevant, 0.81 ±0.01 loops-irrelevant" in text
+
+
+def test_a_fit(shown):
+    rival = RivalFit(model="human-inspired", version="human-inspired:target-first", versions=6, spec=None, parameters=(), charged=0.0,
+                     log_likelihood=-1234.5, aicc=2469.1, bic=2469.9, behind=134.6,
+                     held_out=Predicted(log_likelihood=-0.7, gain=0.52, low=0.41, high=0.63, probability=0.71, hits=0.66))  # fmt: skip
+    one = AgentFit(agent="random", p=(0.0,), trials=1, choices=1, left_out=0, passed_over=0, repeats=1.0, clusters=1, chance_bits=2.0, lead_by_reports=None, own=None,
+                   described=None, rivals=(rival,))  # fmt: skip
+    text, width = shown(print_table, fit._table(one))
+    assert "…" not in text
+    for number in ("-1234.5", "2469.1", "2469.9", "134.6", "0.52", "[0.41,", "0.63]", "0.71", "66"):
+        assert number in text
+    assert width is None or max(map(len, text.splitlines())) <= width
+
+
+def test_detectors(shown):
+    kinds = {"A x6": 0.52, "period 2 x4": 1.0, "period 4 x3, 10 % mutated": 0.73}
+    row = Row(detector="gemini-cli-like", false_uniform=0.049, false_no_repeat=0.001, auc=kinds, found=kinds,
+              relabelled=1.0, reversed=0.25, interrupted=None)  # fmt: skip
+    text, width = shown(detectors._print, [row], {"gemini-cli-like": 12.6})
+    for number in ("0.049", "0.001", "0.52", "[0.52]", "0.73", "[1.00]", "0.25", "13"):
+        assert number in text
+    assert width is None or max(map(len, text.splitlines())) <= width
+
+
+def test_what_does_not_fit_is_wider_and_whole(shown):
+    table = new_table("name", *"abcdefgh")
+    table.add_row("x", *["123456.789012"] * 8)
+    text, _ = shown(print_table, table)
+    assert text.splitlines()[1].split() == ["x", *["123456.789012"] * 8]
