@@ -232,6 +232,11 @@ def test_what_shows_no_states_or_outcomes_in_words_is_refused(given, named):
         propagate(p=0.1, **given)
 
 
+def test_what_may_remark_has_to_be_sampled_for_an_agent_that_heeds_remarks():
+    with pytest.raises(BadValue, match="condition: got 'nudge', expected distract alone"):
+        propagate(LoopBreaker(), condition="nudge")
+
+
 def test_what_is_only_said_changes_nothing():
     assert propagate(condition="warn + reword?p=1 + nudge + distract?p=1 + hypothesis?ask=off") == propagate()
 

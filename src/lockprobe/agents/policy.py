@@ -132,11 +132,12 @@ class Policy(Generic[Memory]):
     situation continues the cached one, so it never changes a decision.
 
     ``looks`` says whether it heeds reports. A policy that does claims of its last action what it was told.
-    ``exact`` says whether its probabilities go into the record.
+    ``exact`` says whether its probabilities go into the record. ``heeds_remarks`` says whether a remark changes it.
     """
 
     looks: ClassVar[bool] = True
     exact: ClassVar[bool] = False
+    heeds_remarks: ClassVar[bool] = False
     _last_recall: _Recall[Memory] | None = None
 
     @property

@@ -53,6 +53,8 @@ class LoopBreaker(Policy[Round]):
     none at all. Then it forgets what it was told, acts three times at random, never twice alike, and draws a new cycle.
     """
 
+    heeds_remarks = True
+
     def begin(self, view: View) -> Round:
         """No joint of the cycle is drawn.
 

@@ -56,6 +56,7 @@ class Acting:
         remarked: The same for a remark.
         states_only: Whether positions are told and no outcomes.
         hands: What changes which joint is attempted, in order.
+        asks: Whether something else acts on what is asked, and may remark.
     """
 
     flip: OutcomeFlip
@@ -65,6 +66,7 @@ class Acting:
     remarked: float = 0.0
     states_only: bool = False
     hands: tuple[Tremble | Force, ...] = ()
+    asks: bool = False
 
     def phase(self, step: int) -> Hashable:
         """What is alike at all steps at which the same can happen."""
@@ -124,6 +126,7 @@ def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind,
         remarked=1 - spoken[Distract],
         states_only=tells_states_only(modality, flips[0].persistence if flips else flip),
         hands=tuple(one for one in ones if isinstance(one, Tremble | Force)),
+        asks=any(place_of(type(one)) == "asked" and not isinstance(one, Distract) for one in ones),
     )
 
 

@@ -86,7 +86,7 @@ def propagate(
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
-            and all that is only asked, which policies do not read.
+            ``correction``, and all that is asked, which few policies heed.
         modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
             pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
         max_steps: Budget in steps.
@@ -103,6 +103,9 @@ def propagate(
     acting = acting_of(condition, p, flip, modality)
     flip = acting.flip.persistence
     policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
+    if acting.asks and policy.heeds_remarks:
+        expected = "distract alone of what is asked, for an agent that heeds remarks; sample it (lockprobe.run_trial)"
+        raise BadValue("condition", condition, expected)
     if listing not in get_args(Listing):
         raise BadValue("listing", listing, f"one of {', '.join(get_args(Listing))}")
     panel = tuple(range(len(world.places)))
