@@ -66,7 +66,7 @@ class Script:
 
 
 ONE = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))
-QUICK = Access(connections=1, timeout=0.3, retries=2, pause=0.01)
+QUICK = Access(connections=1, timeout=2, retries=2, pause=0.01)
 
 FAULTY = {
     "429 with Retry-After": "the provider answered 429: Rate limit reached",
@@ -74,7 +74,7 @@ FAULTY = {
     "500": "the provider answered 500: The server had an error",
     "dropped": "Server disconnected without sending a response",
     "dropped midway": "peer closed connection without sending complete message body",
-    "stalled": "no reply within 0.3 s",
+    "stalled": "no reply within 2 s",
     "truncated": "a reply that cannot be read",
     "malformed": "a reply that cannot be read",
     "a string": "service unavailable",
