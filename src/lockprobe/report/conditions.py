@@ -43,9 +43,8 @@ from lockprobe.report.schema import (
     Results,
     SeriesResult,
     StudyProgress,
-    WhyResult,
 )
-from lockprobe.report.why import why_row
+from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records

@@ -8,20 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
-    ConfigDict,
     Field,
-    GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
     ValidationError,
     model_validator,
 )
-from pydantic.json_schema import SkipJsonSchema
-from pydantic_core import CoreSchema
 
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.curves import Relative
@@ -29,6 +24,7 @@ from lockprobe.analysis.incidence import Area
 from lockprobe.analysis.misinterpretation import ClaimCount
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.robot import Verdicts
+from lockprobe.report.described import Change, Counted, DescribedResult, FiniteNumber, Share
 from lockprobe.report.details import (
     AgainstChance,
     AuditResult,
@@ -49,18 +45,16 @@ from lockprobe.report.details import (
     RepetitionResult,
     TestRow,
 )
-from lockprobe.report.examples import ExampleTrial, ToldTwice
+from lockprobe.report.examples import ExampleTrial
 from lockprobe.report.leaderboard import ComparisonResult, InteractionResult, LeaderboardResult
 from lockprobe.report.people import PeopleResult
 from lockprobe.report.sample_pictures import SeenModality
+from lockprobe.report.why import WhyResult
 
 __all__ = [
-    "ArmResult",
     "ConditionResult",
     "CrossingResult",
-    "DescribedResult",
     "EffectResult",
-    "EstimateResult",
     "GridAxis",
     "GridCellResult",
     "GridResult",
@@ -68,41 +62,8 @@ __all__ = [
     "Results",
     "SeriesResult",
     "StudyProgress",
-    "WhyResult",
     "plain_json",
 ]
-
-
-def _finite(value: object) -> object:
-    """None for what is not a number, as JSON has it."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-FiniteNumber = Annotated[float | SkipJsonSchema[int] | None, BeforeValidator(_finite)]
-Share = Annotated[float | None, Field(ge=0, le=1), BeforeValidator(_finite)]
-Counted = Annotated[int, Field(ge=0)]
-Change = Annotated[float, Field(ge=-2, le=2)]
-
-
-class DescribedResult(BaseModel):
-    """A part of the results whose described fields are published."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """The schema of the fields that have a description, and of those that are such parts."""
-        schema = handler(core_schema)
-        found = handler.resolve_ref_schema(schema)
-        published = {
-            name
-            for name, about in cls.model_fields.items()
-            if about.description
-            or (isinstance(about.annotation, type) and issubclass(about.annotation, DescribedResult))
-        }
-        found["properties"] = {name: found["properties"][name] for name in found["properties"] if name in published}
-        found["required"] = [name for name in found.get("required", ()) if name in published]
-        return schema
 
 
 class StudyProgress(DescribedResult):
@@ -275,51 +236,6 @@ class SeriesResult(DescribedResult):
     tests: list[TestRow]
     contrasts: list[ContrastResult]
     courses: list[CourseResult]
-
-
-class EstimateResult(DescribedResult):
-    """A difference in success over blocks of equal luck."""
-
-    value: Change | None = Field(description="The difference, [-1, 1]; an interaction can reach 2.")
-    low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
-    high: Change | None = Field(description="Upper end.")
-    p_value: Share = Field(description="Exchange of signs of whole blocks.")
-    blocks: Counted = Field(description="Blocks that have a trial in every arm compared.")
-
-
-class ArmResult(DescribedResult):
-    """One arm of a study of why false reports change success."""
-
-    arm: str = Field(description="truth, lie, retracted, confirmed, remark, lie + remark, withheld, tremble or nudge.")
-    condition: str = Field(description="Name of the condition.")
-    what: str
-    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
-    solved: Counted = Field(description="Of these, solved.")
-    success: Share = Field(description="Share solved, [0, 1].")
-    success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
-    success_high: Share = Field(description="Upper end.")
-    change: EstimateResult | None = Field(description="Against truth; its P value is corrected over arms (Holm).")
-
-
-class WhyResult(DescribedResult):
-    """Why false reports change the success of one agent."""
-
-    agent: str = Field(description="Agent spec.")
-    modality: str = Field(description="How the box was shown.")
-    p: float = Field(description="The rate at which reports were hit.")
-    verdict: str = Field(description="says, disturbs, both, unexplained, no change or not detectable.")
-    said: list[str] = Field(description="The verdict and its numbers, in sentences.")
-    arms: list[ArmResult] = Field(description="Success in every arm.")
-    change: EstimateResult = Field(description="Lie less truth.")
-    says: EstimateResult = Field(description="Lie less retracted lie: what lies say.")
-    disturbs: EstimateResult = Field(description="Retracted lie less truth: that they disturb.")
-    falsity: EstimateResult | None = Field(description="False less true reports, without and with a remark.")
-    disturbance: EstimateResult | None = Field(description="With less without a remark, for true and false reports.")
-    interaction: EstimateResult | None = Field(description="The effect of a lie with a remark less that without.")
-    margin: float = Field(description="Changes up to here count as none.")
-    equivalence: Share = Field(description="P value of two one-sided tests of a change of the margin or more.")
-    needed: Counted = Field(description="Blocks that find a change of the margin with a power of 80 %.")
-    twice: ToldTwice | None
 
 
 class MeasureResult(DescribedResult):

@@ -4,15 +4,62 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pydantic import Field
+
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.why import ArmEffect, Why
 from lockprobe.formatting import NONE, bracketed, p_cell, share
 from lockprobe.prose.why import arm_said, why_said
+from lockprobe.report.described import Change, Counted, DescribedResult, Share
 from lockprobe.report.examples import ToldTwice
 from lockprobe.report.format import TextTable
-from lockprobe.report.schema import ArmResult, EstimateResult, WhyResult
 
-__all__ = ["arm_table", "estimate_table", "why_row"]
+__all__ = ["ArmResult", "EstimateResult", "WhyResult", "arm_table", "estimate_table", "why_row"]
+
+
+class EstimateResult(DescribedResult):
+    """A difference in success over blocks of equal luck."""
+
+    value: Change | None = Field(description="The difference, [-1, 1]; an interaction can reach 2.")
+    low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
+    high: Change | None = Field(description="Upper end.")
+    p_value: Share = Field(description="Exchange of signs of whole blocks.")
+    blocks: Counted = Field(description="Blocks that have a trial in every arm compared.")
+
+
+class ArmResult(DescribedResult):
+    """One arm of a study of why false reports change success."""
+
+    arm: str = Field(description="truth, lie, retracted, confirmed, remark, lie + remark, withheld, tremble or nudge.")
+    condition: str = Field(description="Name of the condition.")
+    what: str
+    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
+    solved: Counted = Field(description="Of these, solved.")
+    success: Share = Field(description="Share solved, [0, 1].")
+    success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
+    success_high: Share = Field(description="Upper end.")
+    change: EstimateResult | None = Field(description="Against truth; its P value is corrected over arms (Holm).")
+
+
+class WhyResult(DescribedResult):
+    """Why false reports change the success of one agent."""
+
+    agent: str = Field(description="Agent spec.")
+    modality: str = Field(description="How the box was shown.")
+    p: float = Field(description="The rate at which reports were hit.")
+    verdict: str = Field(description="says, disturbs, both, unexplained, no change or not detectable.")
+    said: list[str] = Field(description="The verdict and its numbers, in sentences.")
+    arms: list[ArmResult] = Field(description="Success in every arm.")
+    change: EstimateResult = Field(description="Lie less truth.")
+    says: EstimateResult = Field(description="Lie less retracted lie: what lies say.")
+    disturbs: EstimateResult = Field(description="Retracted lie less truth: that they disturb.")
+    falsity: EstimateResult | None = Field(description="False less true reports, without and with a remark.")
+    disturbance: EstimateResult | None = Field(description="With less without a remark, for true and false reports.")
+    interaction: EstimateResult | None = Field(description="The effect of a lie with a remark less that without.")
+    margin: float = Field(description="Changes up to here count as none.")
+    equivalence: Share = Field(description="P value of two one-sided tests of a change of the margin or more.")
+    needed: Counted = Field(description="Blocks that find a change of the margin with a power of 80 %.")
+    twice: ToldTwice | None
 
 
 def why_row(found: Why, twice: ToldTwice | None) -> WhyResult:
