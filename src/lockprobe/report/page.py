@@ -164,7 +164,7 @@ def _tables(content: Results) -> dict[str, TextTable]:
         "table1": table1(subjects),
         "table1-corrected": table1_corrected(subjects),
         **({"modalities": modality_table(content.modalities)} if content.modalities else {}),
-        **_of_people(content),
+        **_people_tables(content),
         "leaderboard": leaderboard_table(content.leaderboard),
         "leaderboard-by-p": leaderboard_by_p_table(content.leaderboard),
         "comparisons": comparison_table(content.comparisons),
@@ -186,7 +186,7 @@ def _of_measures(content: Results) -> dict[str, TextTable]:
     return {"measures": measure_table(content.measures)} if content.measures else {}
 
 
-def _of_people(content: Results) -> dict[str, TextTable]:
+def _people_tables(content: Results) -> dict[str, TextTable]:
     people = content.people
     if people is None or people.found is None:
         return {}

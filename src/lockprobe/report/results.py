@@ -45,7 +45,6 @@ from lockprobe.report.rows import (
 )
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import Results, StudyProgress
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import read_study
@@ -106,7 +105,7 @@ class LoadedStudy:
     @property
     def played_by_people(self) -> int:
         """Trials of people that are finished."""
-        return sum(trial.group == PEOPLE and not trial.owed_again for trial in self.trials)
+        return sum(not trial.owed_again for trial in self.trials if trial.player)
 
     @property
     def partial(self) -> bool:
