@@ -144,7 +144,7 @@ CONDITIONS = [
     "drop?p=0.2 + drop?p=0.3",
     "flip?p=0.3&persistence=sticky + drop?p=0.4",
     "drop?p=0.4 + flip?p=0.3&persistence=sticky",
-    "tremble?p=0.2 + force?at=3 + flip?p=0.4&from=2",
+    "tremble?p=0.2 + force?at=2 + flip?p=0.4&from=2",
     "correction?p=0.3",
     "correction?p=0.3&of=truth",
     "drop?p=0.3&luck=flip",
@@ -167,7 +167,7 @@ CASES = [
 @pytest.mark.parametrize("tell", ["both", "state"])
 @pytest.mark.parametrize(("policy", "spec"), CASES)
 def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec, tell):
-    name, budget = ("chain-3", 3) if isinstance(policy, WORLDS) else ("chain-2", 4)
+    name, budget = ("chain-3", 3) if isinstance(policy, WORLDS) else ("chain-2", 3 if spec.count("+") > 1 else 4)
     solved, apart = by_brute_force(policy, box(name), spec, tell, budget)
     modality = f"symbolic?tell={tell}"
     course = propagate(policy, name, condition=spec, modality=modality, max_steps=budget, listing="panel")
@@ -206,8 +206,8 @@ def test_trials_of_the_loop_come_to_the_same(spec, modality):
 )  # fmt: skip
 def test_what_is_odd_comes_to_the_same_in_the_loop(spec):
     exact = propagate(LoopBreaker(), condition=spec)
-    found = sum(run_trial(agent=LoopBreaker(), condition=spec, trial=trial).solved for trial in range(1, 201))
-    assert binomtest(found, 200, exact.success).pvalue > 0.001
+    found = sum(run_trial(agent=LoopBreaker(), condition=spec, trial=trial).solved for trial in range(1, 101))
+    assert binomtest(found, 100, exact.success).pvalue > 0.001
 
 
 def test_a_flip_in_a_condition_is_the_flip_of_p():

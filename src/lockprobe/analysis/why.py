@@ -26,7 +26,7 @@ from lockprobe.analysis.series import SeriesArm
 from lockprobe.record import Trial
 from lockprobe.spec import Spec, split_specs
 
-__all__ = ["ARMS", "MARGIN", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "why"]
+__all__ = ["ARMS", "MARGIN", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "verdict_of", "why"]
 
 ARMS: Mapping[str, str] = {
     "truth": "truth",
@@ -240,6 +240,19 @@ def verdict(change: BlockMean, says: BlockMean, disturbs: BlockMean, equivalence
     if said and disturbed:
         return "both"
     return "says" if said else "disturbs" if disturbed else "unexplained"
+
+
+def verdict_of(truth: Array, lie: Array, retracted: Array, margin: float = MARGIN) -> Verdict:
+    """What is concluded from three arms alone.
+
+    Args:
+        truth: 1 where the block was solved under true reports, 0 where not, shape (blocks,).
+        lie: The same under false reports.
+        retracted: The same under false reports that are taken back at once.
+        margin: As of :func:`why`.
+    """
+    change = lie - truth
+    return verdict(_mean(change), _mean(lie - retracted), _mean(retracted - truth), _equivalence(change, margin))
 
 
 def _detectable(found: BlockMean) -> bool:
