@@ -1,4 +1,4 @@
-"""A person at a terminal as an agent: sees what every agent is told, chooses joints by keys."""
+"""A person at a terminal as an agent: sees the reports that every agent gets, and chooses joints by keys."""
 
 from __future__ import annotations
 
@@ -38,22 +38,17 @@ _CLAIMS: dict[str, Outcome] = {"M": "moved", "N": "blocked"}
 
 
 class Left(LockprobeError):
-    """Raised when somebody stops in the middle of a trial."""
+    """Raised when the person stops in the middle of a trial."""
 
 
 class Ended(Left):
-    """Raised when nothing more comes in the middle of a trial."""
+    """Raised when the input ends in the middle of a trial."""
 
 
 class Person:
-    """Asks at every step.
+    """Asks at every step. The panel of ``box`` is shown, not its interlock.
 
-    Args:
-        box: The box as its panel is seen; of its interlock nothing is shown.
-        labels: The label of each joint in panel order.
-        view: How reports are shown.
-        keys: Where choices come from.
-        screen: Where all is shown.
+    ``labels`` are in panel order.
     """
 
     def __init__(self, box: Lockbox, labels: Sequence[str], view: ViewKind, keys: Keys, screen: Screen) -> None:
@@ -66,10 +61,10 @@ class Person:
         return {"view": self._view, "page": "terminal"}
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """What the person chooses.
+        """The person's choice.
 
         Raises:
-            Left: If the person stops; as ``Ended`` if nothing more comes.
+            Left: If the person stops; as ``Ended`` if the input ends.
         """
         task, percept, step = situation.task, situation.percept, len(situation.past) + 1
         if step == 1:
@@ -134,7 +129,7 @@ _HEED = 0.2
 
 
 class Keys:
-    """Standard input as keys, while it is open. What a terminal was set to is set again at the end."""
+    """Standard input as keys, while it is open. On exit the terminal gets its settings back."""
 
     def __init__(self) -> None:
         self._terminal = sys.stdin.fileno() if sys.stdin is not None and sys.stdin.isatty() else None

@@ -1,4 +1,4 @@
-"""``lockprobe play``: one trial in the terminal, and what the player could not know after it."""
+"""``lockprobe play``: one trial in the terminal, and afterwards what the player could not know."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def play(
 
 
 def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
-    """Not through asyncio.run: it would keep Ctrl-C to itself while a key is waited for."""
+    """Play the trial. It avoids asyncio.run, which would hold back Ctrl-C while a key is awaited."""
     loop = asyncio.new_event_loop()
     try:
         with Keys() as keys:
@@ -111,7 +111,7 @@ def _of(spec: str, asked: TrialOptions) -> Trial | None:
 
 
 def _check_record(path: Path) -> None:
-    """Refuse a file to which nothing could be appended after the trial, and leave none behind."""
+    """Refuse a file that cannot be appended to after the trial; create none."""
     if not path.absolute().parent.is_dir():
         raise BadFile(path, "its directory does not exist")
     check_regular(path)
@@ -149,13 +149,9 @@ def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:
 
 
 def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> None:
-    """Say all that the player could not know.
+    """Print everything that the player could not know.
 
-    Args:
-        screen: Where.
-        trial: What was played.
-        box: The box of this trial.
-        others: The same trial of strategies, by spec; None for one that cannot play this box.
+    ``others`` are strategies in the same trial, by spec; None for one that cannot play this box.
     """
     steps = len(trial.steps)
     screen.say()
