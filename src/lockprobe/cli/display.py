@@ -147,7 +147,7 @@ class LiveDisplay(Plain):
         self._console.print(Text(printable(text)))
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """An agent's turn comes: a table of its own."""
+        """An agent begins, with a new table."""
         self.close()
         super().agent(source, owed)
         self._playing.clear()

@@ -119,5 +119,5 @@ def _kind(annotation: Any) -> Any:
 
 
 def _bare(kind: Any) -> Any:
-    """A type without what is said of it."""
+    """A type without its annotations."""
     return get_args(kind)[0] if get_origin(kind) is Annotated else kind

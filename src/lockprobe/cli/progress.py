@@ -148,7 +148,7 @@ class Plain:
         self._costs(study, journal)
 
     def _costs(self, study: Study, journal: Journal) -> None:
-        """What it has cost, and what it should still cost, if somebody charges for it."""
+        """The cost so far and the expected cost, if a provider charges."""
         if not hosted(study):
             return
         self.tally.ledger, self.tally.calls = Ledger(study, read_calls(journal.directory)), journal.calls
@@ -231,7 +231,7 @@ class Plain:
         )
 
     def owed_anew(self, trials: int) -> None:
-        """Say how many trials are played anew on request, though an unusable reply had ended them for good."""
+        """Say how many trials are replayed on request after an unusable reply had ended them for good."""
         self.say(f"Owed anew: {count(trials, 'trial')} that ended as an error at reply; the earlier records stay")
 
     def invalid(self, found: Sequence[Invalid]) -> None:

@@ -182,7 +182,7 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
 
 
 def _shown_as_before(planned: Study, there: Study) -> Study:
-    """The study, shown as that of a release in which reports told outcomes too if nobody asked otherwise."""
+    """The study with the reports of an earlier release, which told outcomes as well by default."""
     told = tuple(STATES if one == "symbolic" else one for one in there.modalities)
     if not (planned.of_flips and there.of_flips) or told != planned.modalities:
         return planned

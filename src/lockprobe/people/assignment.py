@@ -32,10 +32,10 @@ Luck = tuple[int, int]
 """Repetition and trial."""
 
 Rests = Counter[tuple[Cell, ...]]
-"""What people were given beyond whole rows, and how many were given it so."""
+"""Orders beyond whole rows of the square, and how many participants got each."""
 
 _CLOSED = 1e12
-"""The price of a trial that is taken."""
+"""The cost of a trial that is taken."""
 
 
 def conditions_of(study: Study) -> tuple[Cell, ...]:

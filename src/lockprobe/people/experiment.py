@@ -44,13 +44,13 @@ __all__ = [
 ]
 
 EXPERIMENT = "experiment.json"
-"""Where beside the diaries of a study these settings stand."""
+"""The file of these settings, next to the diaries."""
 
 SECRET = (
     *(f"{end}_{what}" for end in ("completion", "declined", "full", "failed") for what in ("url", "code")),
     "join_code",
 )
-"""Settings that are not given away with data."""
+"""Settings that are not shared with data."""
 
 
 def _bare(text: str) -> str:

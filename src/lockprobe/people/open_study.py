@@ -41,10 +41,10 @@ LOG = "server.log"
 """The log of refused requests, next to the diaries."""
 
 _SETTINGS = (EXPERIMENT, TEXTS)
-"""Files that a start writes anew."""
+"""Files that every start rewrites."""
 
 _MADE = (*_SETTINGS, TOKENS, LOG)
-"""Files that a start makes."""
+"""Files that a start creates."""
 
 _MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_per_minute", *SECRET}
 """Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""

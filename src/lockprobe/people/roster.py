@@ -36,7 +36,7 @@ class Roster:
         self._opened = opened
         self._sessions = {session.journey.identity: session for session in sessions}
         self._given: Given | None = None
-        """What was given out; None where it has to be counted anew."""
+        """The trials given out; None where they have to be counted again."""
         self._persons = Counter(filter(None, (self.person(one.journey.joined.platform) for one in self)))
         self._released = sum(session.journey.released for session in self)
         self._unfinished: dict[str, Session] = {}
@@ -79,12 +79,12 @@ class Roster:
         return [session.journey.identity for session in self if value in session.journey.joined.platform.values()]
 
     def person(self, platform: Mapping[str, str]) -> str | None:
-        """The ID of somebody on the recruitment platform."""
+        """A person's ID on the recruitment platform."""
         names = self._opened.experiment.recruitment
         return platform.get(names[0]) if names else None
 
     def takes_part(self, person: str) -> bool:
-        """Whether somebody with this ID of the recruitment platform has joined."""
+        """Whether a person with this platform ID has joined."""
         return bool(self._persons[person])
 
     def add(self, session: Session) -> None:

@@ -256,7 +256,7 @@ class ServerState:
             raise ActRefused("elsewhere", "open in another page")
 
     async def _delete(self, session: Session) -> None:
-        """Delete all data of somebody, whose lock is held. From the note on they cannot act."""
+        """Delete all data of a participant, whose lock is held. After the note they cannot act."""
         await session.let_go()
         self._finish()  # a deletion that was noted before and failed, perhaps this one
         if self._roster.called(session.journey.identity) is session:
@@ -272,5 +272,5 @@ class ServerState:
 
 
 def _outside(token: str, lease: str, scene: Scene) -> PageReply:
-    """The reply to somebody who does not take part."""
+    """The reply to a person who does not take part."""
     return PageReply(token=token, lease=lease, turn=1, scene=scene, identity=None, may_withdraw=False)

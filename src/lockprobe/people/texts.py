@@ -17,10 +17,10 @@ __all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "pag
 _TEXTS = Path(__file__).with_name("texts")
 
 LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
-"""Those that ship."""
+"""The shipped languages."""
 
 TEXTS = "texts.toml"
-"""Where beside the diaries the texts stand that were read."""
+"""The copy of the texts, next to the diaries."""
 
 Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(seen)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]

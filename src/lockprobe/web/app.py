@@ -208,7 +208,7 @@ class _Refusals:
             if request.url.path.startswith("/api/admin/"):
                 answer.headers["www-authenticate"] = "Bearer"
             else:
-                _forget(answer)  # a cookie of another study; the page begins anew
+                _forget(answer)  # a cookie of another study; the page starts again
         return answer
 
     async def no_route(self, request: Request, error: Exception) -> Response:

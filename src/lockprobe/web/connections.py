@@ -25,7 +25,7 @@ FILES_KEPT_BACK = 256
 """Open files that connections leave to diaries, pictures and plants."""
 
 _MOST_FILES = 65_536
-"""More are not asked for."""
+"""The highest limit requested."""
 
 _REFUSED_AT_ONCE = 64
 """Connections that are told 503 at the same time; more are closed without a word."""
@@ -36,7 +36,7 @@ FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\nretry-after: 2\r\n"
     b"connection: close\r\ncontent-length: " + str(len(_BODY)).encode() + b"\r\n\r\n" + _BODY
 )
-"""What a connection is told for which there is no place."""
+"""The answer to a connection without a place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +87,7 @@ class Connections:
         self.limits = limits
         self.log, self._proxied = log, proxied
         self._open: dict[Connection, None] = {}
-        """Those that wait longest come first."""
+        """Longest waiting first."""
         self._by_address: dict[str, dict[Connection, None]] = {}
         self._refused: set[Connection] = set()
         self._ended = False

@@ -27,7 +27,7 @@ PIECE = 1 << 18
 """Bytes of one piece."""
 
 ATTEMPTS = 5
-"""How often a file is written again because somebody withdraws, before the request is refused."""
+"""How often a file is rewritten because a participant withdraws, before the request is refused."""
 
 BEHIND = 10
 """The nice value of the background process: participants come first."""

@@ -35,7 +35,7 @@ AT_ONCE = 1024
 """Bodies that are read at once."""
 
 SECONDS_FOR_A_BODY = 20.0
-"""In which a body has to have come."""
+"""The time for a body to arrive."""
 
 SECURITY_HEADERS: Mapping[str, str] = {
     "content-security-policy": (
