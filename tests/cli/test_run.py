@@ -331,5 +331,7 @@ def test_strategies_come_after_people_or_before_them(tmp_path):
 
 def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):
     (tmp_path / "S").mkdir()
-    with pytest.raises(BadValue, match=r"expected one of flips, modalities, or FILE.toml; to go on, .* --out .*S$"):
+    with pytest.raises(
+        BadValue, match=r"expected one of flips, modalities, why, or FILE.toml; to go on, .* --out .*S$"
+    ):
         run(str(tmp_path / "S"))

@@ -39,7 +39,7 @@ from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["play", "relabelled", "tell"]
+__all__ = ["Ended", "Keys", "Left", "Person", "ViewKind", "play", "relabelled", "tell"]
 
 ViewKind = Literal["text", "panel"]
 """How reports are shown: in words as models read them, or drawn from what is told."""

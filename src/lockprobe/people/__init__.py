@@ -1,1 +1,1 @@
-"""People as agents: who takes part, what they are shown, what they do, and that none of it is lost. No HTTP here."""
+"""People as agents: consent, assignment, scenes and acts, stored durably. No HTTP here."""

@@ -1,4 +1,4 @@
-"""How far one participant has come: the fold of a diary, used by the live server, the progress page and exports.
+"""How far one participant has come: the fold of a diary, for the server and for exports.
 
 A participant sees the consent scene, instructions, practice, checks, each box and the scene after it, questions, and
 the debriefing.

@@ -1,4 +1,4 @@
-"""Counts of participants and boxes, for the admin page and for reports. They contain nothing that people wrote."""
+"""Counts of participants and boxes, for the admin page and for reports."""
 
 from __future__ import annotations
 

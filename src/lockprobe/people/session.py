@@ -1,4 +1,4 @@
-"""The session of one participant: it shows scenes, takes acts, and writes each act to disk before the next scene."""
+"""The session of one participant: shows scenes, and writes each act to disk before the next."""
 
 from __future__ import annotations
 

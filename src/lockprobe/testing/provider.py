@@ -1,4 +1,4 @@
-"""A fake provider on loopback: scripted replies over OpenAI's chat completions, and a log of the requests.
+"""A fake provider on loopback: scripted chat completions, and a log of the requests.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Where the server listens, the host names it accepts, and the conditions for access from other machines."""
+"""The server's address, the host names it accepts, and access from other machines."""
 
 from __future__ import annotations
 

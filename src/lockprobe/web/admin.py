@@ -1,4 +1,4 @@
-"""The API of the admin page: progress, downloads, and deletion of participants on request. It requires a token."""
+"""The API of the admin page: progress, downloads and deletion. It requires a token."""
 
 from __future__ import annotations
 

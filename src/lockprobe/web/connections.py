@@ -1,4 +1,4 @@
-"""Limits on connections: slow or idle ones are closed, and their number is capped per address and in total.
+"""Limits on connections: slow ones are closed, and their number is capped.
 
 uvicorn limits the time between two requests and the size of a head, but not the time until a head is complete. Its
 ``limit_concurrency`` counts idle connections, which alone can lock everybody else out. Here a new connection at the

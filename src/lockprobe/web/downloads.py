@@ -1,4 +1,4 @@
-"""Downloads for the experimenter, written by a background process and sent in pieces while participants continue.
+"""Downloads for the experimenter, written by a background process and sent in pieces.
 
 One file is written at a time. If a participant withdraws meanwhile, the file is written again without their data. The
 file has no name on disk while it is sent.

@@ -1,4 +1,4 @@
-"""The log of the server: one line for each refused request or error, without who asked or what was sent."""
+"""The server's log: one line per refused request or error, without who asked or what was sent."""
 
 from __future__ import annotations
 
