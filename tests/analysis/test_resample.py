@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import make_trial
+from solved import study
 
 from lockprobe.analysis.inference.trend import trend_fit
 from lockprobe.analysis.outcomes import Point, outcomes
@@ -64,7 +65,7 @@ def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says():
             for i in range(7)
             for r in range(3)
         ]
-        quadratic = trend_fit(points, "success", resample(outcomes(trials_of(solved)), rng).success).quadratic
+        quadratic = trend_fit(points, "success", resample(study(solved), rng).success).quadratic
         middle = len(quadratic.p) // 2
         held.append(quadratic.low[middle] <= 0.5 <= quadratic.high[middle])
     assert np.mean(held) > 0.95 - 4 * np.sqrt(0.95 * 0.05 / 60)

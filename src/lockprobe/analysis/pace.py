@@ -1,4 +1,4 @@
-"""Which of two agents solves the box sooner (paper, Fig. 3)?"""
+"""The speed of two agents: hazard ratio and log-rank tests (paper, Fig. 3)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ class Pace:
     """Two agents, or one agent shown the box in two ways, at one p.
 
     Attributes:
-        first: Agent spec and modality.
-        second: Agent spec and modality.
+        first, second: Agent spec and modality of each.
         p: Flip probability, [0, 1].
         hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
-        p_value: Log-rank, two-sided, with trials that share their luck kept together, and those of one person.
-        independent: Log-rank as if all trials were independent; None where nothing can be told apart.
+        p_value: Log-rank, two-sided, clustered by luck, or by player.
+        independent: Log-rank as if all trials were independent; None where it is not defined.
         gehan: The same with Gehan-Wilcoxon weights, stronger where curves differ early and meet late.
     """
 

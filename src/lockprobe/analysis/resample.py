@@ -1,7 +1,6 @@
-"""The bootstrap of a study: what its shares would be had other trials been drawn.
+"""The cluster bootstrap of a study: whole clusters of trials are drawn with replacement.
 
-A trial shares its luck (labels, flips, draws) with the same trial of the same repetition at every other p. Those
-trials are therefore drawn together, as one cluster, within their repetition. Of people a cluster is one person.
+Trials of equal luck over all p are drawn together, within their repetition; so are all trials of one player.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class Resamples:
 
 
 def times_drawn(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Array | None:
-    """How often each cluster of luck is drawn, shape (resamples, clusters); None if a repetition has a single one.
+    """How often each cluster is drawn, shape (resamples, clusters); None if a repetition has a single cluster.
 
     Args:
         counted: The trials of one agent.
@@ -58,7 +57,7 @@ def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp]
         times: How often each cluster was drawn, shape (resamples, clusters).
         luck: The cluster of each trial, shape (trials,).
         column: The column that each trial belongs to, from 0, of the same shape.
-        happened: What is shared, of the same shape.
+        happened: The event, of the same shape.
     """
     present, counts = np.zeros((2, times.shape[1], int(column.max(initial=-1)) + 1))
     np.add.at(present, (luck, column), 1.0)
