@@ -96,7 +96,7 @@ def test_labels_and_places_in_the_list_are_read_from_the_trial():
 @pytest.mark.parametrize(("share", "at", "after_last"), [(0.4, TARGET, False), (0.5, 0, True), (0.8, 1, True)])
 def test_a_blind_agent_is_not_told_apart_from_its_twin(share, at, after_last):
     """It was told apart from an odds ratio of 1: the target with .4, the last joint again with .5, round robin."""
-    against_one, against_twin, p = 0, 0, np.repeat(P, 200)
+    against_one, against_twin, p = 0, 0, np.repeat(P, 150)
     for number in range(4):
         rng = np.random.default_rng([number, at])
         found, actions = played(walks(share, at, len(p), rng, after_last=after_last), p)
