@@ -241,7 +241,7 @@ def cluster_bootstrap(
         values: One number per trial, shape (trials,).
         clusters: The cluster of each trial, for example its repetition, of the same shape.
         rng: The stream of the bootstrap.
-        resamples: How many to draw.
+        resamples: Number of resamples.
     """
     numbers, place = np.asarray(values, dtype=np.float64), np.unique(np.asarray(clusters), return_inverse=True)[1]
     k = int(place.max()) + 1 if len(place) else 0

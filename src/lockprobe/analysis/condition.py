@@ -60,7 +60,7 @@ class ConditionSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrast:
-    """The condition with the fewest flips against the one whose success differs from it most clearly.
+    """The condition with the fewest flips against the condition whose success differs most clearly.
 
     Attributes:
         baseline: The lower p.
@@ -114,7 +114,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
 
 
 def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:
-    """The lowest p against the one that differs from it most clearly; None where no two can be compared."""
+    """The lowest p against the p that differs most clearly; None where no two can be compared."""
     found = tested.clearest
     if found is None:
         return None

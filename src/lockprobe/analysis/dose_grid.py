@@ -147,12 +147,7 @@ def contrast(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple
     >>> contrast((0, 0.1, 0.2), (0, 0.1))
     ([1, -1, 0, 0, -1, 1], Fraction(1, 1))
 
-    Args:
-        row_doses: At least two, ascending.
-        column_doses: The same.
-
-    Returns:
-        Weights by row, then by column, and the factor.
+    Weights are by row, then by column. Doses are ascending, at least two.
     """
     (rows, one), (columns, other) = _trend(row_doses), _trend(column_doses)
     return [row * column for row, column in product(rows, columns)], one * other
@@ -170,13 +165,7 @@ def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
 
 
 def grid_summary(grid: Grid, trials: Mapping[str, Outcomes], choices: int = 1) -> GridSummary:
-    """The results of one agent.
-
-    Args:
-        grid: The doses and conditions.
-        trials: Condition -> its ended trials; those without any are missing.
-        choices: Number of grids, for which p-value and interval are corrected.
-    """
+    """The results of one agent, from condition -> its ended trials; ``choices`` is the number of grids."""
     cells = tuple(
         GridCell(row=row, column=column, condition=name, success=proportion(int(one.solved.sum()), len(one)))
         for (row, column), name in grid.conditions.items()

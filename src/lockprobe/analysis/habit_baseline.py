@@ -62,13 +62,7 @@ class _Chain:
 
 
 def blind_twin(trials: Sequence[Trial], box: Lockbox | None, rng: np.random.Generator) -> Outcomes | None:
-    """Simulated trials of a blind agent with the same habits; None where the box is not known.
-
-    Args:
-        trials: Of one agent.
-        box: The box.
-        rng: The stream of the simulation.
-    """
+    """Simulated trials of a blind agent with the habits of these trials; None where the box is not known."""
     if box is None or any(set(trial.joints) != set(box.names) for trial in trials):
         return None
     return blind_trials(actions_of(trials, box), box, rng)
@@ -98,11 +92,6 @@ def blind_trials(actions: Actions, box: Lockbox, rng: np.random.Generator) -> Ou
     """Trials of a blind agent with these habits on the same box, in the same shares over p; None without trials.
 
     The box follows its rules; failures of a robot are not simulated.
-
-    Args:
-        actions: Of one agent.
-        box: The box.
-        rng: The stream of the simulation.
     """
     if not actions.joints:
         return None

@@ -198,7 +198,7 @@ def measured(
         measures: Specs, or functions of a trial.
 
     Raises:
-        UserMistake: As :func:`find_measure`, and if a measure returns what is none, or numbers of one trial and yes or
+        UserMistake: As :func:`find_measure`, and if a measure returns another type, or numbers of one trial and yes or
             no of another.
     """
     counted = ended(trials)

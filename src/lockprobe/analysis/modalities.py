@@ -111,11 +111,7 @@ def _fidelity(modality: str) -> int | None:
 
 
 def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
-    """Compare the modalities of one agent; None with fewer than two that have a trial that ended.
-
-    Args:
-        groups: Trials of one agent at one p, a group for each modality.
-    """
+    """Compare one agent's trials at one p, a group for each modality; None if fewer than two have ended trials."""
     ordered = sorted((group for group in groups if group), key=lambda group: by_fidelity(group[0].modality))
     found = [(group[0].modality, counted) for group in ordered if len(counted := outcomes(group))]
     if len(found) < 2:

@@ -67,8 +67,7 @@ def expected_loop_rate(
     Args:
         sequences: The actions of each trial (at least one trial).
         null: The null model.
-        actions: Actions to choose from; ``markov`` and ``permutation`` use only those that the trials hold,
-            at most ``MOST_ACTIONS``.
+        actions: Number of actions; ``markov`` and ``permutation`` use those of the trials, at most ``MOST_ACTIONS``.
         overlap: Whether the two copies of a loop may share actions.
         min_length: Fewest actions in a loop.
         seed: Of the simulations for ``markov`` and ``permutation``; the other nulls have their own.

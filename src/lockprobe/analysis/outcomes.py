@@ -87,15 +87,8 @@ class Outcomes:
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
-        return Outcomes(
-            p=self.p[chosen],
-            repetition=self.repetition[chosen],
-            trial=self.trial[chosen],
-            length=self.length[chosen],
-            solved=self.solved[chosen],
-            onset=self.onset[chosen],
-            player=self.player[chosen] if self.crossed else self.player,
-        )
+        columns = {name: getattr(self, name) for name in Outcomes.__slots__}
+        return Outcomes(**{name: column[chosen] if len(column) else column for name, column in columns.items()})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,8 +158,7 @@ def appended(first: Outcomes, second: Outcomes) -> Outcomes:
     """Trials of the same agent, one group after the other."""
     if not len(first) or not len(second):
         return first if len(first) else second
-    columns = {name: np.concatenate([getattr(group, name) for group in (first, second)]) for name in Outcomes.__slots__}
-    return Outcomes(**columns)
+    return _stacked([first, second])
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
@@ -180,9 +172,11 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
         )
         for i, group in enumerate(groups)
     ]
-    return Outcomes(
-        **{name: np.concatenate([getattr(group, name) for group in numbered]) for name in Outcomes.__slots__}
-    )
+    return _stacked(numbered)
+
+
+def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
+    return Outcomes(**{name: np.concatenate([getattr(one, name) for one in groups]) for name in Outcomes.__slots__})
 
 
 def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:

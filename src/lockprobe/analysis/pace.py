@@ -36,12 +36,7 @@ class Pace:
 
 
 def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
-    """Compare two conditions of the same p; None if one of them has no trial that ended.
-
-    Args:
-        first: Trials of one agent at one p.
-        second: Trials of another. Trials of equal repetition and trial share their luck between agents too.
-    """
+    """Compare the trials of two agents at one p, which share their luck; None if one has no trial that ended."""
     one, two = outcomes(first), outcomes(second)
     if not len(one) or not len(two):
         return None

@@ -136,12 +136,8 @@ def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Di
     """The second proportion less the first, taken as independent; None if one of them has no trials.
 
     Conditions of one study share their luck (common random numbers). Where that luck acts alike in both, interval and
-    test are conservative.
-
-    Args:
-        first: Success under one condition.
-        second: Success under another.
-        choices: Number of conditions that the second was chosen from; the interval has the level 1 - 0.05 / choices.
+    test are conservative. The interval has the level 1 - 0.05 / ``choices``, the number of conditions that the second
+    was chosen from.
     """
     if first.n == 0 or second.n == 0:
         return None
@@ -164,11 +160,8 @@ def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Di
 def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"] = "score") -> Ratio | None:
     """The second proportion over the first; None where the ratio, or the log interval, is not finite.
 
-    Args:
-        first: Success under one condition.
-        second: Success under another.
-        method: Miettinen & Nurminen's score interval, or Katz's normal interval of the logarithm, which is narrower
-            and needs a success on either side.
+    The interval is Miettinen & Nurminen's score interval, or Katz's normal interval of the logarithm, which is narrower
+    and needs a success on either side.
     """
     if first.n == 0 or second.n == 0 or first.count == 0 or (method == "log" and second.count == 0):
         return None

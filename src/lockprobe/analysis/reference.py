@@ -16,7 +16,7 @@ class Reference:
 
     Attributes:
         random: Share solved by step 0, 1, ... up to the budget by a uniformly random agent.
-        no_repeat: The same by one that never attempts a joint twice in a row.
+        no_repeat: The same by a random agent that never attempts a joint twice in a row.
         optimum: The fewest steps that solve the box; None if nothing does.
     """
 

@@ -77,13 +77,7 @@ class RelativeSteps:
 
 
 def steps_of(trials: Sequence[Trial], modality: str, p: float | None) -> Steps:
-    """Steps that people needed.
-
-    Args:
-        trials: Ended trials of people, at least one.
-        modality: How the box was shown.
-        p: Flip probability; None for several together.
-    """
+    """Steps that people needed in ended trials, at least one, of a modality and p (None for several together)."""
     reached, budget = _reached(trials)
     shares = reached.mean(axis=0)
     drawn = _drawn(trials, _stream(trials[0], trials[0].group, modality, p), [reached])

@@ -33,13 +33,7 @@ class Resamples:
 
 
 def times_drawn(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Array | None:
-    """How often each cluster is drawn, shape (resamples, clusters); None if a repetition has a single cluster.
-
-    Args:
-        counted: The trials of one agent.
-        rng: The stream of the bootstrap.
-        resamples: How many to draw.
-    """
+    """How often each cluster is drawn, shape (resamples, clusters); None if a repetition has a single cluster."""
     cluster, stratum = counted.cluster, counted.stratum
     times = np.zeros((resamples, int(cluster.max(initial=-1)) + 1))
     for number in np.unique(stratum):
@@ -67,12 +61,7 @@ def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp]
 
 
 def resample(counted: Outcomes, rng: np.random.Generator) -> Resamples:
-    """Draw clusters of trials with replacement, within every repetition.
-
-    Args:
-        counted: The trials of one agent.
-        rng: The stream of the bootstrap.
-    """
+    """Draw the clusters of one agent's trials with replacement, within every repetition."""
     keys = np.column_stack([counted.p, counted.repetition])
     kinds, point = np.unique(keys, axis=0, return_inverse=True)
     times = times_drawn(counted, rng)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, groupby
 from operator import call
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -50,16 +50,8 @@ _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "i
 """The kinds of agents that are baselines."""
 
 
-_Job = TypeVar("_Job")
-_Done = TypeVar("_Done")
-
-
-class Each(Protocol):
-    """Applies a function to several jobs: ``map``, or a pool of processes."""
-
-    def __call__(self, work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> Iterable[_Done]:
-        """The results, in the order of the jobs."""
-        ...
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -58,16 +58,7 @@ class _Played:
 
 
 def simulate(truth: World, design: Design, rng: np.random.Generator) -> list[Trial]:
-    """One study of a simulated agent.
-
-    Args:
-        truth: The world.
-        design: Which p, and how many trials.
-        rng: The stream of this study.
-
-    Returns:
-        Trials by p, repetition and trial.
-    """
+    """One study of a simulated agent: its trials by p, repetition and trial."""
     played = _play(truth, design, rng)
     return [_trial(truth, design, played, place) for place in range(len(played.solved))]
 

@@ -66,7 +66,7 @@ def information(belief: Belief) -> Floats:
     goes_on = np.ones(moves.shape)
     goes_on[:, 0] = ~moves[:, 0]
     false = next_false(belief)[held, None]
-    told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", and beside them those of "blocked"
+    told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", then of "blocked"
     told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
     told[:, n:] = goes_on - told[:, :n]
     if belief.states_only:

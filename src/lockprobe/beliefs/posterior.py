@@ -154,13 +154,13 @@ class Belief:
 
 def begin(interlocks: Interlocks, noise: Noise) -> Belief:
     """What is known before the first report: the prior, at the start."""
-    return _anew(interlocks, noise, 0)
+    return _prior_at(interlocks, noise, 0)
 
 
-def _anew(
+def _prior_at(
     interlocks: Interlocks, noise: Noise, configuration: int, positions: int | None = 0, restarts: int = 0
 ) -> Belief:
-    """The prior at a configuration, with what was told of it."""
+    """The prior at a configuration, with the positions told of it."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
         interlocks=interlocks,
@@ -186,7 +186,7 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
 
 def _again(belief: Belief, configuration: int) -> Belief:
     """Begin again from the prior."""
-    return _anew(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
+    return _prior_at(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
 
 
 def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
@@ -258,7 +258,7 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
 def _afterwards(again: Belief, before: int, report: ReportedAttempt) -> Belief:
     """The prior at the configuration told; the target stays in place."""
     now = before ^ (report.moved << report.joint) & ~1
-    fresh = _anew(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
     return _only(fresh, opens=False) or fresh if report.joint == 0 else fresh
 

@@ -125,11 +125,7 @@ PRIORS = tuple(_LISTS)
 
 @cache
 def interlocks(prior: str, joints: int) -> Interlocks:
-    """All interlocks of a prior that can be solved from the start.
-
-    Args:
-        prior: One of :data:`PRIORS`.
-        joints: Number of joints, from 2.
+    """All interlocks of a prior over 2 or more joints that can be solved from the start.
 
     Raises:
         UnknownName: If there is no such prior.
