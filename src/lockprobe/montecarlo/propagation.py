@@ -85,7 +85,8 @@ def propagate(
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
+        condition: What else acts: ``flip`` of every option but ``while``, also several that fall on different steps,
+            which is a flip rate that changes (``flip?p=0.4&until=7 + flip?p=1&at=8``); ``drop``, ``tremble``, ``force``, ``reword``,
             ``correction``, and all that is asked, which few policies heed.
         modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
             pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
@@ -100,7 +101,7 @@ def propagate(
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    acting = acting_of(condition, p, flip, modality)
+    acting = acting_of(condition, p, flip, modality, budget=max_steps)
     flip = acting.flip.persistence
     policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
     if acting.asks and policy.heeds_remarks:
