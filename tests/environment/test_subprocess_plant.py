@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lockprobe.environment import subprocess_plant
-from lockprobe.environment.subprocess_plant import PlantElsewhere, must_live_elsewhere
+from lockprobe.environment.subprocess_plant import SubprocessPlant, needs_subprocess
 from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -17,7 +17,7 @@ LABELS = tuple("ABCD")
 
 
 def remote(spec="symbolic"):
-    return PlantElsewhere(spec, box("chain-4"), LABELS, np.random.default_rng(0))
+    return SubprocessPlant(spec, box("chain-4"), LABELS, np.random.default_rng(0))
 
 
 @pytest.fixture(autouse=True)
@@ -101,16 +101,16 @@ def run(program):
 
 
 def test_only_a_fork_of_a_process_that_has_opengl_needs_it():
-    assert not must_live_elsewhere()
+    assert not needs_subprocess()
     done = run("""
         import os
         from lockprobe.environment import subprocess_plant
         def in_a_fork():
             if (child := os.fork()) == 0:
-                os._exit(10 + subprocess_plant.must_live_elsewhere())
+                os._exit(10 + subprocess_plant.needs_subprocess())
             return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) - 10
         before, subprocess_plant._opengl_is_loaded = in_a_fork(), lambda: True
-        print(before, in_a_fork(), subprocess_plant.must_live_elsewhere())
+        print(before, in_a_fork(), subprocess_plant.needs_subprocess())
     """)
     assert (done.stdout, done.stderr) == ("0 1 False\n", "")
 

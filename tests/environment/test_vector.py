@@ -1,7 +1,5 @@
 """Many boxes at once play what as many single environments play, step by step."""
 
-from itertools import product
-
 import gymnasium
 import numpy as np
 import pytest
@@ -12,11 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lockprobe.environment
-from lockprobe.environment.vector import LockboxVectorEnv, free_to_move
+from lockprobe.environment.vector import LockboxVectorEnv
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
 
 COUNT = 6
@@ -148,15 +145,6 @@ def test_what_is_returned_is_not_written_to_again():
     for joint in (3, 2, 1):
         ours.step(np.full(COUNT, joint))
     assert all((now == then).all() for now, then in zip(held, kept, strict=True))
-
-
-@pytest.mark.parametrize("puzzle", [box("chain-5"), FORK])
-def test_the_table_of_moves_is_the_rule(puzzle):
-    table = free_to_move(puzzle)
-    joints = range(len(puzzle.joints))
-    for configuration in product((False, True), repeat=len(puzzle.joints)):
-        number = sum(1 << joint for joint in joints if configuration[joint])
-        assert [puzzle.attempt(configuration, joint)[1] for joint in joints] == table[number].tolist()
 
 
 class Dim:
