@@ -12,6 +12,7 @@ from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.difficulty import cycle_success, depths, difficulty
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimal_plans, random_curve
+from lockprobe.lockbox.state_space import space_of
 
 FOUR = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-3", "common-effect-3")
 
@@ -117,7 +118,7 @@ def test_cycle_success_is_the_share_of_all_cycles(name, budget):
         return False
 
     share = np.mean([solves(cycle) for cycle in itertools.permutations(range(4))])
-    assert cycle_success(drawn, budget) == pytest.approx(share)
+    assert cycle_success(space_of(drawn), budget) == pytest.approx(share)
 
 
 def test_measures_of_the_boxes_that_tell_them_apart():

@@ -72,7 +72,7 @@ class SubprocessPlant:
 
     def __init__(self, spec: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> None:
         self._host = _Host.here()
-        self._number = self._host.number()
+        self._number = next(self._host.numbers)
         self._closed = False
         self._has_camera = resolve_plant(spec).has_camera
         self._facts: Mapping[str, Fact] = self._ask("make", spec, box, labels, rng)
@@ -121,7 +121,7 @@ class _Host:
         self._process = subprocess.Popen(  # noqa: S603 - this interpreter and the program above
             [sys.executable, "-c", _PROGRAM, *sys.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
-        self._numbers = itertools.count()
+        self.numbers = itertools.count()
         self._turn = threading.Lock()
 
     @classmethod
@@ -130,10 +130,6 @@ class _Host:
         if cls.running is None:
             cls.running = cls()
         return cls.running
-
-    def number(self) -> int:
-        """A number for a new plant."""
-        return next(self._numbers)
 
     def end(self) -> None:
         """End the process and wait for it. Idempotent."""

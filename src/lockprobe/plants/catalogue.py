@@ -140,7 +140,7 @@ def require_mujoco() -> None:
 
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
-    """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
+    """Refuses a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
     require_mujoco()
     from lockprobe.plants.rendering.choose_renderer import decide
 

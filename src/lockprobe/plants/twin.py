@@ -81,7 +81,7 @@ class Twin(SimulatedLockbox):
             force_noise=settings.force_noise,
             rng=self._force,
             before_step=self._mechanism.before_step,
-            after_step=self._filmed if film is not None else None,
+            after_step=self._filmed,
         )
         self._move = GuardedMove()
         self._refuse_out_of_reach()

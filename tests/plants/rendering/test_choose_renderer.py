@@ -10,7 +10,7 @@ import pytest
 
 from lockprobe.errors import BadValue, Missing
 from lockprobe.plants.rendering import choose_renderer
-from lockprobe.plants.rendering.choose_renderer import Probed, automatic, decide, probe
+from lockprobe.plants.rendering.choose_renderer import Probed, decide, probe
 
 NO_GRAPHICS = """
 import ctypes, ctypes.util
@@ -28,14 +28,14 @@ LOOKS = """
 import json, os, sys
 import lockprobe
 assert "mujoco" not in sys.modules
-from lockprobe.plants.rendering.choose_renderer import automatic, probe
+from lockprobe.plants.rendering.choose_renderer import decide, probe
 import mujoco
 from lockprobe.plants.rendering.choose_renderer import open_renderer
 world = "<worldbody><geom size='1'/><camera name='eye' pos='0 0 3'/></worldbody>"
 model = mujoco.MjModel.from_xml_string(f"<mujoco>{world}</mujoco>")
 renderer = open_renderer(model, width=64, height=64)
 rgb, depth = renderer.render(mujoco.MjData(model), "eye")
-print(json.dumps([automatic(), renderer.name, float(depth[32, 32]), [one.detail for one in probe()],
+print(json.dumps([decide(), renderer.name, float(depth[32, 32]), [one.detail for one in probe()],
                   os.environ.get("MUJOCO_GL")]))
 """
 
@@ -95,7 +95,7 @@ def test_importing_touches_neither_mujoco_nor_graphics():
 def test_the_first_that_works_is_taken(works):
     for names, taken in ((("egl", "rays"), "egl"), (("osmesa", "rays"), "osmesa"), (("rays",), "rays")):
         works(*names)
-        assert automatic() == decide("auto") == taken
+        assert decide() == decide("auto") == taken
 
 
 def test_the_environment_variable_stands_for_auto_only(works, monkeypatch):

@@ -20,7 +20,6 @@ from lockprobe.plants.arm.protocol import Arm, Vector
 
 __all__ = ["GuardedMove", "HandlePath", "Touch", "TouchVerdict"]
 
-
 TouchVerdict = Literal["moved", "blocked", "failed"]
 """The robot's judgement: the handle came along, it was held, or the hand never got over it."""
 

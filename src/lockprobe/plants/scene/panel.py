@@ -20,7 +20,6 @@ from lockprobe.plants.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY
 
 __all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "lay_out_panel", "panel_pose"]
 
-
 _CLEARANCE = 0.074
 """Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""
 

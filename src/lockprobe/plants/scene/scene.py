@@ -129,9 +129,7 @@ def _material(spec: mujoco.MjSpec, name: str, picture: NDArray[np.uint8]) -> str
 def _add_board(
     spec: mujoco.MjSpec, panel: PanelLayout, labels: tuple[str, ...], appearance: Appearance
 ) -> mujoco.MjsBody:
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(panel.pose[:3, :3]).ravel())
-    body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=quaternion)
+    body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=_quaternion(panel.pose[:3, :3]))
     width, height = panel.size
     dark: Colour = (0.82 * appearance.wood[0], 0.82 * appearance.wood[1], 0.82 * appearance.wood[2])
     for name, front, thick, picture in (
@@ -316,17 +314,21 @@ def _add_cameras(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance
     seen = (panel.in_world(corners) - position) @ axes
     spread = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
     half = max(spread[1], spread[0] / aspect) / (1 - 2 * _MARGIN)
-    _camera(spec, EYE, position + np.array(appearance.camera), axes, 2 * math.degrees(math.atan(half)))
+    spec.worldbody.add_camera(
+        name=EYE,
+        pos=position + np.array(appearance.camera),
+        quat=_quaternion(axes),
+        fovy=2 * math.degrees(math.atan(half)),
+    )
     eye, target = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross([0, 0, 1], back)
     right /= np.linalg.norm(right)
-    _camera(spec, _FILM, eye, np.array([right, np.cross(back, right), back]).T, 42.0)
+    axes = np.array([right, np.cross(back, right), back]).T
+    spec.worldbody.add_camera(name=_FILM, pos=eye, quat=_quaternion(axes), fovy=42.0)
 
 
-def _camera(
-    spec: mujoco.MjSpec, name: str, position: NDArray[np.float64], axes: NDArray[np.float64], fovy: float
-) -> None:
+def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
-    spec.worldbody.add_camera(name=name, pos=position, quat=quaternion, fovy=fovy)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    return quaternion
