@@ -77,8 +77,8 @@ def test_curves_are_what_blind_agents_reach():
 
 @pytest.mark.parametrize("repeats", [True, False])
 def test_blind_agents_open_a_large_box_in_the_end(repeats):
-    found = random_curve(box("chain-8"), 10_000, repeats=repeats)
-    assert len(found) == 10_001
+    found = random_curve(box("chain-8"), 2000, repeats=repeats)
+    assert len(found) == 2001
     assert list(found) == sorted(found)
     assert found[7] == 0 < found[8]
     assert found[-1] == pytest.approx(1, abs=1e-9)
@@ -115,7 +115,7 @@ def value_iteration(puzzle):
         togo = better
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_optimum_is_that_of_value_iteration(boxes, brute_optimum, data):
     puzzle = data.draw(boxes)
@@ -123,7 +123,7 @@ def test_optimum_is_that_of_value_iteration(boxes, brute_optimum, data):
     assert optimum(puzzle) == (None if steps == np.inf else steps) == brute_optimum(puzzle)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_optimal_plans_are_all_shortest_sequences_that_solve(boxes, data):
     puzzle = data.draw(boxes)
@@ -170,7 +170,7 @@ def test_what_cannot_be_opened_has_no_plan():
     assert (optimal_plans(shut).count, optimal_plans(shut).listed) == (0, ())
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_what_solves_at_the_optimum_is_what_the_curve_says(boxes, data):
     """Each of the plans has probability (1/4)**optimum, and nothing else solves so soon."""
