@@ -57,19 +57,19 @@ def pixel(model, camera, point, *, width=160, height=120):
     return round(row), round(column)
 
 
-@pytest.mark.parametrize(
-    ("point", "depth"),
-    [
-        ((0, 0, 0), 1.5),  # the table
-        ((-0.2, 0.2, 0.2), 1.3),  # the tower on the brick, neither of which collides
-        ((-0.235, 0.2, 0.1), 1.4),  # the brick
-        ((0.2, 0.2, 0.12), 1.38),  # the ball
-        ((0.2, -0.2, 0.08), 1.42),  # the pill
-    ],
-)
-def test_depth_is_metres_along_the_axis_and_hidden_things_are_not_seen(table, opens, point, depth, state):
+POINTS = {
+    "the table": ((0, 0, 0), 1.5),
+    "the tower on the brick, neither of which collides": ((-0.2, 0.2, 0.2), 1.3),
+    "the brick": ((-0.235, 0.2, 0.1), 1.4),
+    "the ball": ((0.2, 0.2, 0.12), 1.38),
+    "the pill": ((0.2, -0.2, 0.08), 1.42),
+}
+
+
+def test_depth_is_metres_along_the_axis_and_hidden_things_are_not_seen(table, opens, state):
     _, seen = opens(table).render(state(table), "above")
-    assert seen[pixel(table, "above", point)] == pytest.approx(depth, abs=1e-3)
+    for what, (point, depth) in POINTS.items():
+        assert seen[pixel(table, "above", point)] == pytest.approx(depth, abs=1e-3), what
 
 
 def test_a_mesh_lies_where_the_model_has_it(table, opens, state):
