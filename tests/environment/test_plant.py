@@ -21,7 +21,7 @@ from lockprobe.pictures.png import from_png
 from lockprobe.plan import Names
 from lockprobe.plants.symbolic import SymbolicPlant
 
-SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
+SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001&renderer=rays"
 
 
 @pytest.fixture

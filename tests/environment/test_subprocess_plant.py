@@ -16,12 +16,16 @@ from lockprobe.plants.symbolic import SymbolicPlant
 LABELS = tuple("ABCD")
 
 
+SMALL = "fast-twin?width=64&height=64&renderer=rays"
+
+
 def remote(spec="symbolic"):
     return SubprocessPlant(spec, box("chain-4"), LABELS, np.random.default_rng(0))
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def ended():
+    """All plants of this file share one process, as those of a study do."""
     yield
     if (host := subprocess_plant._Host.running) is not None:
         host.end()
@@ -47,7 +51,7 @@ def test_plants_share_a_process_and_not_their_state():
 
 
 def test_who_rendered_it_is_known_once_it_was_looked_at_and_remembered():
-    plant = remote("fast-twin?width=64&height=64")
+    plant = remote(SMALL)
     first = plant.facts
     assert (first["width"], first["renderer"]) == (64, None)
     plant.observe()
@@ -59,14 +63,14 @@ def test_who_rendered_it_is_known_once_it_was_looked_at_and_remembered():
     plant.close()
     plant.close()
     assert plant.facts == named
-    other = remote("fast-twin?width=64&height=64")
+    other = remote(SMALL)
     other.observe().look()
     other.close()  # nobody asked before
     assert other.facts == named
 
 
 def test_it_can_be_drawn_as_it_is_not():
-    plant = remote("fast-twin?width=64&height=64")
+    plant = remote(SMALL)
     first = plant.observe()
     assert (first.render((True,) * 4).rgb != first.look().rgb).any()
     assert (first.render(first.configuration).rgb == first.look().rgb).all()
@@ -83,7 +87,7 @@ def test_what_is_wrong_there_is_said_here():
 
 
 def test_a_process_that_ends_is_a_fault_and_the_next_plant_gets_another():
-    plant, facts = remote("fast-twin"), remote("fast-twin").facts
+    plant, facts = remote(SMALL), remote(SMALL).facts
     plant._host._process.kill()
     assert plant.facts == facts  # what it is remains known
     with pytest.raises(PlantFault, match="the plant's process ended"):

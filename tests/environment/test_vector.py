@@ -69,7 +69,7 @@ asked_for = st.builds(lambda some, others: some | others, general, by_channels |
 
 
 @given(asked=asked_for, seed=st.integers(0, 10_000))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_it_plays_as_so_many_single_environments(asked, seed):
     ours, sync = made(**asked), made("sync", **asked)
     assert (type(ours.unwrapped), type(sync.unwrapped)) == (LockboxVectorEnv, SyncVectorEnv)
@@ -90,7 +90,7 @@ def test_it_plays_as_so_many_single_environments(asked, seed):
 
 
 @given(asked=asked_for, seeds=st.lists(st.none() | st.integers(0, 99), min_size=COUNT, max_size=COUNT), data=st.data())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_seeds_options_and_masks_mean_the_same(asked, seeds, data):
     ours, sync = made(**asked), made("sync", **asked)
     options = {"repetition": data.draw(st.integers(1, 5)), "trial": data.draw(st.integers(1, 30))}
