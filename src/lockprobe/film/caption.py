@@ -56,10 +56,7 @@ def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
 
 
 def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The attempt with truth, report, the robot's verdict and the agent's next claim.
-
-    With pictures, the report is left out unless it is false, because the picture shows it.
-    """
+    """The attempt with truth, report (with pictures: if false), the robot's verdict and the agent's next claim."""
     step = trial.steps[at]
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")

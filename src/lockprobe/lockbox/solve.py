@@ -101,8 +101,6 @@ def random_no_repeat_success(box: Lockbox, budget: int = 20) -> float:
 def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tuple[float, ...]:
     """The exact probability that a uniformly random agent has solved the box by step 0, 1, ... up to the budget.
 
-    It propagates the distribution of (configuration, last joint) of the unsolved trials step by step.
-
     Args:
         box: The box.
         budget: Steps.
@@ -112,7 +110,8 @@ def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tup
     n, numbers = space.joints, np.arange(2**space.joints)
     afterwards = np.where(space.may_move, numbers[:, None] ^ (1 << np.arange(n)), numbers[:, None])
     opens = space.may_move[:, space.target]
-    mass = np.zeros((numbers.size, n + 1))  # the last column: no attempt yet
+    # of unsolved trials, by configuration and last joint; the last column: no attempt yet
+    mass = np.zeros((numbers.size, n + 1))
     mass[space.start, n] = 1.0
     others = np.array([n if repeats else max(n - 1, 1)] * n + [n])  # number of joints to choose from
     curve = [0.0]

@@ -77,7 +77,7 @@ def test_without_any_graphics_library_rays_are_cast(tmp_path):
     assert platform is None
 
 
-def test_importing_touches_neither_mujoco_nor_graphics():
+def test_importing_and_naming_plants_touches_neither_mujoco_nor_graphics():
     modules = [
         "lockprobe",
         "lockprobe.cli",
@@ -86,8 +86,10 @@ def test_importing_touches_neither_mujoco_nor_graphics():
         "lockprobe.pictures.depth",
         "lockprobe.pictures.png",
         "lockprobe.plants.rendering.choose_renderer",
+        "lockprobe.plants.catalogue as plants",
     ]
     program = "; ".join(f"import {module}" for module in modules)
+    program += "; [plants.resolve_plant(name) for name in plants.PLANTS]"
     program += "; import sys; print([name for name in ('mujoco', 'OpenGL', 'glfw', 'PIL') if name in sys.modules])"
     assert python(program).strip() == "[]"
 
