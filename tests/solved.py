@@ -44,7 +44,7 @@ def people(rng, per_p, boxes, likeness, p=7, success=0.5):
     hidden = likeness**0.5 * able + (1 - likeness) ** 0.5 * rng.standard_normal((p, per_p * boxes))
     columns = study((hidden < norm.ppf(np.broadcast_to(success, p))[:, None])[:, None])
     who = [f"{place}-{number // boxes}" for place in range(p) for number in range(per_p * boxes)]
-    return Outcomes(**{name: getattr(columns, name) for name in Outcomes.__slots__} | {"person": np.array(who)})
+    return Outcomes(**{name: getattr(columns, name) for name in Outcomes.__slots__} | {"player": np.array(who)})
 
 
 def rng(seed=1):

@@ -13,6 +13,7 @@ from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.record import Percept, Snapshot, Task
 from lockprobe.seeds import trial_stream
+from lockprobe.spec import group_of
 
 __all__ = ["LABELS", "Names", "Plan", "drawn_orders"]
 
@@ -54,6 +55,11 @@ class Plan:
     shuffle: bool = True
     assessment: bool = True
     named: bool = False
+
+    @property
+    def group(self) -> str:
+        """The agent as whom it counts; as :attr:`lockprobe.record.Trial.group`."""
+        return group_of(self.agent)
 
     @property
     def modality(self) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from lockprobe.errors import Boundary
 from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.spec import group_of
+from lockprobe.spec import PEOPLE, group_of
 
 if TYPE_CHECKING:
     from lockprobe.pictures.frame import Frame
@@ -67,9 +67,8 @@ class Task:
         joints: Labels in the order in which they are listed to the agent.
         target: Label of the joint that has to move.
         budget: Steps it has.
-        places: Where each joint sits on the panel, aligned with ``joints``, as :class:`lockprobe.lockbox.box.Joint`
-            has it; for agents that look at the panel. It is in no text, but where a report in words tells places. Empty
-            where it is not shown.
+        places: Each joint's place on the panel, as in :class:`lockprobe.lockbox.box.Joint`, aligned with ``joints``;
+            for agents that look at the panel. Empty where it is not shown.
         assessment: Whether it is asked what its last action did. Asking may change behaviour.
         kinds: Whether each joint slides (``prismatic``) or turns (``revolute``), as ``places``.
     """
@@ -131,8 +130,7 @@ class Percept:
         pictures: The observation as pictures.
         handles: For each joint of ``Task.joints`` where in the pictures its handle is seen, (column, row), at position
             0 and at position 1; for scripted agents that look at pictures. It is in no text.
-        states_only: Whether reports tell positions and never outcomes, so that what an attempt did has to be found out
-            by comparing them.
+        states_only: Whether reports tell positions and never outcomes.
         corrects: The report that was given first, and is corrected by this one; None where there is no correction.
         look: Takes a picture of the truth, or of what is told; for channels, never for agents.
     """
@@ -333,8 +331,7 @@ class Trial:
     """One finished trial.
 
     Attributes:
-        key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``. People play as one: every
-            trial of ``participant`` is played by one of them.
+        key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``.
         study: Name of the study.
         agent: Agent spec; of a person ``participant:ID``.
         facts: What the agent was: model name, file hash, runtime, sampling settings.
@@ -410,6 +407,11 @@ class Trial:
         return group_of(self.agent)
 
     @property
+    def player(self) -> str:
+        """The person who played it, as a spec: one cluster of trials. Empty for an agent, whose trials stand alone."""
+        return self.agent if self.group == PEOPLE else ""
+
+    @property
     def ordinary(self) -> bool:
         """Whether every joint chosen was attempted and every attempt was reported, as models of choices assume."""
         return all(step.chosen is None and step.told_moved is not None for step in self.steps)
@@ -433,10 +435,7 @@ class Trial:
 
     @property
     def dose(self) -> float:
-        """Where it stands on the axis that is looked at: its flip rate, unless an analysis placed it on another.
-
-        Not a number under other conditions, so that nothing takes them for the truth.
-        """
+        """Its place on the analysis axis: its flip rate unless ``placed``; not a number under other conditions."""
         return self.placed if self.placed is not None else math.nan if self.p is None else self.p
 
     @property

@@ -150,8 +150,8 @@ def split_specs(text: str) -> list[str]:
 def group_of(agent: str) -> str:
     """The agent as whom it plays: itself, or for one person the people as a whole.
 
-    >>> group_of("participant:3f9a01bc"), group_of("llm:local")
-    ('participant', 'llm:local')
+    >>> [group_of(agent) for agent in ("participant:3f9a01bc", "llm:local")]
+    ['participant', 'llm:local']
     """
     return PEOPLE if agent.startswith(f"{PEOPLE}:") else agent
 

@@ -121,7 +121,7 @@ def test_the_interval_of_people_at_a_single_p_holds_the_truth(per_p, boxes, like
     together, alone = [], []
     for seed in range(200):
         columns = people(np.random.default_rng(seed), per_p, boxes, likeness, p=1)
-        for kept, names in ((together, columns.person), (alone, [])):
+        for kept, names in ((together, columns.player), (alone, [])):
             found = share_of(columns.solved, names, columns.luck)
             kept.append(found.low <= 0.5 <= found.high)
     assert np.mean(together) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 200)

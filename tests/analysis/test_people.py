@@ -80,9 +80,10 @@ def test_a_cluster_is_one_person_and_of_an_agent_one_luck(played):
         outcomes([t for t in played if t.group == name]) for name in ("participant", "random")
     )  # fmt: skip
     assert len(set(own.cluster)) == len({trial.agent for trial in played if trial.group == "participant"}) == 8
-    assert all(len(set(own.person[own.cluster == number])) == 1 for number in own.cluster)
+    assert all(len(set(own.player[own.cluster == number])) == 1 for number in own.cluster)
+    assert {trial.player for trial in played} == {*own.player.tolist(), ""}
     assert (agent.cluster == agent.luck).all()
-    assert not agent.of_people
+    assert not agent.crossed
     both = joined([own, agent])
     assert len(set(both.cluster)) == 8 + 8
 

@@ -82,7 +82,7 @@ def test_people_are_unequally_good_and_as_good_as_stated_on_average():
     made = replace(WORLDS["people"], people=1000)
     drawn = simulate_outcomes(made, LARGE, generator(7))
     assert abs(drawn.solved.mean() - 0.5) < 0.02
-    assert len(set(drawn.person)) == 7000
+    assert len(set(drawn.player)) == 7000
     of_one = drawn.solved.reshape(7000, 3).mean(axis=1)
     assert of_one.var() > 1.5 * 0.25 / 3
 

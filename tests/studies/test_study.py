@@ -340,6 +340,7 @@ def test_a_study_shows_the_box_in_some_way():
 def test_trials_of_people_are_invited_and_planned_like_any():
     people, alone = (small_study(agents, (0.0, 0.4), 2, 3) for agents in (("random", "participant"), ("random",)))
     assert (people.size, people.invited) == (24, 12)
+    assert people.run_agents == tuple(agent for agent in people.agents if agent != "participant") != people.agents
     assert (alone.size, alone.invited) == (12, 0)
     assert modality_study(("viewer", "participant", "random"), trials=2).invited == 6
     assert next(people.plans("participant")).key == "flips/participant/p=0/rep=1/trial=1"

@@ -79,7 +79,7 @@ def behaviour(trials: Sequence[Trial]) -> Behaviour:
     counted, found = ended(trials), outcomes(trials)
     entropies = [bits for trial in counted for bits in policy_entropy(trial)]
     return Behaviour(
-        loops=share_of(found.looped, found.person, found.luck),
+        loops=share_of(found.looped, found.player, found.luck),
         chance={null: _chance(counted, null) for null in get_args(TrialNull)} if counted else {},
         by_symbol=(
             {symbol: fmean(any_loop(symbols(trial, symbol)) for trial in counted) for symbol in get_args(Symbol)}

@@ -169,18 +169,18 @@ def clustered_difference(
     )
 
 
-def share_of(happened: ArrayLike, person: ArrayLike, luck: ArrayLike) -> Proportion:
-    """A share of the trials of one condition: Wilson's interval, of people with those of one person taken together.
+def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proportion:
+    """A share of the trials of one condition with Wilson's interval, which takes those of one player together.
 
     Args:
         happened: Whether it happened, shape (trials,).
-        person: Who played it, of the same shape; empty for an agent, whose trials of one condition are independent.
+        player: Who played it, of the same shape; empty where trials of one condition are independent.
         luck: Its luck, of the same shape.
     """
     events = np.asarray(happened, dtype=np.float64)
-    if not len(np.asarray(person)):
+    if not len(np.asarray(player)):
         return proportion(int(events.sum()), len(events))
-    found = crossed_proportion(events, np.ones(len(events)), person, luck)
+    found = crossed_proportion(events, np.ones(len(events)), player, luck)
     return Proportion(count=found.count, n=found.n, value=found.value, low=found.low, high=found.high)
 
 

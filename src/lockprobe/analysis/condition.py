@@ -101,7 +101,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
         agent=first.group,
         modality=first.modality,
         p=first.dose,
-        success=share_of(found.solved, found.person, found.luck),
+        success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
         relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,

@@ -149,11 +149,11 @@ def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
 
 
 def _design_effect(counted: Outcomes) -> float:
-    """How much surer the share solved would be were the trials of people independent; 1 for agents."""
-    if not counted.of_people:
+    """The design effect of the players on the share solved; 1 where every trial stands alone."""
+    if not counted.crossed:
         return 1.0
     ones = np.ones(len(counted))
-    return crossed_proportion(counted.solved, ones, counted.person, counted.luck).design_effect
+    return crossed_proportion(counted.solved, ones, counted.player, counted.luck).design_effect
 
 
 def _first(values: Sequence[float], share: float) -> int | None:

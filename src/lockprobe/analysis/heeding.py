@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from lockprobe.analysis.outcomes import ended
 from lockprobe.record import Trial
-from lockprobe.spec import PEOPLE
 
 __all__ = ["REPORTS", "ignores_reports"]
 
@@ -19,9 +18,9 @@ def ignores_reports(trials: Sequence[Trial]) -> bool:
 
     What counts are reports that were followed by another action: of the last report of a trial nobody can say what it
     would have done. They have to be ``REPORTS`` at least, since an agent may act alike for once after a false report.
-    People are not blind: at each p somebody else played it.
+    Where several play as one agent it is never blind: another one played each p.
     """
-    if trials[0].group == PEOPLE:
+    if trials[0].player:
         return False
     acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
     told: dict[tuple[int, int], list[tuple[object, ...]]] = {}

@@ -25,7 +25,7 @@ from lockprobe.analysis.proportions import LEVEL, proportion
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.record import Trial
-from lockprobe.spec import Spec, arguments_from, group_of
+from lockprobe.spec import Spec, arguments_from
 
 __all__ = ["MEASURES", "Measure", "Measured", "NamedMeasure", "find_measure", "measured"]
 
@@ -235,11 +235,8 @@ _Interval = tuple[float | None, float | None, float | None]
 def _clusters(trials: Sequence[Trial]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Of each trial the clusters to which it belongs, from 0: its luck, and its person or else its luck again."""
     luck = [f"{trial.repetition}/{trial.trial}" for trial in trials]
-    person = [
-        trial.agent if trial.agent != group_of(trial.agent) else f"/{same}"
-        for trial, same in zip(trials, luck, strict=True)
-    ]
-    one, two = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, person))
+    player = [trial.player or f"/{same}" for trial, same in zip(trials, luck, strict=True)]
+    one, two = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, player))
     return one, two
 
 

@@ -16,7 +16,6 @@ __all__ = [
     "Outcomes",
     "Point",
     "appended",
-    "beside_people",
     "broken_off",
     "ended",
     "joined",
@@ -25,6 +24,7 @@ __all__ = [
     "outcomes",
     "points",
     "solved_in_pairs",
+    "with_players_of",
 ]
 
 
@@ -39,7 +39,7 @@ class Outcomes:
         length: Steps played.
         solved: Whether the target moved.
         onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
-        person: Who played it, of people; empty text for an agent, and no rows where all are of agents.
+        player: :attr:`lockprobe.record.Trial.player` of each; no rows where every trial stands alone.
     """
 
     p: NDArray[np.float64]
@@ -48,7 +48,7 @@ class Outcomes:
     length: NDArray[np.int64]
     solved: NDArray[np.bool_]
     onset: NDArray[np.int64]
-    person: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
+    player: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
 
     def __len__(self) -> int:
         return len(self.p)
@@ -65,26 +65,25 @@ class Outcomes:
         return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
 
     @property
-    def of_people(self) -> bool:
-        """Whether any of them was played by a person."""
-        return len(self.person) > 0
+    def crossed(self) -> bool:
+        """Whether trials come in clusters of two kinds: by player and by luck."""
+        return len(self.player) > 0
 
     @property
     def cluster(self) -> NDArray[np.int64]:
-        """What belongs together, from 0: of an agent the trials of equal luck, of people those of one person.
+        """The main cluster of each trial, from 0, shape (trials,): its player, or its luck where nobody shares it.
 
-        Trials of one person are alike in how good that person is at boxes. People meet no luck twice, so that trials
-        of equal luck are those of different people.
+        Trials of one player are alike in skill. No player meets a luck twice.
         """
-        if not self.of_people:
+        if not self.crossed:
             return self.luck
-        names = np.where(self.person == "", np.char.add("/", self.luck.astype(np.str_)), self.person)
+        names = np.where(self.player == "", np.char.add("/", self.luck.astype(np.str_)), self.player)
         return np.unique(names, return_inverse=True)[1].reshape(-1)
 
     @property
     def stratum(self) -> NDArray[np.int64]:
-        """Within what clusters are drawn: the repetition; one for all people, who play in several."""
-        return np.zeros_like(self.repetition) if self.of_people else self.repetition
+        """The stratum within which clusters are drawn: the repetition, or a single one for players."""
+        return np.zeros_like(self.repetition) if self.crossed else self.repetition
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
@@ -95,7 +94,7 @@ class Outcomes:
             length=self.length[chosen],
             solved=self.solved[chosen],
             onset=self.onset[chosen],
-            person=self.person[chosen] if self.of_people else self.person,
+            player=self.player[chosen] if self.crossed else self.player,
         )
 
 
@@ -150,7 +149,7 @@ def broken_off(trials: Sequence[Trial]) -> Outcomes:
 
 
 def _columns(counted: Sequence[Trial]) -> Outcomes:
-    people = [trial.agent if trial.agent != trial.group else "" for trial in counted]
+    players = [trial.player for trial in counted]
     return Outcomes(
         p=np.array([trial.dose for trial in counted], dtype=np.float64),
         repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
@@ -158,7 +157,7 @@ def _columns(counted: Sequence[Trial]) -> Outcomes:
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
         solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
-        person=np.array(people if any(people) else [], dtype=np.str_),
+        player=np.array(players if any(players) else [], dtype=np.str_),
     )
 
 
@@ -172,12 +171,12 @@ def appended(first: Outcomes, second: Outcomes) -> Outcomes:
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
     """Several groups of trials as columns in which ``p`` is the number of the group, from 0."""
-    people = any(group.of_people for group in groups)
+    crossed = any(group.crossed for group in groups)
     numbered = [
         replace(
             group,
             p=np.full(len(group), float(i)),
-            person=np.full(len(group), "") if people and not group.of_people else group.person,
+            player=np.full(len(group), "") if crossed and not group.crossed else group.player,
         )
         for i, group in enumerate(groups)
     ]
@@ -186,17 +185,17 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
     )
 
 
-def beside_people(group: Outcomes, other: Outcomes) -> Outcomes:
-    """An agent's trials at one p, each counted to the person, if any, who played the same luck at that p.
+def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
+    """An agent's trials at one p, each in the cluster of the player, if any, who met the same luck at that p.
 
     Args:
-        group: Trials of one agent.
-        other: Trials of another. Where those are not of people, the first are returned as they are.
+        other: Trials of another agent, whose players count.
+        group: The trials. They are returned as they are if they have players, or the others have none.
     """
-    if group.of_people or not other.of_people:
+    if group.crossed or not other.crossed:
         return group
-    played = dict(zip(_lucks(other), other.person.tolist(), strict=True))
-    return replace(group, person=np.array([played.get(luck, "") for luck in _lucks(group)], dtype=np.str_))
+    played = dict(zip(_lucks(other), other.player.tolist(), strict=True))
+    return replace(group, player=np.array([played.get(luck, "") for luck in _lucks(group)], dtype=np.str_))
 
 
 def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from lockprobe.analysis.curves import logrank
 from lockprobe.analysis.inference.logrank import solution_logrank
-from lockprobe.analysis.outcomes import beside_people, joined, outcomes
+from lockprobe.analysis.outcomes import joined, outcomes, with_players_of
 from lockprobe.record import Trial
 
 __all__ = ["Pace", "pace"]
@@ -46,7 +46,7 @@ def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
     one, two = outcomes(first), outcomes(second)
     if not len(one) or not len(two):
         return None
-    one, two = beside_people(one, two), beside_people(two, one)
+    one, two = with_players_of(two, one), with_players_of(one, two)
     found = solution_logrank(joined([one, two])).primary
     plain, early = logrank([first, second]), logrank([first, second], weights="gehan")
     return Pace(

@@ -17,7 +17,6 @@ from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps, labels, relative_steps, steps_of
 from lockprobe.record import Fact, Trial
-from lockprobe.spec import PEOPLE
 
 __all__ = ["AtPosition", "People", "PeopleAt", "people"]
 
@@ -96,7 +95,7 @@ def people(trials: Sequence[Trial]) -> People | None:
         trials: Of one study; those that ended as error are left out.
     """
     counted = ended(trials)
-    own = [trial for trial in counted if trial.group == PEOPLE]
+    own = [trial for trial in counted if trial.player]
     if not own:
         return None
     sizes = Counter(trial.agent for trial in own)

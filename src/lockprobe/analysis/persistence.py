@@ -96,7 +96,7 @@ def repeats(trial: Trial) -> list[tuple[bool, float]]:
 
 def _owner(trial: Trial) -> str:
     """The cluster: the trial itself, or the person who played it."""
-    return trial.key if trial.agent == trial.group else trial.agent
+    return trial.player or trial.key
 
 
 def _share(owner: NDArray[np.int64], happened: Sequence[float]) -> ClusteredProportion:

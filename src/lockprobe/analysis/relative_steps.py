@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
-from lockprobe.spec import PEOPLE
 
 __all__ = ["RelativeSteps", "Steps", "labels", "relative_steps", "steps_of"]
 
@@ -90,7 +89,7 @@ def steps_of(trials: Sequence[Trial], modality: str, p: float | None) -> Steps:
     """
     reached, budget = _reached(trials)
     shares = reached.mean(axis=0)
-    drawn = _drawn(trials, _stream(trials[0], PEOPLE, modality, p), [reached])
+    drawn = _drawn(trials, _stream(trials[0], trials[0].group, modality, p), [reached])
     low = high = None
     if drawn:
         medians = [_median(one[0]) for one in drawn]
@@ -118,7 +117,7 @@ def relative_steps(
         own: Of them, those of people.
         conditions: Modalities and p that people played.
     """
-    agents = dict.fromkeys(trial.group for trial in counted if trial.group != PEOPLE)
+    agents = dict.fromkeys(trial.group for trial in counted if not trial.player)
     by_modality: dict[str, list[float | None]] = {}
     for modality, p in conditions:
         by_modality.setdefault(modality, []).append(p)

@@ -9,7 +9,6 @@ import numpy as np
 
 from lockprobe.analysis.outcomes import ended
 from lockprobe.record import Trial
-from lockprobe.spec import PEOPLE
 
 __all__ = ["ResponseTimes", "response_times"]
 
@@ -45,7 +44,7 @@ def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], floa
         trials: Of one study; those of people that did not end as error count.
         times: By key of the trial and step from 1, ms.
     """
-    own = [trial for trial in ended(trials) if trial.group == PEOPLE]
+    own = [trial for trial in ended(trials) if trial.player]
     found = []
     for modality in dict.fromkeys(trial.modality for trial in own):
         shown = [trial for trial in own if trial.modality == modality]

@@ -36,7 +36,7 @@ from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import generator
-from lockprobe.spec import spec_kind
+from lockprobe.spec import PEOPLE, spec_kind
 
 __all__ = [
     "AgentSummary",
@@ -100,6 +100,11 @@ class AgentSummary:
     def name(self) -> str:
         """Its spec, and how the box was shown where that has to be said."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def invited(self) -> bool:
+        """Whether people play it, who are invited and not run; their trials are clusters."""
+        return self.agent == PEOPLE
 
     @property
     def points(self) -> tuple[Point, ...]:

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.agents.participant import participant_spec
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.audit.simulated_agents import Design, World
 from lockprobe.errors import BadValue
 from lockprobe.record import Decision, Step, Trial, TrialError
-from lockprobe.spec import PEOPLE
 
 __all__ = ["BUDGET", "simulate", "simulate_columns", "simulate_outcomes"]
 
@@ -89,15 +89,15 @@ def simulate_columns(truth: World, design: Design, rng: np.random.Generator) -> 
         length=length,
         solved=played.solved > 0,
         onset=np.where(onset <= length, onset, 0),
-        person=np.array([_person(truth, design, place) for place in range(len(cluster))] if truth.people else [], str),
+        player=np.array([_player(truth, design, place) for place in range(len(cluster))] if truth.people else [], str),
     )
     return everything.at(played.broken == 0), everything.at(played.broken > 0)
 
 
-def _person(truth: World, design: Design, place: int) -> str:
+def _player(truth: World, design: Design, place: int) -> str:
     """Who plays a trial: each of the people at one p has equally many there, one after the other."""
     condition, cluster = divmod(place, design.clusters)
-    return f"{PEOPLE}:{condition}-{cluster * truth.people // design.clusters}"
+    return participant_spec(f"{condition}-{cluster * truth.people // design.clusters}")
 
 
 def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
@@ -111,7 +111,7 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
     actions = _actions(np.where(lost, LOST_TRAP, np.array(truth.trap)[conditions]), luck)
     success = np.where(lost, LOST_SUCCESS, np.array(truth.success)[conditions])
     if truth.people:
-        success = _of_people(success, truth, design, rng)
+        success = _by_player(success, truth, design, rng)
     solved = _solved_at(success, truth.harm, onset_batch(actions), luck[:, :, 2])
     broken = np.zeros_like(solved)
     if truth.breaks:
@@ -121,11 +121,11 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
     return _Played(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
 
 
-def _of_people(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:
+def _by_player(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:
     """Each trial's chance, given how good the person is who plays it; the mean over people is as stated."""
     from scipy.special import ndtr, ndtri
 
-    names = np.array([_person(truth, design, place) for place in range(len(success))])
+    names = np.array([_player(truth, design, place) for place in range(len(success))])
     who = np.unique(names, return_inverse=True)[1]
     able = rng.standard_normal(int(who.max()) + 1)[who]
     found: Floats = ndtr((ndtri(success) + truth.likeness**0.5 * able) / (1 - truth.likeness) ** 0.5)
@@ -185,7 +185,7 @@ def _trial(truth: World, design: Design, played: _Played, place: int) -> Trial:
     return Trial(
         key=f"audit/{truth.name}/p={p:g}/rep={repetition}/trial={trial}",
         study="audit",
-        agent=_person(truth, design, place) if truth.people else f"simulated:{truth.name}",
+        agent=_player(truth, design, place) if truth.people else f"simulated:{truth.name}",
         facts={},
         box="clock",
         modality="symbolic",

@@ -50,7 +50,7 @@ _COMPLETING = "_LOCKPROBE_COMPLETE"
 _SMALL = ("box", "loops")
 """Commands that do little with numbers, and start no process."""
 
-STUDIES = ("flips", "modalities", "mechanisms.toml")
+STUDIES = ("flips", "modalities", "why", "mechanisms.toml")
 """Studies that somebody may type where a command belongs."""
 
 

@@ -7,6 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
@@ -18,7 +19,7 @@ from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.shipped_rates import as_data
 from lockprobe.audit.simulated_agents import WORLDS, P, world
 from lockprobe.cli.printing import new_table, plain_console, print_table
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.studies.study_options import parse_p
 
@@ -30,8 +31,12 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per cor
 
 
 def audit(
+    what: Annotated[
+        str | None, typer.Argument(metavar="[why]", help="why: the verdicts of studies of controls (all tests).")
+    ] = None,
     names: Annotated[list[str] | None, typer.Option("--world", help="Only this world; may be repeated.")] = None,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help="Simulated studies per world.")] = 300,
+    blocks: Annotated[str, typer.Option(help="Blocks of a study of controls, for why.")] = "150,300,600",
     seed: Seed = 1,
     workers: Workers = None,
     json: AsJson = False,
@@ -39,8 +44,14 @@ def audit(
     """Is each test right? How often it rejects where there is nothing to find, and where there is something.
 
     Simulated agents with known truth play the paper's flip study many times; the studies go through the same tests
-    as a user's. The default takes some minutes on two cores.
+    as a user's. The default takes some minutes on two cores. audit why: how often lockprobe run why names the true
+    mechanism of agents whose mechanism is known.
     """
+    if what is not None:
+        if what != "why":
+            raise BadValue("audit", what, "why, or nothing")
+        _audit_why(names, studies, _whole("blocks", blocks), seed, workers, json=json)
+        return
     worlds = [world(name) for name in dict.fromkeys(names or WORLDS)]
     rates = measure(worlds, studies=studies, seed=seed, processes=_processes(workers), progress=_progress("studies"))
     if json:
@@ -53,6 +64,37 @@ def audit(
         console.print(f"\n[bold]{text}[/bold]")
         print_table(_rate_table([rate for rate in rates if rate.question == question]))
     console.print(_verdict(rates))
+
+
+def _audit_why(
+    names: list[str] | None, studies: int, blocks: list[int], seed: int, workers: int | None, *, json: bool
+) -> None:
+    from lockprobe.montecarlo.verdicts import MECHANISMS, verdict_rates
+
+    known = {name.partition(":")[2]: name for name in MECHANISMS}
+    for name in names or ():
+        if name not in known:
+            raise UnknownName("world", name, known)
+    rates = verdict_rates(
+        [known[name] for name in dict.fromkeys(names or known)],
+        blocks=blocks,
+        studies=studies,
+        pool=max(4000, *blocks),
+        seed=seed,
+        processes=_processes(workers),
+        progress=_progress("blocks"),
+    )
+    if json:
+        rows = [asdict(one) | {"right": one.right, "wrong": one.wrong} for one in rates]
+        print(json_.dumps({"seed": seed, "rates": rows}, indent=1))
+        return
+    table = new_table("world")
+    for name in ("truth", "blocks", "right", "wrong", "verdicts"):
+        table.add_column(name)
+    for one in rates:
+        said = ", ".join(f"{found} {n}" for found, n in one.verdicts.items())
+        table.add_row(one.world, one.truth, str(one.blocks), f"{one.right:.3f}", f"{one.wrong:.3f}", said)
+    print_table(table)
 
 
 def power(

@@ -24,7 +24,6 @@ from lockprobe.lockbox.sketch import interlock_lines
 from lockprobe.lockbox.solve import optimum, random_curve
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Trial
-from lockprobe.spec import PEOPLE
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
@@ -68,8 +67,8 @@ def play(
         "box": box, "p": p, "flip": flip, "seed": seed, "max_steps": max_steps, "layout": layout, "shuffle": shuffle,
         "assessment": assessment,
     }  # fmt: skip
-    study = trial_study(asked, agent=PEOPLE)
-    plan = study.plan(participant_spec("local"), study.conditions[0], 1, 1)
+    study = trial_study(asked, agent=participant_spec("local"))
+    plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     screen = Screen()
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
     try:

@@ -13,7 +13,6 @@ from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import Journal, Timing
@@ -84,9 +83,9 @@ def _of_agents(study: Study) -> list[str]:
     return [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
 
 
-def _of_people(study: Study, journal: Journal) -> str:
+def _invited(study: Study, journal: Journal) -> str:
     """That people are invited, not run, and how many of their trials were played."""
-    played = sum(trial.group == PEOPLE and not trial.owed_again for trial in journal.trials.values())
+    played = sum(not trial.owed_again for trial in journal.trials.values() if trial.player)
     return (
         f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by "
         f"lockprobe serve {journal.directory}"
@@ -119,7 +118,7 @@ class Plain:
         self._journal, self._simulated, self.tally = journal, study.simulated, Tally(study)
         run = study.size - study.invited
         if not run:
-            self.say(_of_people(study, journal))
+            self.say(_invited(study, journal))
             return
         short = is_short(study)
         kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
@@ -128,7 +127,7 @@ class Plain:
             f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')} of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
-        invited = [_of_people(study, journal)] if study.invited else []
+        invited = [_invited(study, journal)] if study.invited else []
         for line in (*_of_the_plant(study, owed), *_of_agents(study), *invited):
             self.say(line)
         if short:

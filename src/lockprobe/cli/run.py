@@ -19,7 +19,6 @@ from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.interventions.condition import flips
 from lockprobe.record import STATES
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
@@ -65,7 +64,8 @@ def run(
 
     flips: what false reports do. Without options a short study of the embedded model beside random, round-robin and
     the human-inspired strategy, in a few minutes on two cores. modalities: what pictures do. RGB, RGB-D and reports,
-    10 trials each, on a simulated box with a camera; without options a scripted agent, human-inspired and random.
+    10 trials each, on a simulated box with a camera; without options a scripted agent, human-inspired and random. why:
+    whether lies change success because of what they say or because they disturb; without options three strategies.
 
     --condition and --sweep vary anything else that lockprobe interventions lists, with the truth as control.
 
@@ -159,8 +159,7 @@ def _allowed(planned: Study, budget: float | None, directory: Path) -> Budget | 
 
 def _owed(planned: Study, journal: Journal) -> int:
     """Trials that are still to be played, but for those of people."""
-    agents = [agent for agent in planned.agents if agent != PEOPLE]
-    return sum(journal.owes(plan.key) for agent in agents for plan in planned.plans(agent))
+    return sum(journal.owes(plan.key) for agent in planned.run_agents for plan in planned.plans(agent))
 
 
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
@@ -178,8 +177,7 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
         planned = _shown_as_before(planned, read_study(out))
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if request.agent is None and "agent" not in asked and (directory / SETTINGS).exists():
-        there = tuple(agent for agent in read_study(directory).agents if agent != PEOPLE)
-        planned = replace(planned, agents=there or planned.agents)
+        planned = replace(planned, agents=read_study(directory).run_agents or planned.agents)
     return planned, directory
 
 

@@ -260,7 +260,7 @@ def _enough_trials(
 
 
 def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
-    return agents if PEOPLE in agents else (*agents, PEOPLE)
+    return tuple(dict.fromkeys((*agents, PEOPLE)))
 
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:

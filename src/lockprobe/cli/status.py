@@ -15,7 +15,6 @@ from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
 from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
 from lockprobe.studies.journal import read_timings
@@ -65,7 +64,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
 
 
 def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial]) -> dict[str, object]:
-    run, people = ([trial for trial in trials if (trial.group == PEOPLE) == of] for of in (False, True))
+    run, people = ([trial for trial in trials if bool(trial.player) == of] for of in (False, True))
     again = sum(trial.owed_again for trial in run)
     first = {trial.error.boundary: trial.error.message for trial in reversed(trials) if trial.error}
     planned = study.size - study.invited

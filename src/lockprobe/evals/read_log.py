@@ -25,7 +25,6 @@ from lockprobe.evals.scoring import TRIAL
 from lockprobe.evals.solver import agent_spec
 from lockprobe.inputs import check_regular
 from lockprobe.record import Trial
-from lockprobe.spec import group_of
 from lockprobe.studies.merge import MergeSource
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
@@ -114,7 +113,7 @@ def read_log(path: Path | str) -> MergeSource:
         raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
     for key, sample in samples.items():
-        if key not in _keys(sample, group_of(trials[key].agent), study, header):
+        if key not in _keys(sample, trials[key].group, study, header):
             raise BadFile(path, f"its sample {sample.id}, epoch {sample.epoch}, holds the record of {key}")
     return MergeSource(
         path=path,
@@ -192,7 +191,7 @@ def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
     if not isinstance(settings, dict):
         raise BadFile(path, "an Inspect log, but not of trials of Lockprobe")
     if not settings.get("agents"):  # a task does not know its model
-        agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
+        agents = list(dict.fromkeys(trial.group for trial in trials))
         settings = {**settings, "agents": agents or [_agent(log)]}
     study = study_from(settings, path)
     return replace(study, repetitions=study.repetitions * (log.eval.config.epochs or 1))

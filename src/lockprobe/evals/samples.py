@@ -6,7 +6,6 @@ from lockprobe.errors import Missing
 from lockprobe.evals.scoring import SCORER, VALUES
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
-from lockprobe.spec import group_of
 
 try:
     from inspect_ai.viewer import SampleScoreView, TaskSamplesColumn, TaskSamplesView, ViewerConfig
@@ -46,7 +45,7 @@ VIEW = ViewerConfig(
 
 def sample_id(trial: Trial | Plan) -> str:
     """The name of a trial in a log: its place in the study, for example ``p=0.4/rep=2/trial=7``."""
-    return trial.key.removeprefix(f"{trial.study}/{group_of(trial.agent)}/")
+    return trial.key.removeprefix(f"{trial.study}/{trial.group}/")
 
 
 def _flip(plan: Plan) -> str:

@@ -18,7 +18,6 @@ from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample
 from lockprobe.evals.scoring import SCORER, marked, metrics_header, scored, told_of
 from lockprobe.model_call import Usage
 from lockprobe.record import Trial
-from lockprobe.spec import group_of
 from lockprobe.storage.atomic_file import atomic_files
 from lockprobe.studies.study import Study
 
@@ -76,9 +75,9 @@ def write_logs(
         raise BadValue("trials", 0, "at least one that is finished")
     groups = {out: trials}
     if out.suffix not in SUFFIXES:
-        agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
+        agents = list(dict.fromkeys(trial.group for trial in trials))
         groups = {
-            out / f"{study.name}_{name}.eval": [trial for trial in trials if group_of(trial.agent) == agent]
+            out / f"{study.name}_{name}.eval": [trial for trial in trials if trial.group == agent]
             for agent, name in zip(agents, _file_names(agents), strict=True)
         }
     try:
@@ -115,11 +114,11 @@ def log_of(
         pictures: Directory of the pictures that the records name.
         seconds: How long each trial took, by key.
     """
-    agents = list(dict.fromkeys(group_of(trial.agent) for trial in trials))
+    agents = list(dict.fromkeys(trial.group for trial in trials))
     samples = [_sample(trial, pictures, (seconds or {}).get(trial.key)) for trial in trials]
     if len(agents) > 1:
         for sample, trial in zip(samples, trials, strict=True):
-            agent = group_of(trial.agent)
+            agent = trial.group
             sample.id = f"{agent}/{sample.id}"
             sample.metadata["condition"] = f"{agent}/{sample.metadata['condition']}"
     now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -18,7 +18,6 @@ from lockprobe.people.responses import Answer, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.people.withdrawal import withdrawing
 from lockprobe.record import Trial
-from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
@@ -196,7 +195,7 @@ def _trials(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
 
 
 def _identity(trial: Trial) -> str:
-    return trial.agent.removeprefix(f"{PEOPLE}:") if group_of(trial.agent) == PEOPLE else ""
+    return trial.player.removeprefix(f"{trial.group}:")
 
 
 def _fact(trial: Trial, name: str) -> TidyCell:

@@ -33,7 +33,7 @@ from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import TEXTS, read_words, words_file
 from lockprobe.pictures.picture import PICTURE_NAME
 from lockprobe.record import Trial
-from lockprobe.spec import PEOPLE, group_of
+from lockprobe.spec import PEOPLE
 from lockprobe.storage.atomic_file import atomic_directory, write_private
 from lockprobe.studies.journal import Journal, Timing, read_timings
 from lockprobe.studies.picture_store import ALBUM
@@ -84,7 +84,7 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
             record say different things.
     """
     source = PeopleRecords.read(directory)
-    if not source.diaries and not any(group_of(trial.agent) == PEOPLE for trial in source.trials):
+    if not source.diaries and not any(trial.player for trial in source.trials):
         raise BadFile(directory, "nobody took part in this study, so there are no data of people")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise BadFile(out, "is there and not empty; a dataset needs a new directory")
@@ -121,7 +121,7 @@ def to_give_away(source: PeopleRecords, *, everybody: bool = False, platform_ids
     return replace(
         source,
         study=source.study if everybody else replace(source.study, agents=(PEOPLE,)),
-        trials=tuple(trial for trial in source.trials if everybody or group_of(trial.agent) == PEOPLE),
+        trials=tuple(trial for trial in source.trials if everybody or trial.player),
         diaries=tuple(without_identity(kept, platform=platform_ids) for kept in source.diaries),
     )
 
@@ -168,7 +168,7 @@ def as_csv(table: Table) -> str:
 
 def _description(given: PeopleRecords, tables: Sequence[Table], *, everybody: bool) -> dict[str, object]:
     study = given.study
-    players = {trial.agent for trial in given.trials if group_of(trial.agent) == PEOPLE}
+    players = {trial.player for trial in given.trials if trial.player}
     who = {*players, *(kept.spec for kept in given.diaries)}
     others = (
         "Trials of strategies and models are in it too."

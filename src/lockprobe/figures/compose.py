@@ -16,6 +16,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.analysis.why import Why
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import change_rows, difference_rows, draw_changes, draw_differences, shown
 from lockprobe.figures.dose_grid import GridPanel, draw_grid, grid_height
@@ -38,6 +39,7 @@ from lockprobe.figures.paper_corrected import (
 )
 from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
+from lockprobe.figures.why import draw_ladder, draw_parts
 
 __all__ = ["condition_drawings", "drawings", "panels", "pictures", "render", "single"]
 
@@ -111,16 +113,21 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     return {name: draw for name, draw in drawn.items() if name not in left_out}
 
 
-def condition_drawings(effects: Sequence[Effects], series: Sequence[StudySummary]) -> dict[str, Callable[[], Figure]]:
+def condition_drawings(
+    effects: Sequence[Effects], series: Sequence[StudySummary], whys: Sequence[Why] = ()
+) -> dict[str, Callable[[], Figure]]:
     """The pictures of a study of conditions by file name, before they are drawn.
 
     Args:
         effects: Each agent's conditions against their control.
         series: The numbers over one dose each.
+        whys: Why false reports change the success of each agent.
     """
     compared = [one for one in effects if one.effects]
     rows = max((effect_rows(one) for one in compared), key=len, default=[])
     drawn: dict[str, Callable[[], Figure]] = {}
+    if whys:
+        drawn["why"] = lambda: _sheet((draw_ladder, draw_parts), whys, [], "")
     if rows:
         drawn["effects"] = lambda: _sheet((draw_effects,), compared, [height(rows)], "")
     for number, shown_grids in enumerate(_grids(effects), 1):

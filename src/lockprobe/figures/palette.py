@@ -15,7 +15,7 @@ from itertools import pairwise, product
 import matplotlib as mpl
 
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.spec import PEOPLE, spec_name
+from lockprobe.spec import spec_name
 
 __all__ = ["ACCENT", "SUBJECTS", "Dash", "Marker", "Style", "shifts", "styles"]
 
@@ -40,7 +40,7 @@ _MARKERS: tuple[Marker, ...] = (">", "p", "h", "d", (4, 1, 0), (6, 1, 0))
 """Of agents that do not ship; the last are stars of so many points."""
 
 _SHIPPED: dict[str, tuple[str, Marker, Dash]] = {
-    PEOPLE: (SUBJECTS[0], "o", "-"),
+    "participant": (SUBJECTS[0], "o", "-"),
     "llm:local": (SUBJECTS[1], "s", "-"),
     "human-inspired": (SUBJECTS[2], "D", _DASHES[2]),
     "ideal-observer": (SUBJECTS[3], "^", "-"),

@@ -19,7 +19,6 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.frame import INK, SMALL, agent_label, blank, p_axis, share_axis, title
 from lockprobe.figures.palette import Style, shifts, styles
 from lockprobe.figures.primitives import key
-from lockprobe.spec import PEOPLE
 
 __all__ = ["compared", "draw_people", "draw_relative_steps"]
 
@@ -67,7 +66,7 @@ def draw_people(axes: Axes, result: StudySummary) -> None:
             linewidth=1.2 if style.lead else 0.8,
             elinewidth=1.0,
             capsize=0,
-            zorder=5 if agent.agent == PEOPLE else 4 if style.lead else 3,
+            zorder=5 if agent.invited else 4 if style.lead else 3,
         )
         key(axes, style, _name(result, agent))
     share_axis(axes, "success rate")
@@ -84,7 +83,7 @@ def draw_people(axes: Axes, result: StudySummary) -> None:
 
 
 def _shares(result: StudySummary, agent: AgentSummary) -> Sequence[tuple[float, Proportion | ClusteredProportion]]:
-    if agent.agent == PEOPLE and result.people is not None:
+    if agent.invited and result.people is not None:
         return [
             (one.p, one.success) for one in result.people.at if one.modality == agent.modality and one.p is not None
         ]
@@ -92,7 +91,7 @@ def _shares(result: StudySummary, agent: AgentSummary) -> Sequence[tuple[float, 
 
 
 def _name(result: StudySummary, agent: AgentSummary) -> str:
-    if agent.agent == PEOPLE:
+    if agent.invited:
         return f"people ({agent.shown})" if agent.shown else "people"
     return agent_label(agent)
 
@@ -114,7 +113,7 @@ def draw_relative_steps(axes: Axes, result: StudySummary) -> None:
     for agent, style in styles(result):
         own = [one for one in rows if (one.agent, one.modality) == (agent.agent, agent.modality)]
         _draw(axes, own, style, moved[agent.agent, agent.modality], reach)
-        if agent.agent == PEOPLE:
+        if agent.invited:
             axes.axhline(1, color=style.colour, linewidth=1.2, linestyle=style.dash, zorder=2)
     axes.set_yscale("log")
     axes.set_ylim(1 / reach, reach)

@@ -145,7 +145,7 @@ def _shifted(step: Step, start: str, panel: Sequence[int]) -> int | None:
 
 def cluster_of(trial: Trial) -> tuple[str, int, int]:
     """What a trial belongs together with: those of equal luck, or of people those of one person."""
-    return ("", trial.repetition, trial.trial) if trial.agent == trial.group else (trial.agent, 0, 0)
+    return (trial.player, 0, 0) if trial.player else ("", trial.repetition, trial.trial)
 
 
 def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:

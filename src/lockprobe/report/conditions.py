@@ -16,6 +16,7 @@ from lockprobe.analysis.effects import Effects, effects
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
+from lockprobe.analysis.why import Why, why
 from lockprobe.interventions.condition import Condition, modality_doses
 from lockprobe.prose.effects import effects_said
 from lockprobe.prose.hypothesis_tests import conclusions
@@ -23,7 +24,7 @@ from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
 from lockprobe.report.dose_grids import grid_rows
-from lockprobe.report.examples import ExampleTrial, example
+from lockprobe.report.examples import ExampleTrial, example, told_twice
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.results import (
     RESULTS_VERSION,
@@ -43,6 +44,7 @@ from lockprobe.report.schema import (
     SeriesResult,
     StudyProgress,
 )
+from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.records import LeftOut, read_records
@@ -66,6 +68,7 @@ class ConditionStudy:
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's conditions against their control.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
+        whys: Of a study of controls: why false reports change each agent's success.
         reference: What blind agents and the shortest plan reach on the box.
         journal: What the journal leaves out.
         foreign: Trials on record that the settings do not ask for.
@@ -78,6 +81,7 @@ class ConditionStudy:
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
     series: tuple[tuple[Series, StudySummary], ...]
+    whys: tuple[Why, ...]
     reference: Reference
     journal: LeftOut
     foreign: int
@@ -125,6 +129,7 @@ def read_conditions(
         conditions=dict(zip(cells, each(call, jobs), strict=True)),
         effects=_effects(cells, arms, study),
         series=_series(trials, arms, study, each),
+        whys=_whys(cells, arms, study),
         reference=reference,
         journal=left_out,
         foreign=len(everything) - len(asked),
@@ -171,6 +176,30 @@ def _effects(
             if control is not None and (one := effects(own, control.label, crossings(shown), grids(shown))):
                 found.append(one)
     return tuple(found)
+
+
+def _whys(cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[SeriesArm], study: Study) -> tuple[Why, ...]:
+    """Why false reports change each agent's success, in each modality that has the arms for it."""
+    found = []
+    for agent in study.agents:
+        for modality in dict.fromkeys(arm.modality for arm in arms):
+            shown = [arm for arm in arms if arm.modality == modality]
+            own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
+            if one := why(own, shown):
+                found.append(one)
+    return tuple(found)
+
+
+def _why_rows(study: ConditionStudy) -> list[WhyResult]:
+    rows = []
+    for one in study.whys:
+        own: dict[str, list[Trial]] = {arm.arm: [] for arm in one.arms}
+        names = {arm.condition: arm.arm for arm in one.arms}
+        for trial in study.trials:
+            if (trial.group, trial.modality) == (one.agent, one.modality) and trial.condition in names:
+                own[names[trial.condition]].append(trial)
+        rows.append(why_row(one, told_twice(own["truth"], own["lie"], rises=one.change.value > 0)))
+    return rows
 
 
 def _series(
@@ -226,6 +255,7 @@ def condition_results(study: ConditionStudy) -> Results:
         crossings=[row for one in study.effects for row in _interplay_rows(one)],
         grids=[row for one in study.effects for row in grid_rows(one)],
         series=[_series_row(series, summary) for series, summary in study.series],
+        why=_why_rows(study),
         box=study.reference,
         measures=measure_rows(study.trials),
         errors=broken_rows(study.trials),

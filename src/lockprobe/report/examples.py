@@ -11,7 +11,7 @@ from lockprobe.analysis.misinterpretation import claims
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 
-__all__ = ["ExampleStep", "ExampleTrial", "example", "examples"]
+__all__ = ["ExampleStep", "ExampleTrial", "ToldTwice", "example", "examples", "told_twice"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +42,45 @@ class ExampleTrial:
     labels: Sequence[str]
     target: str
     steps: Sequence[ExampleStep]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToldTwice:
+    """Two trials of equal luck, one under true and one under false reports, and the step at which they part.
+
+    Attributes:
+        parted: The first step, from 1, whose action differs.
+        truth: The trial under true reports.
+        lie: The trial under false reports.
+    """
+
+    parted: int
+    truth: ExampleTrial
+    lie: ExampleTrial
+
+
+def told_twice(truth: Sequence[Trial], lie: Sequence[Trial], *, rises: bool) -> ToldTwice | None:
+    """The first trial that only one of two conditions solved.
+
+    Args:
+        truth: Trials under true reports.
+        lie: Trials of equal luck under false reports.
+        rises: Whether the condition with false reports is to be the one that solved it.
+
+    Returns:
+        None where there is no such trial.
+    """
+    others = {(trial.repetition, trial.trial): trial for trial in lie}
+    for one in truth:
+        other = others.get((one.repetition, one.trial))
+        if other is None or "error" in (one.ending, other.ending) or (one.solved, other.solved) != (not rises, rises):
+            continue
+        same = [a == b for a, b in zip(one.actions, other.actions, strict=False)]
+        parted = (same.index(False) if False in same else len(same)) + 1
+        return ToldTwice(
+            parted=parted, truth=example("Under true reports", one), lie=example("Under false reports", other)
+        )
+    return None
 
 
 def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[ExampleTrial]:

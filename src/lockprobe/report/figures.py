@@ -7,6 +7,7 @@ from functools import partial
 
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import StudySummary
+from lockprobe.analysis.why import Why
 
 __all__ = ["CAPTIONS", "CONDITION_CAPTIONS", "Pictures", "condition_pictures", "drawings"]
 
@@ -67,6 +68,9 @@ CAPTIONS = {
 """What every figure shows, by file name."""
 
 CONDITION_CAPTIONS = {
+    "why": "Top: share of trials solved in each arm, with its 95 % Wilson interval; the dotted line is the share under "
+    "true reports. Bottom: what false reports change, and its two parts, over pairs of trials of equal luck with 95 % "
+    "intervals.",
     "effects": "Circles: share of trials solved under each condition less that under the control, in pairs of trials "
     "that share their luck. Squares: how much more the second of two interventions changes it where the first acts "
     "too. Bars: intervals, corrected for the number of conditions (squares: 95 %, not corrected); filled where the "
@@ -91,20 +95,23 @@ def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]
 
 
 def condition_pictures(
-    effects: Sequence[Effects], series: Sequence[StudySummary]
+    effects: Sequence[Effects], series: Sequence[StudySummary], whys: Sequence[Why] = ()
 ) -> dict[str, Callable[[], dict[str, bytes]]]:
     """Every figure of a study of conditions by name, to be drawn as PNG and SVG by whoever calls it."""
     from lockprobe import figures
 
     return {
-        name: partial(_draw_condition, effects, series, name) for name in figures.condition_drawings(effects, series)
+        name: partial(_draw_condition, effects, series, whys, name)
+        for name in figures.condition_drawings(effects, series, whys)
     }
 
 
-def _draw_condition(effects: Sequence[Effects], series: Sequence[StudySummary], name: str) -> dict[str, bytes]:
+def _draw_condition(
+    effects: Sequence[Effects], series: Sequence[StudySummary], whys: Sequence[Why], name: str
+) -> dict[str, bytes]:
     from lockprobe import figures
 
-    figure = figures.condition_drawings(effects, series)[name]()
+    figure = figures.condition_drawings(effects, series, whys)[name]()
     return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 

@@ -25,6 +25,7 @@ from lockprobe.record import UNNAMED
 from lockprobe.report.conditions import condition_results, read_conditions
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
+from lockprobe.report.excursions import excursion_table
 from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
@@ -56,6 +57,7 @@ from lockprobe.report.tables import (
     table1_corrected,
     table_of_conditions,
 )
+from lockprobe.report.why import arm_table, estimate_table
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
 from lockprobe.terminal_text import printable
@@ -101,9 +103,17 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
     photographs = embedded(directory, content.seen)
-    for name in ("claims", "audit", "report") if content.of_flips else ("report",):
+    for name in (
+        ("claims", "audit", "report") if content.of_flips else ("why", "report") if content.why else ("report",)
+    ):
         _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
     return directory / "report.html"
+
+
+def _pages(content: Results) -> tuple[str, ...]:
+    """The pages by name, the report last."""
+    others = ("claims", "audit") if content.of_flips else ("why",) if content.why else ()
+    return (*others, "report")
 
 
 def results(directory: Path | str) -> Results:
@@ -128,7 +138,7 @@ def _opened(
         study = read(directory, tell=tell, each=each)
         return partial(flip_results, study), drawings(study.summary)
     played = read_conditions(directory, planned, tell=tell, each=each)
-    pictures = condition_pictures(played.effects, [summary for _, summary in played.series])
+    pictures = condition_pictures(played.effects, [summary for _, summary in played.series], played.whys)
     return partial(condition_results, played), pictures
 
 
@@ -155,7 +165,7 @@ def _tables(content: Results) -> dict[str, TextTable]:
         "table1": table1(subjects),
         "table1-corrected": table1_corrected(subjects),
         **({"modalities": modality_table(content.modalities)} if content.modalities else {}),
-        **_of_people(content),
+        **_people_tables(content),
         "leaderboard": leaderboard_table(content.leaderboard),
         "leaderboard-by-p": leaderboard_by_p_table(content.leaderboard),
         "comparisons": comparison_table(content.comparisons),
@@ -165,6 +175,7 @@ def _tables(content: Results) -> dict[str, TextTable]:
         "speed": speed_table(content.conditions),
         "paces": pace_table(content.paces),
         "loops": loop_table(content.conditions),
+        **({"lies": excursion_table(content.lies)} if content.lies else {}),
         "rationality": rationality_table(content.rationality),
         "detectors": detector_table(content.detectors),
         "conditions": condition_table(content.conditions),
@@ -177,7 +188,7 @@ def _of_measures(content: Results) -> dict[str, TextTable]:
     return {"measures": measure_table(content.measures)} if content.measures else {}
 
 
-def _of_people(content: Results) -> dict[str, TextTable]:
+def _people_tables(content: Results) -> dict[str, TextTable]:
     people = content.people
     if people is None or people.found is None:
         return {}
@@ -207,10 +218,10 @@ def _templates() -> Any:
     return environment
 
 
-def _condition_page(content: Results, drawn: Pictures, photographs: Mapping[str, str]) -> str:
+def _condition_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str]) -> str:
     return str(
         _templates()
-        .get_template("conditions.html.jinja")
+        .get_template(f"{name}.html.jinja")
         .render(
             content=content,
             photographs=photographs,
@@ -226,6 +237,7 @@ def _condition_tables(content: Results) -> dict[str, TextTable]:
         "effects": effect_table(content.effects),
         "crossings": crossing_table(content.crossings),
         **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content.grids) else {}),
+        **({"arms": arm_table(content.why), "why": estimate_table(content.why)} if content.why else {}),
         "conditions": table_of_conditions(content.conditions),
         **_of_measures(content),
     }
@@ -233,7 +245,7 @@ def _condition_tables(content: Results) -> dict[str, TextTable]:
 
 def _page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
     if not content.of_flips:
-        return _condition_page(content, drawn, photographs or {})
+        return _condition_page("conditions" if name == "report" else name, content, drawn, photographs or {})
     several_p = len({row.p for row in content.conditions}) > 1
     tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
     rendered = (

@@ -15,7 +15,6 @@ from lockprobe.analysis.summary import StudySummary
 from lockprobe.formatting import NONE, percent, share
 from lockprobe.people.progress import Flow
 from lockprobe.report.format import TextTable
-from lockprobe.spec import PEOPLE
 
 __all__ = [
     "PeopleResult",
@@ -123,7 +122,7 @@ def _steps(found: People) -> Iterator[str]:
 
 def _beside(summary: StudySummary, found: People) -> Iterator[str]:
     """Every agent that the study is about, over all p; those to compare with where there is none beside people."""
-    subjects = [agent for agent in summary.subjects if agent.agent != PEOPLE] or summary.agents
+    subjects = [agent for agent in summary.subjects if not agent.invited] or summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in subjects}
     last: dict[tuple[str, str], RelativeSteps] = {(one.agent, one.modality): one for one in found.relative}
     for name, one in last.items():

@@ -8,20 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
-    ConfigDict,
     Field,
-    GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
     ValidationError,
     model_validator,
 )
-from pydantic.json_schema import SkipJsonSchema
-from pydantic_core import CoreSchema
 
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.curves import Relative
@@ -29,6 +24,7 @@ from lockprobe.analysis.incidence import Area
 from lockprobe.analysis.misinterpretation import ClaimCount
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.robot import Verdicts
+from lockprobe.report.described import Change, Counted, DescribedResult, FiniteNumber, Share
 from lockprobe.report.details import (
     AgainstChance,
     AuditResult,
@@ -50,14 +46,15 @@ from lockprobe.report.details import (
     TestRow,
 )
 from lockprobe.report.examples import ExampleTrial
+from lockprobe.report.excursions import LieResult
 from lockprobe.report.leaderboard import ComparisonResult, InteractionResult, LeaderboardResult
 from lockprobe.report.people import PeopleResult
 from lockprobe.report.sample_pictures import SeenModality
+from lockprobe.report.why import WhyResult
 
 __all__ = [
     "ConditionResult",
     "CrossingResult",
-    "DescribedResult",
     "EffectResult",
     "GridAxis",
     "GridCellResult",
@@ -68,38 +65,6 @@ __all__ = [
     "StudyProgress",
     "plain_json",
 ]
-
-
-def _finite(value: object) -> object:
-    """None for what is not a number, as JSON has it."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-FiniteNumber = Annotated[float | SkipJsonSchema[int] | None, BeforeValidator(_finite)]
-Share = Annotated[float | None, Field(ge=0, le=1), BeforeValidator(_finite)]
-Counted = Annotated[int, Field(ge=0)]
-Change = Annotated[float, Field(ge=-2, le=2)]
-
-
-class DescribedResult(BaseModel):
-    """A part of the results whose described fields are published."""
-
-    model_config = ConfigDict(extra="allow", frozen=True)
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """The schema of the fields that have a description, and of those that are such parts."""
-        schema = handler(core_schema)
-        found = handler.resolve_ref_schema(schema)
-        published = {
-            name
-            for name, about in cls.model_fields.items()
-            if about.description
-            or (isinstance(about.annotation, type) and issubclass(about.annotation, DescribedResult))
-        }
-        found["properties"] = {name: found["properties"][name] for name in found["properties"] if name in published}
-        found["required"] = [name for name in found.get("required", ()) if name in published]
-        return schema
 
 
 class StudyProgress(DescribedResult):
@@ -312,11 +277,13 @@ class Results(DescribedResult):
     crossings: list[CrossingResult] = Field(default=[], description="Of a study of conditions: crossed ones.")
     grids: list[GridResult] = Field(default=[], description="Of a study of conditions: crossed doses.")
     series: list[SeriesResult] = Field(default=[], description="Of a study of conditions: doses.")
+    why: list[WhyResult] = Field(default=[], description="Of a study of controls: why false reports change success.")
     leaderboard: list[LeaderboardResult] = []
     comparisons: list[ComparisonResult] = []
     interactions: list[InteractionResult] = []
     rationality: list[RationalityResult] = []
     judged: JudgedResult | None = None
+    lies: list[LieResult] = Field(default=[], description="Of a flip study: what one false report changes.")
     paces: list[PaceResult] = []
     modalities: list[ModalityResult] = []
     people: PeopleResult | None = None
@@ -375,7 +342,20 @@ class Results(DescribedResult):
 
 _CONDITION_KEYS = (
     *("schema_version", "lockprobe", "study", "joints", "progress", "left_out", "subjects", "findings", "conditions"),
-    *("effects", "crossings", "grids", "series", "box", "measures", "errors", "agents", "plants", "seen", "examples"),
+    *(
+        "effects",
+        "crossings",
+        "grids",
+        "series",
+        "why",
+        "box",
+        "measures",
+        "errors",
+        "agents",
+        "plants",
+        "seen",
+        "examples",
+    ),
     "audit",
 )
 """The order of ``results.json`` of a study of conditions; in that of flips it is the order of the fields."""

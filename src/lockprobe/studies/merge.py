@@ -19,7 +19,6 @@ from lockprobe.inputs import read_input
 from lockprobe.model_call import Call
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
-from lockprobe.spec import PEOPLE, group_of
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
@@ -173,7 +172,7 @@ def _agents(sources: Iterable[MergeSource]) -> tuple[str, ...]:
     """Who played or was asked, each once, in the order of its study."""
     found: list[str] = []
     for source in sources:
-        playing = {group_of(trial.agent) for trial in source.trials}
+        playing = {trial.group for trial in source.trials}
         playing |= {agent for agent, keys in _begun(source, source.unfinished).items() if keys}
         found += [agent for agent in source.study.agents if agent in playing]
     return tuple(dict.fromkeys(found))
@@ -187,7 +186,7 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
             raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
     for trial in source.trials:
         try:
-            if group_of(trial.agent) == PEOPLE:
+            if trial.player:
                 check_participant(trial.agent)
             asked = joined.asks_for(trial)
         except UserMistake as mistake:
@@ -215,7 +214,7 @@ class _Same:
             self._known |= self._facts(trial)
 
     def _facts(self, trial: Trial) -> dict[tuple[str, str], Fact]:
-        said = {} if group_of(trial.agent) == PEOPLE else trial.facts
+        said = {} if trial.player else trial.facts
         facts = {(trial.agent, name): value for name, value in said.items()}
         return facts | {("the plant", name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
 

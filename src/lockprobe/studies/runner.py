@@ -29,7 +29,6 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Fact, Step, Trial
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.picture_store import ALBUM
@@ -329,7 +328,7 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
     found = 0
     for trial in load(journal.directory):
         error = trial.error
-        if error is None or trial.owed_again or trial.group == PEOPLE or not study.asks_for(trial):
+        if error is None or trial.owed_again or trial.player or not study.asks_for(trial):
             continue
         if trial.key in asked:
             nothing = Call(key=trial.key, step=0, turn=0, request="", reply=None, error=OWED_ANEW)

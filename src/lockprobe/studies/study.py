@@ -279,7 +279,7 @@ class Study:
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
         condition = self.condition_of(trial)
-        if condition is None or group_of(trial.agent) not in self.agents:
+        if condition is None or trial.group not in self.agents:
             return False
         if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials):
             return False
@@ -294,6 +294,11 @@ class Study:
         )
 
     @property
+    def run_agents(self) -> tuple[str, ...]:
+        """The agents that are run: all but people, who are invited."""
+        return tuple(agent for agent in self.agents if agent != PEOPLE)
+
+    @property
     def size(self) -> int:
         """Number of trials, over all agents and conditions."""
         return sum(map(self._size_of, self.agents))
@@ -301,7 +306,7 @@ class Study:
     @property
     def invited(self) -> int:
         """Of these, the trials of people, who are invited to play and not run."""
-        return self._size_of(PEOPLE) if PEOPLE in self.agents else 0
+        return sum(self._size_of(agent) for agent in self.agents if agent not in self.run_agents)
 
     def _size_of(self, agent: str) -> int:
         return len(self.conditions_of(agent)) * self.repetitions * self.trials
@@ -356,5 +361,4 @@ def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]
     """
     if {*asked} <= {*there}:
         return tuple(there)
-    together = dict.fromkeys((*there, *asked))
-    return (*(agent for agent in together if agent != PEOPLE), *((PEOPLE,) if PEOPLE in together else ()))
+    return tuple(sorted(dict.fromkeys((*there, *asked)), key=lambda agent: agent == PEOPLE))

@@ -89,7 +89,7 @@ class StudyOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    study: Annotated[str, _about("flips, modalities, or the study of a file.")] = "flips"
+    study: Annotated[str, _about("flips, modalities, why, or the study of a file.")] = "flips"
     agent: Annotated[
         Several | None, _about("Agent spec; may be repeated (flips: llm:local, random, round-robin, human-inspired).")
     ] = None

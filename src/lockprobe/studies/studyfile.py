@@ -35,10 +35,11 @@ from lockprobe.studies.modality import check_shown, taken_in
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
 from lockprobe.studies.trial_options import trial_options
+from lockprobe.studies.why import AGENTS, EXTENT, arm_conditions
 
 __all__ = ["STUDIES", "study", "trial_study"]
 
-STUDIES = ("flips", "modalities")
+STUDIES = ("flips", "modalities", "why")
 
 LONGEST_SPEC = 1000
 """Characters of the spec of an agent, a plant or a modality."""
@@ -57,10 +58,11 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
 
     A request for flips that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as
     soon as it says something, what it leaves out follows the paper. The modality study is always of the paper's
-    extent, on a panel that is dealt anew in every trial; on a plant without a camera it has no pictures.
+    extent, on a panel that is dealt anew in every trial; on a plant without a camera it has no pictures. The study
+    ``why`` has its arms at one flip rate, and other conditions after them.
 
     Args:
-        asked: Options, the path of a TOML file, ``flips`` or ``modalities``.
+        asked: Options, the path of a TOML file, ``flips``, ``modalities`` or ``why``.
         options: Any of :class:`lockprobe.studies.study_options.StudyOptions`, which go before those.
 
     Raises:
@@ -75,8 +77,8 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
     _check_lengths(request)
     plant = resolve_plant(_plant(request))
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
-    extent = paper.MODALITY_TRIALS if modal else _flips_extent(request)
-    agents = request.agent if request.agent is not None else _players_by_default(modalities, modal=modal)
+    extent = paper.MODALITY_TRIALS if modal else EXTENT if request.study == "why" else _flips_extent(request)
+    agents = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
     for spec in agents:
         resolve(spec)
     for spec in request.sweep or ():
@@ -176,14 +178,33 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
     for what, values in (("p", p), ("modality", tuple(modalities))):
         if not values or len(set(values)) != len(values):
             raise BadValue(what, list(values), "at least one, and every one once")
+    if request.study == "why":
+        return _arms(request, p, modalities)
     if request.condition is None and request.sweep is None:
         return flips(p, flip, modalities)
-    found = [
-        *(flips(p, flip) if request.p is not None else ()),
+    found = [*(flips(p, flip) if request.p is not None else ()), *_asked(request)]
+    return _with_controls(found, modalities)
+
+
+def _asked(request: StudyOptions) -> list[Condition]:
+    """The conditions and sweeps that are named."""
+    return [
         *(read_condition(one.spec, one.name) for one in request.conditions_named),
         *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
     ]
-    return _with_controls(found, modalities)
+
+
+def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) -> tuple[Condition, ...]:
+    """The arms of the study ``why``, and the conditions that are named after them."""
+    for what, values in (("p", p), ("modality", modalities)):
+        if len(values) > 1:
+            raise BadValue(what, list(values), "one, which all arms have")
+    if request.flip not in (None, "transient"):
+        raise BadValue("flip", request.flip, "transient, the only kind that can be corrected")
+    (shown,) = modalities
+    found = [*arm_conditions(p[0], shown), *(replace(one, modality=shown) for one in _asked(request))]
+    _check_names(found)
+    return distinct(found)
 
 
 def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
@@ -266,9 +287,11 @@ def _shown_by_default(request: StudyOptions, plant: PlantSource, *, modal: bool)
     return (default_modality(request.flip or "", *request.acting, *(request.sweep or ())),)
 
 
-def _players_by_default(modalities: tuple[str, ...], *, modal: bool) -> tuple[str, ...]:
+def _players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ...]:
     """Those that the study has by default; of the modality study's only those that have something to play."""
-    if not modal:
+    if study == "why":
+        return AGENTS
+    if study != "modalities":
         return ("llm:local", *paper.REFERENCES)
     return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
 

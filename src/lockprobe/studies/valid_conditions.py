@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lockprobe.record import Trial, TrialError
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["Invalid", "invalid_conditions"]
@@ -39,8 +38,8 @@ def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invali
         trials: Its trials by key.
     """
     played: dict[str, list[Trial]] = {}
-    for agent in study.agents:
-        for plan in study.plans(agent) if agent != PEOPLE else ():
+    for agent in study.run_agents:
+        for plan in study.plans(agent):
             if (trial := trials.get(plan.key)) is not None:
                 played.setdefault(trial.cell, []).append(trial)
     return [

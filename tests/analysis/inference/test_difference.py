@@ -153,5 +153,5 @@ def test_people_alone_are_taken_together():
     """The same trials, of agents and of few people: the interval of people is wider."""
     of_people = people(rng(3), 4, 15, 0.5, p=2)
     (wide,) = any_difference(of_people, rng(), permutations=19).at
-    (narrow,) = any_difference(replace(of_people, person=np.empty(0, dtype=np.str_)), rng(), permutations=19).at
+    (narrow,) = any_difference(replace(of_people, player=np.empty(0, dtype=np.str_)), rng(), permutations=19).at
     assert wide.high - wide.low > narrow.high - narrow.low

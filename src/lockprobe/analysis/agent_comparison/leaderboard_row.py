@@ -99,8 +99,8 @@ def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], re
 
 def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredProportion:
     """Of trials of equal luck taken together; of people those of one person too."""
-    if found.of_people:
-        return crossed_proportion(counts, sizes, found.person, found.luck)
+    if found.crossed:
+        return crossed_proportion(counts, sizes, found.player, found.luck)
     blocks = int(found.luck.max(initial=-1)) + 1
     summed = (np.bincount(found.luck, weights=np.asarray(of), minlength=blocks) for of in (counts, sizes))
     return clustered_proportion(*summed)
@@ -129,8 +129,8 @@ def _regret(trials: Sequence[Trial], reference: Reference | None) -> Regret | No
     area = np.where(counted.solved, (budget - counted.length + 1) / budget, 0.0)
     lost = (best - area) / room
     found = (
-        crossed_mean(lost, counted.luck, counted.person)
-        if counted.of_people
+        crossed_mean(lost, counted.luck, counted.player)
+        if counted.crossed
         else block_mean(by_cluster(lost, counted.luck))
     )
     return Regret(value=found.value, low=found.low, high=found.high)

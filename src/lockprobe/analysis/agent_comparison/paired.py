@@ -90,9 +90,9 @@ def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
         place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.p)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
         solved[place], steps[place] = group.solved, group.length
-        person = np.full(solved.shape if group.of_people else (0, 0), "", dtype=group.person.dtype)
-        if group.of_people:
-            person[place] = group.person
+        person = np.full(solved.shape if group.crossed else (0, 0), "", dtype=group.player.dtype)
+        if group.crossed:
+            person[place] = group.player
         made.append(Sheet(solved=solved, steps=steps, person=person))
     return tuple(values.tolist()), made
 

@@ -122,7 +122,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
     speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     bend = lind_mehlum(outcomes.p, outcomes.solved)
-    lines = two_lines(outcomes.p, outcomes.solved, outcomes.cluster if outcomes.of_people else None)
+    lines = two_lines(outcomes.p, outcomes.solved, outcomes.cluster if outcomes.crossed else None)
     hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
     whole = naive_association(outcomes)
     fine, coarse = pearson(repetitions), pearson(conditions)

@@ -115,7 +115,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     lowest = float(values[0]) if len(values) else None
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
-    if apart and not (outcomes.of_people and len(values) > 1):
+    if apart and not (outcomes.crossed and len(values) > 1):
         note = "no common trial"
         return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
     n = np.bincount(place).astype(np.float64)
@@ -126,7 +126,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     else:
         solved, away, compared = _exchanged(groups, len(values), permutations, rng)
         size = np.broadcast_to(n, solved.shape)
-        if outcomes.of_people:
+        if outcomes.crossed:
             away, compared = solved / size - (solved / size)[:, :1], n
     tested = np.flatnonzero(compared[1:] > 0) + 1
     spread = (n * (solved / size - solved[0].sum() / n.sum()) ** 2).sum(axis=1)
@@ -150,9 +150,9 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choic
     """The difference at the second of two p from the first, from the trials that may be compared."""
     together = outcomes.at(np.isin(outcomes.p, both))
     later = together.p == both[1]
-    if outcomes.of_people:
+    if outcomes.crossed:
         found: Paired | ClusteredDifference = clustered_difference(
-            together.solved, later, together.person, together.luck, choices=choices
+            together.solved, later, together.player, together.luck, choices=choices
         )
         pairs, shares = None, [together.solved[~later], together.solved[later]]
     else:

@@ -1,0 +1,284 @@
+"""Why false reports change success: because of what they say, or because they disturb.
+
+The arms of the study ``why`` hit the same steps of the same trials. A lie that is taken back at once disturbs like a
+lie and leaves nothing false. So the effect of lies is the sum of two parts, both of paired differences:
+
+    lie - truth = (lie - retracted) + (retracted - truth)
+                  what lies say       that they disturb
+
+The paper compares success curves and loop rates only (Sec. 3.2 and 3.3), which cannot tell the two apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean
+from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.outcomes import Outcomes, outcomes
+from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
+from lockprobe.analysis.series import SeriesArm
+from lockprobe.record import Trial
+from lockprobe.spec import Spec, split_specs
+
+__all__ = ["ARMS", "MARGIN", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "verdict_of", "why"]
+
+ARMS: Mapping[str, str] = {
+    "truth": "truth",
+    "lie": "flip?p={p:g}",
+    "retracted": "correction?p={p:g}",
+    "confirmed": "correction?p={p:g}&of=truth",
+    "remark": "distract?p={p:g}&luck=flip",
+    "lie + remark": "flip?p={p:g} + distract?p={p:g}&luck=flip",
+    "withheld": "drop?p={p:g}&luck=flip",
+    "tremble": "tremble?p={p:g}&luck=flip",
+    "nudge": "nudge",
+}
+"""Arm -> its condition at the rate p: a report is inverted; inverted and corrected; told twice, truly; followed by an
+irrelevant sentence; missing; another joint is attempted than chosen; a sentence names an action loop."""
+
+MARGIN = 0.1
+"""Changes of success of at most 10 points count as none, chosen by eye."""
+
+Verdict = Literal["says", "disturbs", "both", "unexplained", "no change", "not detectable"]
+"""Lies change success because of what they say, because they disturb, or both; they change it, and neither part is
+detectable; they change it by less than the margin; or no change is detectable."""
+
+_POWER = 0.8
+"""The power for which blocks are counted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmEffect:
+    """Success in one arm, and against the arm with true reports.
+
+    Attributes:
+        arm: As in :data:`ARMS`.
+        condition: The name of the condition in the study.
+        success: Share solved.
+        change: Success less success under true reports, over blocks, [-1, 1]; None for the true reports. Its P value is
+            corrected for the number of arms (Holm); its interval is not.
+    """
+
+    arm: str
+    condition: str
+    success: Proportion
+    change: BlockMean | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Why:
+    """What false reports do to one agent, and through what.
+
+    Attributes:
+        agent: Agent spec.
+        modality: How the box was shown.
+        p: The rate at which reports were hit, (0, 1].
+        arms: Success in each arm.
+        change: Lie less truth: what lies do.
+        says: Lie less retracted lie: what remains false changes this much ("debunking").
+        disturbs: Retracted lie less truth: the disturbance alone changes this much.
+        falsity: False less true report, over both arms without and with a remark; None without these arms.
+        disturbance: With less without a remark, over true and false reports; None without these arms.
+        interaction: The effect of a lie with a remark less that without; None without these arms.
+        equivalence: P value of two one-sided tests that lies change success by the margin or more, [0, 1].
+        margin: The margin, (0, 1).
+        verdict: What is concluded.
+        needed: Blocks with which a change as large as the margin would be detected with a power of 80 %, as far as the
+            spread of these blocks tells.
+    """
+
+    agent: str
+    modality: str
+    p: float
+    arms: tuple[ArmEffect, ...]
+    change: BlockMean
+    says: BlockMean
+    disturbs: BlockMean
+    falsity: BlockMean | None
+    disturbance: BlockMean | None
+    interaction: BlockMean | None
+    equivalence: float
+    margin: float = MARGIN
+    verdict: Verdict = field(init=False)
+    needed: int
+
+    def __post_init__(self) -> None:
+        concluded = verdict(self.change, self.says, self.disturbs, self.equivalence)
+        object.__setattr__(self, "verdict", concluded)
+
+
+def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | None:
+    """The rate of a study of controls and its conditions by arm, as their specs tell them.
+
+    Args:
+        conditions: Conditions of one modality.
+
+    Returns:
+        None unless true reports, lies and retracted lies at one rate are among them.
+    """
+    found = {_acting(one.specs): one.label for one in conditions}
+    for one in conditions:
+        if len(one.specs) == 1 and (spec := Spec.parse(one.specs[0])).full_name == "flip":
+            rate = float(spec.options["p"])
+            wanted = {arm: _acting(_specs(spec.format(p=rate))) for arm, spec in ARMS.items()}
+            there = {arm: found[acting] for arm, acting in wanted.items() if acting in found}
+            if rate > 0 and there.keys() >= {"truth", "lie", "retracted"}:
+                return rate, there
+    return None
+
+
+def _specs(condition: str) -> tuple[str, ...]:
+    return () if condition == ARMS["truth"] else tuple(split_specs(condition))
+
+
+def _acting(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
+    """Specs in a form that does not depend on the order of options, without those of dose 0."""
+    parsed = [Spec.parse(spec, "intervention") for spec in specs]
+    return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in parsed if one.options.get("p") != "0")
+
+
+def why(
+    trials: Mapping[str, Sequence[Trial]], conditions: Sequence[SeriesArm], *, margin: float = MARGIN
+) -> Why | None:
+    """Why lies change the success of one agent, shown the box in one way.
+
+    Args:
+        trials: Condition -> the agent's trials.
+        conditions: Those conditions as their specs tell them.
+        margin: Changes up to here count as none, (0, 1).
+
+    Returns:
+        None where no two blocks have true reports, lies and retracted lies.
+    """
+    if (found := arms_of(conditions)) is None:
+        return None
+    p, names = found
+    counted = {arm: outcomes(trials.get(name, ())) for arm, name in names.items()}
+    counted = {arm: one for arm, one in counted.items() if len(one)}
+    solved = _by_block(counted)
+    if not solved.keys() >= {"truth", "lie", "retracted"}:
+        return None
+    truth, lie, retracted = solved["truth"], solved["lie"], solved["retracted"]
+    change = lie - truth
+    if int((~np.isnan(change + retracted)).sum()) < 2:
+        return None
+    first = trials[names["truth"]][0]
+    four = [solved[arm] for arm in ("truth", "lie", "remark", "lie + remark") if arm in solved]
+    return Why(
+        agent=first.group,
+        modality=first.modality,
+        p=p,
+        arms=_arms(names, counted, solved),
+        change=_mean(change),
+        says=_mean(lie - retracted),
+        disturbs=_mean(retracted - truth),
+        **_crossed(*four) if len(four) == 4 else {"falsity": None, "disturbance": None, "interaction": None},
+        equivalence=_equivalence(change, margin),
+        margin=margin,
+        needed=_needed(change, margin),
+    )
+
+
+def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
+    """Arm -> 1 where it was solved, 0 where not, a row for each block; not a number where none has ended."""
+    keys = {arm: list(zip(one.repetition.tolist(), one.trial.tolist(), strict=True)) for arm, one in counted.items()}
+    row = {block: i for i, block in enumerate(sorted({block for blocks in keys.values() for block in blocks}))}
+    found = {}
+    for arm, one in counted.items():
+        found[arm] = np.full(len(row), math.nan)
+        found[arm][[row[block] for block in keys[arm]]] = one.solved
+    return found
+
+
+def _mean(*differences: Array, unit: float = 1.0) -> BlockMean:
+    return block_mean(np.column_stack(differences), unit=unit)
+
+
+def _crossed(truth: Array, lie: Array, remark: Array, both: Array) -> dict[str, BlockMean]:
+    """The two-by-two of falsity and disturbance, over blocks that have all four."""
+    kept = ~np.isnan(truth + lie + remark + both)
+    truth, lie, remark, both = (one[kept] for one in (truth, lie, remark, both))
+    return {
+        "falsity": _mean(lie - truth, both - remark),
+        "disturbance": _mean(remark - truth, both - lie),
+        "interaction": _mean((both - remark) - (lie - truth), unit=2.0),
+    }
+
+
+def _arms(
+    names: Mapping[str, str], counted: Mapping[str, Outcomes], solved: Mapping[str, Array]
+) -> tuple[ArmEffect, ...]:
+    shares = {arm: proportion(int(one.solved.sum()), len(one)) for arm, one in counted.items()}
+    changes = {arm: _mean(one - solved["truth"]) for arm, one in solved.items() if arm != "truth"}
+    corrected = dict(zip(changes, holm([one.p_value for one in changes.values()]), strict=True))
+    return tuple(
+        ArmEffect(
+            arm=arm,
+            condition=names[arm],
+            success=share,
+            change=replace(changes[arm], p_value=corrected[arm]) if arm in changes else None,
+        )
+        for arm, share in shares.items()
+    )
+
+
+def verdict(change: BlockMean, says: BlockMean, disturbs: BlockMean, equivalence: float) -> Verdict:
+    """What is concluded, with an error of at most 5 % in all.
+
+    The two parts are looked at only where lies change success. Then at most one of them is zero, since they add up, and
+    each is tested at 5 %: no correction is needed (closed testing of three hypotheses of which two imply the third).
+    """
+    if not _detectable(change):
+        return "no change" if equivalence < ALPHA else "not detectable"
+    said, disturbed = _detectable(says), _detectable(disturbs)
+    if said and disturbed:
+        return "both"
+    return "says" if said else "disturbs" if disturbed else "unexplained"
+
+
+def verdict_of(truth: Array, lie: Array, retracted: Array, margin: float = MARGIN) -> Verdict:
+    """What is concluded from three arms alone.
+
+    Args:
+        truth: 1 where the block was solved under true reports, 0 where not, shape (blocks,).
+        lie: The same under false reports.
+        retracted: The same under false reports that are taken back at once.
+        margin: As of :func:`why`.
+    """
+    change = lie - truth
+    return verdict(_mean(change), _mean(lie - retracted), _mean(retracted - truth), _equivalence(change, margin))
+
+
+def _detectable(found: BlockMean) -> bool:
+    """Whether the test rejects and the interval leaves out 0."""
+    return found.p_value is not None and found.p_value < ALPHA and found.clear
+
+
+def _standard_error(differences: Array) -> tuple[float, float, int]:
+    """Mean, standard error and number of differences, as if one pair more differed (Agresti and Min 2005)."""
+    kept = differences[~np.isnan(differences)]
+    n, mean = len(kept), float(kept.mean())
+    return mean, math.sqrt((float(np.sum((kept - mean) ** 2)) + 1) / (n - 1) / n), n
+
+
+def _equivalence(differences: Array, margin: float) -> float:
+    """P value of two one-sided t-tests that the mean is at most -margin, or at least margin (Schuirmann 1987)."""
+    from scipy.stats import t
+
+    mean, error, n = _standard_error(differences)
+    return float(t.sf((margin - abs(mean)) / error, n - 1))
+
+
+def _needed(differences: Array, effect: float) -> int:
+    """Blocks with which a two-sided test at 5 % finds an effect with a power of 80 %."""
+    from scipy.stats import norm
+
+    _, error, n = _standard_error(differences)
+    reach = float(norm.ppf(1 - ALPHA / 2) + norm.ppf(_POWER))
+    return math.ceil(n * (reach * error / effect) ** 2)

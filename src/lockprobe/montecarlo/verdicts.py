@@ -1,0 +1,156 @@
+"""How often a study of controls names the true mechanism, in worlds where it is known."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.analysis.why import MARGIN, Verdict, verdict_of
+from lockprobe.errors import BadValue
+from lockprobe.seeds import generator
+from lockprobe.studies.play import play_timed
+from lockprobe.studies.studyfile import study
+
+__all__ = ["MECHANISMS", "VerdictRates", "verdict_rates"]
+
+MECHANISMS: Mapping[str, Verdict] = {
+    "world:loop-breaker": "disturbs",
+    "world:information": "says",
+    "world:information-hurts": "says",
+    "world:perseverant": "says",
+    "world:careful-believer": "says",
+    "world:irrelevant": "no change",
+    "world:lost-half": "no change",
+}
+"""World -> what is true of it."""
+
+BATCH = 250
+"""Blocks that a process plays before it reports."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerdictRates:
+    """What studies of one size conclude in one world.
+
+    Attributes:
+        world: Agent spec.
+        truth: What is true of it.
+        blocks: Blocks of each study.
+        studies: Studies.
+        verdicts: Verdict -> studies that concluded it, most frequent first.
+    """
+
+    world: str
+    truth: Verdict
+    blocks: int
+    studies: int
+    verdicts: Mapping[Verdict, int]
+
+    @property
+    def right(self) -> float:
+        """Share of studies that named the true mechanism, [0, 1]."""
+        return self.verdicts.get(self.truth, 0) / self.studies
+
+    @property
+    def wrong(self) -> float:
+        """Share of studies that claimed a mechanism which is not the true one, or claimed that nothing changes."""
+        silent = (self.truth, "not detectable", "unexplained")
+        return sum(n for found, n in self.verdicts.items() if found not in silent) / self.studies
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Job:
+    world: str
+    p: float
+    seed: int
+    first: int
+    end: int
+
+
+def verdict_rates(
+    worlds: Sequence[str],
+    *,
+    blocks: Sequence[int] = (150,),
+    studies: int = 200,
+    pool: int = 4000,
+    p: float = 0.4,
+    seed: int = 1,
+    processes: int = 1,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> list[VerdictRates]:
+    """Play a pool of blocks of every world, draw studies from it with replacement, and count their verdicts.
+
+    Rates are those of the pool: they carry its sampling error as well as that of the studies.
+
+    Args:
+        worlds: Agent specs of known mechanism, from :data:`MECHANISMS`.
+        blocks: Blocks of a study, each at least 2.
+        studies: Studies drawn of each size.
+        pool: Blocks played of each world.
+        p: The rate at which reports are hit, (0, 1].
+        seed: Seed of everything; the number of processes changes nothing.
+        processes: Worker processes.
+        progress: Told how many blocks are played, of how many.
+
+    Raises:
+        BadValue: If a number is too small.
+    """
+    for what, number, least in (("blocks", min(blocks), 2), ("studies", studies, 1), ("pool", pool, max(blocks))):
+        if number < least:
+            raise BadValue(what, number, f"a number from {least}")
+    jobs = [
+        _Job(world=world, p=p, seed=seed, first=first, end=min(first + BATCH, pool))
+        for world in worlds
+        for first in range(0, pool, BATCH)
+    ]
+    played: dict[str, list[NDArray[np.bool_]]] = {world: [] for world in worlds}
+    for job, found in zip(jobs, _solved(jobs, processes), strict=True):
+        played[job.world].append(found)
+        progress(sum(len(part) for parts in played.values() for part in parts), pool * len(played))
+    return [
+        _rates(world, np.concatenate(parts), size, studies, generator(seed, "verdicts", world, str(size)))
+        for world, parts in played.items()
+        for size in blocks
+    ]
+
+
+def _rates(world: str, pool: NDArray[np.bool_], blocks: int, studies: int, rng: np.random.Generator) -> VerdictRates:
+    counted: Counter[Verdict] = Counter()
+    for _ in range(studies):
+        truth, lie, retracted = pool[rng.integers(len(pool), size=blocks)].T.astype(np.float64)
+        counted[verdict_of(truth, lie, retracted, MARGIN)] += 1
+    return VerdictRates(
+        world=world, truth=MECHANISMS[world], blocks=blocks, studies=studies, verdicts=dict(counted.most_common())
+    )
+
+
+def _solved(jobs: Sequence[_Job], processes: int) -> list[NDArray[np.bool_]] | map[NDArray[np.bool_]]:
+    if processes == 1:
+        return map(_batch, jobs)
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        return list(pool.map(_batch, jobs))
+
+
+def _batch(job: _Job) -> NDArray[np.bool_]:
+    """Whether each block was solved under true reports, lies and retracted lies, shape (blocks, 3)."""
+    return asyncio.run(_play(job))
+
+
+async def _play(job: _Job) -> NDArray[np.bool_]:
+    planned = study("why", agent=job.world, p=[job.p], trials=max(job.end, 1), repetitions=1, seed=job.seed)
+    arms = [one for one in planned.conditions if one.name in ("truth", "lie", "retracted")]
+    player = resolve(job.world).make()
+    found = np.zeros((job.end - job.first, len(arms)), dtype=np.bool_)
+    for i in range(len(found)):
+        for j, arm in enumerate(arms):
+            plan = planned.plan(job.world, arm, 1, job.first + i + 1)
+            found[i, j] = (await play_timed(plan, player, lambda key, step: None))[0].solved
+    return found

@@ -1,0 +1,148 @@
+"""Why false reports change success: its rows of ``results.json`` and its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field
+
+from lockprobe.analysis.agent_comparison.paired import BlockMean
+from lockprobe.analysis.why import ArmEffect, Why
+from lockprobe.formatting import NONE, bracketed, p_cell, share
+from lockprobe.prose.why import arm_said, why_said
+from lockprobe.report.described import Change, Counted, DescribedResult, Share
+from lockprobe.report.examples import ToldTwice
+from lockprobe.report.format import TextTable
+
+__all__ = ["ArmResult", "EstimateResult", "WhyResult", "arm_table", "estimate_table", "why_row"]
+
+
+class EstimateResult(DescribedResult):
+    """A difference in success over blocks of equal luck."""
+
+    value: Change | None = Field(description="The difference, [-1, 1]; an interaction can reach 2.")
+    low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
+    high: Change | None = Field(description="Upper end.")
+    p_value: Share = Field(description="Exchange of signs of whole blocks.")
+    blocks: Counted = Field(description="Blocks that have a trial in every arm compared.")
+
+
+class ArmResult(DescribedResult):
+    """One arm of a study of why false reports change success."""
+
+    arm: str = Field(description="truth, lie, retracted, confirmed, remark, lie + remark, withheld, tremble or nudge.")
+    condition: str = Field(description="Name of the condition.")
+    what: str
+    trials: Counted = Field(description="Trials that ended as solved or out of budget.")
+    solved: Counted = Field(description="Of these, solved.")
+    success: Share = Field(description="Share solved, [0, 1].")
+    success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
+    success_high: Share = Field(description="Upper end.")
+    change: EstimateResult | None = Field(description="Against truth; its P value is corrected over arms (Holm).")
+
+
+class WhyResult(DescribedResult):
+    """Why false reports change the success of one agent."""
+
+    agent: str = Field(description="Agent spec.")
+    modality: str = Field(description="How the box was shown.")
+    p: float = Field(description="The rate at which reports were hit.")
+    verdict: str = Field(description="says, disturbs, both, unexplained, no change or not detectable.")
+    said: list[str] = Field(description="The verdict and its numbers, in sentences.")
+    arms: list[ArmResult] = Field(description="Success in every arm.")
+    change: EstimateResult = Field(description="Lie less truth.")
+    says: EstimateResult = Field(description="Lie less retracted lie: what lies say.")
+    disturbs: EstimateResult = Field(description="Retracted lie less truth: that they disturb.")
+    falsity: EstimateResult | None = Field(description="False less true reports, without and with a remark.")
+    disturbance: EstimateResult | None = Field(description="With less without a remark, for true and false reports.")
+    interaction: EstimateResult | None = Field(description="The effect of a lie with a remark less that without.")
+    margin: float = Field(description="Changes up to here count as none.")
+    equivalence: Share = Field(description="P value of two one-sided tests of a change of the margin or more.")
+    needed: Counted = Field(description="Blocks that find a change of the margin with a power of 80 %.")
+    twice: ToldTwice | None
+
+
+def why_row(found: Why, twice: ToldTwice | None) -> WhyResult:
+    """The numbers of one agent as a row of ``results.json``.
+
+    Args:
+        found: Its numbers.
+        twice: One of its trials under true and under false reports.
+    """
+    return WhyResult(
+        agent=found.agent,
+        modality=found.modality,
+        p=found.p,
+        verdict=found.verdict,
+        said=why_said(found),
+        arms=[_arm(one) for one in found.arms],
+        change=_estimate(found.change),
+        says=_estimate(found.says),
+        disturbs=_estimate(found.disturbs),
+        falsity=_maybe(found.falsity),
+        disturbance=_maybe(found.disturbance),
+        interaction=_maybe(found.interaction),
+        margin=found.margin,
+        equivalence=found.equivalence,
+        needed=found.needed,
+        twice=twice,
+    )
+
+
+def _arm(one: ArmEffect) -> ArmResult:
+    return ArmResult(
+        arm=one.arm,
+        condition=one.condition,
+        what=arm_said(one.arm),
+        trials=one.success.n,
+        solved=one.success.count,
+        success=one.success.value,
+        success_low=one.success.low,
+        success_high=one.success.high,
+        change=_maybe(one.change),
+    )
+
+
+def _maybe(one: BlockMean | None) -> EstimateResult | None:
+    return None if one is None else _estimate(one)
+
+
+def _estimate(one: BlockMean) -> EstimateResult:
+    return EstimateResult(value=one.value, low=one.low, high=one.high, p_value=one.p_value, blocks=one.blocks)
+
+
+def arm_table(rows: Sequence[WhyResult]) -> TextTable:
+    """Success in every arm, and against true reports."""
+    head = ["agent", "arm", "at the steps that are hit", "solved", "success", "against truth, points", "P"]
+    return [head] + [
+        [
+            row.agent,
+            one.arm,
+            one.what,
+            f"{one.solved}/{one.trials}",
+            share(one.success, one.success_low, one.success_high),
+            bracketed(one.change.value, one.change.low, one.change.high) if one.change else NONE,
+            p_cell(one.change.p_value) if one.change else NONE,
+        ]
+        for row in rows
+        for one in row.arms
+    ]
+
+
+def estimate_table(rows: Sequence[WhyResult]) -> TextTable:
+    """The effect of lies and its parts."""
+    head = ["agent", "estimand", "arms", "points", "P", "blocks"]
+    named = (
+        ("what lies do", "lie - truth", "change"),
+        ("what they say (debunking)", "lie - retracted", "says"),
+        ("that they disturb", "retracted - truth", "disturbs"),
+        ("falsity", "half of (lie - truth) + (lie + remark - remark)", "falsity"),
+        ("disturbance", "half of (remark - truth) + (lie + remark - lie)", "disturbance"),
+        ("interaction", "(lie + remark - remark) - (lie - truth)", "interaction"),
+    )
+    return [head] + [
+        [row.agent, name, arms, bracketed(one.value, one.low, one.high), p_cell(one.p_value), str(one.blocks)]
+        for row in rows
+        for name, arms, of in named
+        if (one := getattr(row, of)) is not None
+    ]

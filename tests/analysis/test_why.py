@@ -1,0 +1,133 @@
+"""Why false reports change success: parts that add up, verdicts that hold in worlds of known mechanism."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import ttest_1samp
+
+import lockprobe
+from lockprobe.analysis.agent_comparison.paired import block_mean
+from lockprobe.analysis.series import SeriesArm
+from lockprobe.analysis.why import ARMS, MARGIN, arms_of, verdict, why
+from lockprobe.interventions.condition import read_condition
+
+BLOCKS = 60
+
+
+def conditions(p=0.4, arms=ARMS):
+    return [read_condition(ARMS[arm].format(p=p), arm) for arm in arms]
+
+
+def as_arms(found):
+    return [SeriesArm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in found]
+
+
+def played(agent, arms=("truth", "lie", "retracted", "remark", "lie + remark"), blocks=BLOCKS, seed=1):
+    return {
+        one.label: [lockprobe.run_trial(agent=agent, condition=one, trial=i, seed=seed) for i in range(1, blocks + 1)]
+        for one in conditions(arms=arms)
+    }
+
+
+@pytest.fixture(scope="module")
+def loop_breaker():
+    return played("world:loop-breaker")
+
+
+@pytest.mark.parametrize("p", [0.4, 1.0, 0.05])
+def test_arms_are_known_by_what_acts_whatever_they_are_called(p):
+    renamed = [replace(one, label=f"condition {i}") for i, one in enumerate(as_arms(conditions(p)))]
+    assert arms_of(renamed) == (p, {arm: f"condition {i}" for i, arm in enumerate(ARMS)})
+
+
+@pytest.mark.parametrize("missing", ["truth", "lie", "retracted"])
+def test_without_the_three_arms_there_is_no_answer(missing):
+    assert arms_of(as_arms(conditions(arms=[arm for arm in ARMS if arm != missing]))) is None
+
+
+def test_arms_of_another_rate_are_no_arms():
+    mixed = [*as_arms(conditions(0.4, ["truth", "lie"])), *as_arms(conditions(0.2, ["retracted"]))]
+    assert arms_of(mixed) is None
+
+
+def test_the_parts_add_up_and_are_means_over_blocks(loop_breaker):
+    found = why(loop_breaker, as_arms(conditions()))
+    assert found.change.value == pytest.approx(found.says.value + found.disturbs.value)
+    solved = {arm: np.array([trial.solved for trial in trials], float) for arm, trials in loop_breaker.items()}
+    truth, lie, remark, both = (solved[arm] for arm in ("truth", "lie", "remark", "lie + remark"))
+    assert found.change.value == pytest.approx((lie - truth).mean())
+    assert found.says.value == pytest.approx((lie - solved["retracted"]).mean())
+    assert found.falsity.value == pytest.approx(((lie - truth) + (both - remark)).mean() / 2)
+    assert found.disturbance.value == pytest.approx(((remark - truth) + (both - lie)).mean() / 2)
+    assert found.interaction.value == pytest.approx(((both - remark) - (lie - truth)).mean())
+    assert [one.success.count for one in found.arms] == [solved[one.arm].sum() for one in found.arms]
+    assert found.change.blocks == BLOCKS
+
+
+def test_the_order_of_trials_and_of_arms_changes_nothing(loop_breaker):
+    shuffled = {arm: trials[::-1] for arm, trials in reversed(loop_breaker.items())}
+    assert why(shuffled, as_arms(conditions())) == why(loop_breaker, as_arms(conditions()))
+
+
+def test_errors_leave_their_blocks_out(loop_breaker):
+    broken = {arm: list(trials) for arm, trials in loop_breaker.items()}
+    broken["lie"][3] = replace(broken["lie"][3], ending="error")
+    found = why(broken, as_arms(conditions()))
+    assert (found.change.blocks, found.says.blocks, found.disturbs.blocks) == (BLOCKS - 1, BLOCKS - 1, BLOCKS)
+
+
+@pytest.mark.parametrize(
+    ("world", "blocks", "expected"),
+    [
+        ("world:loop-breaker", 150, "disturbs"),
+        ("world:perseverant", 200, "says"),
+        ("world:information-hurts", 70, "says"),
+        ("world:irrelevant", 40, "no change"),
+        ("world:lost-half", 40, "no change"),
+    ],
+)
+def test_worlds_of_known_mechanism_are_told(world, blocks, expected):
+    found = why(played(world, ("truth", "lie", "retracted"), blocks, seed=3), as_arms(conditions()))
+    assert found.verdict == expected
+    assert (found.falsity, found.interaction) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("change", "says", "disturbs", "equivalence", "expected"),
+    [
+        (0.5, 0.5, 0.0, 1.0, "says"),
+        (0.5, 0.0, 0.5, 1.0, "disturbs"),
+        (0.5, 0.25, 0.25, 1.0, "both"),
+        (0.0, 0.5, -0.5, 1e-9, "no change"),
+        (0.0, 0.0, 0.0, 0.5, "not detectable"),
+    ],
+)
+def test_a_verdict_follows_from_the_three_tests(change, says, disturbs, equivalence, expected):
+    def mean(share):
+        return block_mean(np.sign(share) * (np.arange(100) < 100 * abs(share)).astype(float)[:, None], unit=1.0)
+
+    assert verdict(mean(change), mean(says), mean(disturbs), equivalence) == expected
+
+
+def test_the_verdict_errs_rarely_where_nothing_differs():
+    """Of 200 studies of 100 blocks without any effect: at most 5 % and three standard errors claim one."""
+    rng = np.random.default_rng(1)
+    claimed = 0
+    for _ in range(200):
+        truth, lie, retracted = rng.random((3, 100)) < 0.5
+        means = [block_mean((a.astype(float) - b)[:, None], unit=1.0) for a, b in ((lie, truth), (lie, retracted))]
+        third = block_mean((retracted.astype(float) - truth)[:, None], unit=1.0)
+        claimed += verdict(*means, third, 1.0) != "not detectable"
+    assert claimed <= 200 * (0.05 + 3 * math.sqrt(0.05 * 0.95 / 200))
+
+
+def test_equivalence_is_two_one_sided_t_tests():
+    trials = played("world:careful-believer", ("truth", "lie", "retracted"), 80)
+    found = why(trials, as_arms(conditions()))
+    differences = np.array([float(b.solved) - a.solved for a, b in zip(trials["truth"], trials["lie"], strict=True)])
+    one = ttest_1samp(differences, -MARGIN, alternative="greater").pvalue
+    two = ttest_1samp(differences, MARGIN, alternative="less").pvalue
+    assert found.equivalence == pytest.approx(max(one, two), abs=0.02)  # ours counts one more pair that differs
+    assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.05)

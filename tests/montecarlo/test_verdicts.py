@@ -1,0 +1,45 @@
+"""Studies drawn from a pool conclude what whole studies conclude."""
+
+import numpy as np
+import pytest
+
+from lockprobe.analysis.series import SeriesArm
+from lockprobe.analysis.why import verdict_of, why
+from lockprobe.errors import BadValue
+from lockprobe.montecarlo.verdicts import MECHANISMS, _batch, _Job, verdict_rates
+from lockprobe.studies.single import run_trial
+from lockprobe.studies.studyfile import study
+
+
+def test_the_pool_is_the_trials_of_a_study_and_its_verdict_that_of_the_report():
+    planned = study("why", agent="world:loop-breaker", trials=30, repetitions=1, seed=5)
+    arms = [one for one in planned.conditions if one.name in ("truth", "lie", "retracted")]
+    trials = {
+        one.name: [run_trial(agent="world:loop-breaker", condition=one, trial=i, seed=5) for i in range(1, 31)]
+        for one in arms
+    }
+    pool = _batch(_Job(world="world:loop-breaker", p=0.4, seed=5, first=0, end=30))
+    assert pool.tolist() == np.transpose([[trial.solved for trial in trials[one.name]] for one in arms]).tolist()
+    found = why(trials, [SeriesArm(label=one.label, specs=one.specs, doses=one.doses) for one in arms])
+    assert verdict_of(*pool.T.astype(float)) == found.verdict
+
+
+def test_nulls_are_told_and_counts_are_complete():
+    (rates,) = verdict_rates(["world:lost-half"], blocks=[20], studies=7, pool=20)
+    assert (rates.world, rates.truth, rates.blocks) == ("world:lost-half", "no change", 20)
+    assert sum(rates.verdicts.values()) == 7
+    assert rates.right + rates.wrong <= 1
+
+
+@pytest.mark.parametrize(
+    ("given", "said"), [({"pool": 10}, "pool"), ({"blocks": [1]}, "blocks"), ({"studies": 0}, "studies")]
+)
+def test_numbers_that_are_too_small_are_refused(given, said):
+    with pytest.raises(BadValue, match=said):
+        verdict_rates(["world:irrelevant"], **given)
+
+
+def test_every_world_has_its_mechanism():
+    from lockprobe.agents.worlds import WORLDS
+
+    assert set(MECHANISMS) == {f"world:{name}" for name in WORLDS}
