@@ -159,11 +159,7 @@ def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str |
 
 
 class _Shooting:
-    """Films a plant: a running twin at regular intervals, and single moments on request.
-
-    Attributes:
-        pictures: Number of pictures so far.
-    """
+    """Films a plant: a running twin at regular intervals, and single moments on request; ``pictures`` counts."""
 
     def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:
         self.pictures = 0
