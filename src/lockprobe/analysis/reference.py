@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.solve import optimum, random_curve, random_no_repeat_curve
+from lockprobe.lockbox.solve import optimum, random_curve
 
 __all__ = ["Reference", "reference_of"]
 
@@ -28,5 +28,5 @@ class Reference:
 def reference_of(box: Lockbox, budget: int) -> Reference:
     """The references of a box to this budget, in steps."""
     return Reference(
-        random=random_curve(box, budget), no_repeat=random_no_repeat_curve(box, budget), optimum=optimum(box)
+        random=random_curve(box, budget), no_repeat=random_curve(box, budget, repeats=False), optimum=optimum(box)
     )
