@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.errors import UnknownName
-from lockprobe.fit import fit_agents, intervals
+from lockprobe.fit import fit_agents, optimise
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, KnownAgent
@@ -53,11 +53,11 @@ def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(m
             heard = [hear(trial) for trial in trials]
             choices = choices_of(trials, heard)
             model = RIVALS["favourite-labels"].versions(choices, heard)["favourite-labels"]
-            found += intervals.parameters(model, maximum(model), choices)
+            found += optimise.parameters(model, maximum(model), choices)
         return sum(one.low <= 0 <= one.high for one in found) / len(found)
 
     known = held()
-    monkeypatch.setattr(intervals, "shared_luck", lambda model, values, cluster: SharedLuck(0 * values + 1, 1.0))
+    monkeypatch.setattr(optimise, "shared_luck", lambda model, values, cluster: SharedLuck(0 * values + 1, 1.0))
     assert known > 0.85
     assert held() < 0.75
 
