@@ -254,6 +254,21 @@ def test_what_has_to_be_sampled_is_refused_in_one_line(spec, named):
 
 
 def test_reports_are_flipped_once():
-    for given in ({"condition": "flip?p=0.2", "p": 0.1}, {"condition": "flip?p=0.2 + flip?p=0.1"}):
-        with pytest.raises(BadValue, match="one flip at most, and none beside p"):
+    for given in (
+        {"condition": "flip?p=0.2", "p": 0.1},
+        {"condition": "flip?p=0.2 + flip?p=0.1"},
+        {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=5"},
+        {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=6&persistence=sticky"},
+    ):
+        with pytest.raises(BadValue, match="one transient flip a step at most, and none with p"):
             propagate(**given)
+
+
+@pytest.mark.parametrize("agent", ["cognitive:insistent", "human-inspired"])
+def test_a_flip_rate_that_changes_is_the_mixture_of_what_it_does_at_one_step(agent):
+    """Whether the report of one step is inverted or not, with the chance of each, is the flip rate at that step."""
+    around = "flip?p=0.4&until=3 + {}flip?p=0.4&from=5"
+    solved = [propagate(agent, condition=around.format(f"flip?p={p}&at=4 + ")).success for p in (0, 0.4, 1)]
+    assert solved[1] == pytest.approx(0.6 * solved[0] + 0.4 * solved[2], abs=1e-12)
+    assert solved[1] == pytest.approx(propagate(agent, p=0.4).success, abs=1e-12)
+    assert solved[0] == pytest.approx(propagate(agent, condition=around.format("")).success, abs=1e-12)

@@ -49,7 +49,8 @@ class Acting:
     """A condition as chances.
 
     Attributes:
-        flip: The outcome flip.
+        flip: The outcome flip, the first of several.
+        later: Further flips; at each step at most one of all falls.
         withheld: Probability that no report is given, at the steps at which ``flip`` lies at the same dose, [0, 1].
         odd: The same for reports of odd form.
         lost: Probability that a report is lost by luck of its own, [0, 1].
@@ -60,6 +61,7 @@ class Acting:
     """
 
     flip: OutcomeFlip
+    later: tuple[OutcomeFlip, ...] = ()
     withheld: float = 0.0
     odd: float = 0.0
     lost: float = 0.0
@@ -70,7 +72,11 @@ class Acting:
 
     def phase(self, step: int) -> Hashable:
         """What is alike at all steps at which the same can happen."""
-        return self.flip.falls_on(step), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
+        return self._flip_at(step), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
+
+    def _flip_at(self, step: int) -> OutcomeFlip | None:
+        """The flip that falls on a step."""
+        return next((one for one in (self.flip, *self.later) if one.falls_on(step)), None)
 
     def attempted(self, chances: Sequence[float], step: int) -> Sequence[float]:
         """The probability that each joint is attempted, from the probability that it is chosen."""
@@ -84,8 +90,8 @@ class Acting:
 
     def reports(self, step: int, *, moved: bool) -> list[Report]:
         """What can become of the report of what happened; what has the luck of the flip hits equal steps."""
-        may = self.flip.falls_on(step) and self.flip.only in ("any", "moved" if moved else "blocked")
-        lie = self.flip.p if may else 0.0
+        flip = self._flip_at(step)
+        lie = flip.p if flip is not None and flip.only in ("any", "moved" if moved else "blocked") else 0.0
         found: dict[tuple[bool | None, bool], float] = defaultdict(float)
         edges = sorted({0.0, lie, self.withheld, self.odd, 1.0})
         for low, high in pairwise(edges):
@@ -97,17 +103,30 @@ class Acting:
         return [Report(inverted, odd, chance) for (inverted, odd), chance in found.items() if chance]
 
 
-def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None = None) -> Acting:
+def acting_of(
+    condition: str | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None = None, *, budget: int = 20
+) -> Acting:
     """A condition, beside a flip rate, as chances.
 
+    Args:
+        condition: What acts. Several flips are allowed where no two fall on one step: a flip rate that changes.
+        p: Flip probability, [0, 1].
+        flip: Kind of outcome flip.
+        modality: How the box is shown.
+        budget: Steps of a trial.
+
     Raises:
-        UserMistake: If a name does not exist, a value is out of range, reports are flipped twice, or something acts
+        UserMistake: If a name does not exist, a value is out of range, a report is flipped twice, or something acts
             whose course has to be sampled.
     """
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
-    if len(flips) + (p > 0) > 1:
-        raise BadValue("condition", " + ".join(map(spec_of, ones)), "one flip at most, and none beside p")
+    twice = any(sum(one.falls_on(step) for one in flips) > 1 for step in range(1, budget + 1))
+    kinds = {one.persistence for one in flips}
+    if twice or (flips and p > 0) or (len(flips) > 1 and kinds != {"transient"}):
+        raise BadValue(
+            "condition", " + ".join(map(spec_of, ones)), "one transient flip a step at most, and none with p"
+        )
     at_the_flips: dict[type[Any], float] = {}
     spoken = {Drop: 1.0, Distract: 1.0}
     for one in ones:
@@ -120,6 +139,7 @@ def acting_of(condition: str | Sequence[Intervention], p: float, flip: FlipKind,
             at_the_flips[type(one)] = max(one.p, at_the_flips.get(type(one), 0.0))
     return Acting(
         flip=flips[0] if flips else OutcomeFlip(p=p, persistence=flip),
+        later=tuple(flips[1:]),
         withheld=at_the_flips.get(Drop, 0.0),
         odd=max(at_the_flips.get(Distract, 0.0), at_the_flips.get(Correction, 0.0)),
         lost=1 - spoken[Drop],

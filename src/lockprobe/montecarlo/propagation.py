@@ -86,7 +86,8 @@ def propagate(
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
         condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
-            ``correction``, and all that is asked, which few policies heed.
+            ``correction``, and all that is asked, which few policies heed. Several flips that fall on different steps
+            are a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
         modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
             pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
         max_steps: Budget in steps.
@@ -100,7 +101,7 @@ def propagate(
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    acting = acting_of(condition, p, flip, modality)
+    acting = acting_of(condition, p, flip, modality, budget=max_steps)
     flip = acting.flip.persistence
     policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
     if acting.asks and policy.heeds_remarks:

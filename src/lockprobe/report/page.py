@@ -25,6 +25,7 @@ from lockprobe.record import UNNAMED
 from lockprobe.report.conditions import condition_results, read_conditions
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
+from lockprobe.report.excursions import excursion_table
 from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
@@ -174,6 +175,7 @@ def _tables(content: Results) -> dict[str, TextTable]:
         "speed": speed_table(content.conditions),
         "paces": pace_table(content.paces),
         "loops": loop_table(content.conditions),
+        **({"lies": excursion_table(content.lies)} if content.lies else {}),
         "rationality": rationality_table(content.rationality),
         "detectors": detector_table(content.detectors),
         "conditions": condition_table(content.conditions),

@@ -22,11 +22,13 @@ from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.modalities import modality_finding
 from lockprobe.prose.panel import panel_said
 from lockprobe.prose.robot import verdicts_said
+from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
 from lockprobe.report.examples import examples
+from lockprobe.report.excursions import lie_rows
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
 from lockprobe.report.people import people_row
@@ -178,6 +180,7 @@ def flip_results(study: LoadedStudy) -> Results:
         interactions=interaction_rows(summary.comparisons, names),
         rationality=[row for a in agents for c in a.conditions for row in rationality_rows(c, a.name, blind=a.blind)],
         judged=judged(summary),
+        lies=lie_rows(study.trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind]),
         paces=[pace_row(compared, names) for compared in summary.paces],
         modalities=[modality_row(effect) for effect in summary.modalities],
         people=people_row(summary, study.invited, study.played_by_people, study.flow, study.times),

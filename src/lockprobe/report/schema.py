@@ -46,6 +46,7 @@ from lockprobe.report.details import (
     TestRow,
 )
 from lockprobe.report.examples import ExampleTrial
+from lockprobe.report.excursions import LieResult
 from lockprobe.report.leaderboard import ComparisonResult, InteractionResult, LeaderboardResult
 from lockprobe.report.people import PeopleResult
 from lockprobe.report.sample_pictures import SeenModality
@@ -282,6 +283,7 @@ class Results(DescribedResult):
     interactions: list[InteractionResult] = []
     rationality: list[RationalityResult] = []
     judged: JudgedResult | None = None
+    lies: list[LieResult] = Field(default=[], description="Of a flip study: what one false report changes.")
     paces: list[PaceResult] = []
     modalities: list[ModalityResult] = []
     people: PeopleResult | None = None

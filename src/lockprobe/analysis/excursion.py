@@ -1,0 +1,272 @@
+"""What one false report changes: causal excursion effects from the records of a flip study.
+
+Every report of a flip study was inverted by a coin of known probability, so a study with 0 < p < 1 is a
+micro-randomised trial (Klasnja et al. 2015; Boruvka, Almirall, Witkiewitz and Murphy 2018). A *decision point* is a
+report after which the trial goes on. The effect of one lie there, with the other reports as they come in the study, is
+estimated by least squares of an outcome on a few covariates and on the centred coin, flip - p. The covariates only make
+it more precise: the estimate is right whatever they miss, since the coin depends on nothing. Standard errors are
+clustered by luck, with residuals corrected for their leverage (Mancl and DeRouen 2001), and Student's distribution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.record import Trial
+
+__all__ = [
+    "FEWEST",
+    "SOON",
+    "Among",
+    "DecisionPoints",
+    "Excursion",
+    "Outcome",
+    "decision_points",
+    "excursion",
+    "excursions",
+]
+
+Array = NDArray[np.float64]
+
+Outcome = Literal["repeats", "new", "leaves", "soon", "solved"]
+"""The next action is that of this step; the next joint was not attempted in that state before; the next action is not
+the one that continues the loop (in a loop alone); the box is solved within three steps; the box is solved at all."""
+
+Among = Literal["all", "false moved", "false blocked", "in a loop", "elsewhere"]
+"""Decision points: all; those at which the joint was truly blocked, or truly moved; in an action loop, or not."""
+
+SOON = 3
+"""Steps within which ``soon`` has to happen."""
+
+_LOOP = 3
+"""Actions that are in a loop if they have stood in this order before, without overlap."""
+
+FEWEST = 15
+"""Trials that must hold the outcome, and as many that must miss it. With fewer than 15 unsolved trials intervals of
+the strategy ``human-inspired`` cover the exact effect in 82 % of studies, with 15 or more in 92 to 95 %."""
+
+_POWER = 0.8416
+"""Standard errors beyond the critical value with which an effect is found with a power of 80 %."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DecisionPoints:
+    """Reports after which the trial went on, a row each; every column has the shape (points,).
+
+    Attributes:
+        flipped: Whether the report was false.
+        p: The probability with which it was to be, (0, 1).
+        step: From 1.
+        moved: Whether the joint truly moved.
+        looping: Whether the last three actions have stood in this order before.
+        cluster: Trials that share their luck, or their player, from 0.
+        outcomes: Outcome -> 1 where it happened, 0 where not, not a number where it does not apply.
+    """
+
+    flipped: NDArray[np.bool_]
+    p: Array
+    step: Array
+    moved: NDArray[np.bool_]
+    looping: NDArray[np.bool_]
+    cluster: NDArray[np.int64]
+    outcomes: dict[Outcome, Array]
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excursion:
+    """The effect of one false report on an outcome, averaged over decision points.
+
+    Attributes:
+        outcome: What is changed.
+        among: Which decision points.
+        effect: Change of the probability of the outcome, [-1, 1].
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+        p_value: Student's t, two-sided; not corrected.
+        standard_error: Clustered by luck.
+        points: Decision points.
+        clusters: Clusters of luck.
+        smallest: The smallest effect that a study with this standard error finds with a power of 80 %.
+    """
+
+    outcome: Outcome
+    among: Among
+    effect: float
+    low: float
+    high: float
+    p_value: float
+    standard_error: float
+    points: int
+    clusters: int
+    smallest: float
+
+
+def decision_points(trials: Iterable[Trial]) -> DecisionPoints:
+    """The decision points of trials whose reports were flipped with a probability above 0 and below 1.
+
+    Trials that ended as error are left out, and so are reports that say nothing.
+    """
+    rows: list[tuple[float, ...]] = []
+    lucks: list[str] = []
+    for trial in trials:
+        if trial.p is None or not 0 < trial.p < 1 or trial.ending == "error":
+            continue
+        for i, row in enumerate(_rows(trial)):
+            if trial.steps[i].told_moved is not None:
+                rows.append((trial.p, *row))
+                lucks.append(trial.player or f"{trial.repetition}/{trial.trial}")
+    table = np.array(rows, dtype=np.float64).reshape(-1, 5 + len(get_args(Outcome)))
+    cluster = np.unique(np.array(lucks, dtype=np.str_), return_inverse=True)[1].reshape(-1)
+    p, flipped, step, moved, looping, *happened = table.T
+    return DecisionPoints(
+        flipped=flipped > 0,
+        p=p,
+        step=step,
+        moved=moved > 0,
+        looping=looping > 0,
+        cluster=cluster.astype(np.int64),
+        outcomes=dict(zip(get_args(Outcome), happened, strict=True)),
+    )
+
+
+def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
+    """Every report but the last: whether it was false, its step, the truth, the loop, and what came of it."""
+    actions, steps = trial.actions, trial.steps
+    tried = {(steps[0].state, steps[0].joint)} if steps else set()
+    for i in range(len(steps) - 1):
+        on = _continuation(actions[: i + 1])
+        after = steps[i + 1]
+        place = after.state, after.joint
+        end = i + 1 + SOON
+        soon = float(trial.solved and len(steps) <= end) if end <= trial.budget else np.nan
+        yield (
+            float(_flipped(trial, i)),
+            i + 1,
+            float(steps[i].moved),
+            float(on is not None),
+            float(after.joint == steps[i].joint),
+            float(place not in tried),
+            np.nan if on is None else float(after.joint != on),
+            soon,
+            float(trial.solved),
+        )
+        tried.add(place)
+
+
+def _flipped(trial: Trial, i: int) -> bool:
+    """Whether a report was inverted.
+
+    An agent that is told positions alone compares two reports, and the one before may have been false as well. Then
+    the report itself counts: whether it shows the attempted joint where it is not.
+    """
+    step = trial.steps[i]
+    if not trial.states_only:
+        return step.told_falsely
+    place = trial.joints.index(step.joint)
+    return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]
+
+
+def _continuation(actions: tuple[str, ...]) -> str | None:
+    """The action that continues a loop: what followed the latest earlier copy of the last three; None without one."""
+    last = actions[-_LOOP:]
+    for start in range(len(actions) - 2 * _LOOP, -1, -1):
+        if len(last) == _LOOP and actions[start : start + _LOOP] == last:
+            return actions[start + _LOOP]
+    return None
+
+
+def excursions(points: DecisionPoints) -> list[Excursion]:
+    """The effect of one lie on every outcome: over all points, by kind of lie, and in a loop or elsewhere.
+
+    Effects that cannot be estimated, for lack of points or clusters, are left out.
+    """
+    everywhere = np.ones(len(points), dtype=np.bool_)
+    among: dict[Among, NDArray[np.bool_]] = {
+        "all": everywhere,
+        "false moved": ~points.moved,
+        "false blocked": points.moved,
+        "in a loop": points.looping,
+        "elsewhere": ~points.looping,
+    }
+    found = []
+    for outcome in get_args(Outcome):
+        for name, chosen in among.items():
+            if outcome == "leaves" and name in ("in a loop", "elsewhere"):
+                continue
+            if one := excursion(points, outcome, chosen, name):
+                found.append(one)
+    return found
+
+
+def excursion(
+    points: DecisionPoints,
+    outcome: Outcome,
+    chosen: NDArray[np.bool_],
+    among: Among = "all",
+) -> Excursion | None:
+    """The effect of one lie on an outcome over some decision points.
+
+    Args:
+        points: Decision points.
+        outcome: What is changed.
+        chosen: The points, chosen by what was known before the coin was thrown, shape (points,).
+        among: What they are called.
+
+    Returns:
+        None with too few trials (:data:`FEWEST`) or clusters.
+    """
+    y = points.outcomes[outcome]
+    kept = chosen & ~np.isnan(y)
+    y, p, step, cluster = y[kept], points.p[kept], points.step[kept], points.cluster[kept]
+    trial = np.unique(np.column_stack([cluster, p]), axis=0, return_inverse=True)[1].reshape(-1)
+    if min(len(np.unique(trial[y == happened])) for happened in (0, 1)) < FEWEST:
+        return None
+    coin = points.flipped[kept] - p
+    late = step / 10 - 1
+    columns = [np.ones_like(y), late, late**2, p, points.moved[kept], points.looping[kept], coin]
+    design = np.column_stack([column.astype(np.float64) for column in columns])
+    design = design[:, [np.ptp(column) != 0 or i in (0, 6) for i, column in enumerate(design.T)]]
+    clusters = len(np.unique(cluster))
+    freedom = clusters - design.shape[1]
+    if freedom < 1 or np.linalg.matrix_rank(design) < design.shape[1]:
+        return None
+    effect, error = _least_squares(design, y, cluster)
+    from scipy.stats import t
+
+    reach = float(t.ppf(1 - ALPHA / 2, freedom))
+    return Excursion(
+        outcome=outcome,
+        among=among,
+        effect=effect,
+        low=max(-1.0, effect - reach * error),
+        high=min(1.0, effect + reach * error),
+        p_value=float(2 * t.sf(abs(effect) / error, freedom)) if error else 1.0,
+        standard_error=error,
+        points=len(y),
+        clusters=clusters,
+        smallest=(reach + _POWER) * error,
+    )
+
+
+def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple[float, float]:
+    """The last coefficient and its standard error, clustered, from residuals corrected for their leverage."""
+    inverse = np.linalg.inv(design.T @ design)
+    coefficients = inverse @ design.T @ y
+    residuals = y - design @ coefficients
+    order = np.argsort(cluster, kind="stable")
+    spread = np.zeros_like(inverse)
+    for rows in np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1):
+        own = design[rows]
+        score = own.T @ np.linalg.solve(np.eye(len(rows)) - own @ inverse @ own.T, residuals[rows])
+        spread += np.outer(score, score)
+    covariance = inverse @ spread @ inverse
+    return float(coefficients[-1]), float(np.sqrt(max(0.0, covariance[-1, -1])))

@@ -1,0 +1,93 @@
+"""What one false report changes: its rows of ``results.json`` and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field
+
+from lockprobe.analysis.excursion import Excursion, decision_points, excursions
+from lockprobe.formatting import bracketed, p_cell
+from lockprobe.prose.excursion import among_said, excursion_said, outcome_said
+from lockprobe.prose.subject import Subject
+from lockprobe.record import Trial
+from lockprobe.report.described import Change, Counted, DescribedResult, Share
+from lockprobe.report.format import TextTable
+
+__all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows"]
+
+
+class ExcursionResult(DescribedResult):
+    """The effect of one false report on one outcome."""
+
+    outcome: str = Field(description="repeats, new, leaves, soon or solved.")
+    among: str = Field(description="all, false moved, false blocked, in a loop or elsewhere.")
+    what: str
+    where: str
+    effect: Change = Field(description="Change of the probability of the outcome.")
+    low: Change = Field(description="Lower end of its 95 % interval.")
+    high: Change = Field(description="Upper end.")
+    p_value: Share = Field(description="Student's t over clusters of luck, not corrected.")
+    points: Counted = Field(description="Decision points: reports after which the trial went on.")
+    clusters: Counted = Field(description="Clusters of luck.")
+    smallest: float = Field(description="The effect that would be found with a power of 80 %.")
+
+
+class LieResult(DescribedResult):
+    """What one false report changes in what one agent does."""
+
+    agent: str = Field(description="Agent spec.")
+    modality: str = Field(description="How the box was shown.")
+    said: str = Field(description="The effect on success, in a sentence.")
+    effects: list[ExcursionResult] = Field(description="Every effect that can be estimated.")
+
+
+def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject]]) -> list[LieResult]:
+    """What one false report changes, for every agent with trials at a flip rate above 0 and below 1.
+
+    Args:
+        trials: Trials of a flip study.
+        subjects: Agent, modality and the subject of the sentence.
+    """
+    found = []
+    for agent, modality, subject in subjects:
+        there = decision_points(trial for trial in trials if (trial.group, trial.modality) == (agent, modality))
+        if len(there):
+            effects = excursions(there)
+            rows = [_row(one) for one in effects]
+            found.append(LieResult(agent=agent, modality=modality, said=excursion_said(effects, subject), effects=rows))
+    return found
+
+
+def _row(one: Excursion) -> ExcursionResult:
+    return ExcursionResult(
+        outcome=one.outcome,
+        among=one.among,
+        what=outcome_said(one.outcome),
+        where=among_said(one.among),
+        effect=one.effect,
+        low=one.low,
+        high=one.high,
+        p_value=one.p_value,
+        points=one.points,
+        clusters=one.clusters,
+        smallest=one.smallest,
+    )
+
+
+def excursion_table(rows: Sequence[LieResult]) -> TextTable:
+    """Every effect of one false report."""
+    head = ["agent", "one false report changes whether", "where", "points", "P", "reports", "would be found, points"]
+    return [head] + [
+        [
+            row.agent,
+            one.what,
+            one.where,
+            bracketed(one.effect, one.low, one.high),
+            p_cell(one.p_value),
+            str(one.points),
+            f"{100 * one.smallest:.0f}",
+        ]
+        for row in rows
+        for one in row.effects
+    ]

@@ -1,0 +1,94 @@
+"""Effects of one false report: decision points as defined, estimates that agree with the exact effect."""
+
+import numpy as np
+import pytest
+
+from lockprobe import population, run_trial
+from lockprobe.analysis.excursion import FEWEST, SOON, DecisionPoints, decision_points, excursion, excursions
+from lockprobe.montecarlo.excursions import lie_effects
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return [run_trial(agent="cognitive:insistent", p=0.4, trial=i) for i in range(1, 41)]
+
+
+def test_every_report_after_which_a_trial_goes_on_is_a_point(trials):
+    points = decision_points(trials)
+    assert len(points) == sum(len(trial.steps) - 1 for trial in trials)
+    assert points.cluster.max() + 1 == len(trials)
+    assert set(points.p) == {0.4}
+    solved = [trial.solved for trial in trials for _ in trial.steps[:-1]]
+    assert points.outcomes["solved"].tolist() == solved
+
+
+@pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state"])
+def test_the_coin_is_the_coin_whatever_the_agent_makes_of_the_report(modality):
+    """The same coins fall for an agent that ignores reports, told outcomes or positions alone."""
+    told = decision_points([run_trial(agent="random", p=0.4, trial=i, modality=modality) for i in range(1, 11)])
+    plain = [run_trial(agent="random", p=0.4, trial=i, modality="symbolic") for i in range(1, 11)]
+    assert told.flipped.tolist() == [step.told_falsely for trial in plain for step in trial.steps[:-1]]
+    assert 0.2 < told.flipped.mean() < 0.6
+
+
+def test_loops_and_what_leaves_them_are_as_defined(trials):
+    points = decision_points(trials)
+    at = 0
+    for trial in trials:
+        actions = trial.actions
+        for i in range(len(actions) - 1):
+            starts = [s for s in range(i - 4) if i >= 5 and actions[s : s + 3] == actions[i - 2 : i + 1]]
+            assert points.looping[at] == bool(starts)
+            if starts:
+                assert points.outcomes["leaves"][at] == (actions[i + 1] != actions[starts[-1] + 3])
+            else:
+                assert np.isnan(points.outcomes["leaves"][at])
+            assert points.outcomes["repeats"][at] == (actions[i + 1] == actions[i])
+            soon = points.outcomes["soon"][at]
+            assert np.isnan(soon) if i + 1 + SOON > 20 else soon == (trial.solved and len(actions) <= i + 1 + SOON)
+            at += 1
+    assert points.looping.any()
+
+
+def test_nothing_is_estimated_at_p_0_and_1_nor_of_few_trials(trials):
+    for p in (0, 1):
+        assert len(decision_points([run_trial(agent="random", p=p, trial=1)])) == 0
+    assert excursions(decision_points([])) == []
+    assert excursions(decision_points(trials[: FEWEST - 1])) == []
+
+
+def test_shuffled_trials_give_the_same(trials):
+    assert [(one.outcome, one.effect) for one in excursions(decision_points(trials))] == [
+        (one.outcome, pytest.approx(one.effect)) for one in excursions(decision_points(trials[::-1]))
+    ]
+
+
+def of_population(made, p, rows):
+    """The decision points of some trials of a population whose reports tell outcomes."""
+    runs = np.arange(made.actions.shape[1])[None, :] < made.steps[rows][:, None] - 1
+    trial, step = np.nonzero(runs)
+    return DecisionPoints(
+        flipped=(made.moved != made.told_moved)[rows][runs],
+        p=np.full(len(trial), p),
+        step=step + 1.0,
+        moved=made.moved[rows][runs],
+        looping=np.zeros(len(trial), dtype=bool),
+        cluster=trial,
+        outcomes={"solved": made.solved[rows][trial].astype(float)},
+    )
+
+
+@pytest.mark.parametrize(("agent", "p", "size"), [("cognitive:perseverant", 0.3, 100), ("random", 0.5, 100)])
+def test_estimates_and_intervals_agree_with_the_exact_effect(agent, p, size):
+    """150 studies: the mean within 4 standard errors, coverage within 3 of 95 %, standard errors as the spread."""
+    exact, studies = lie_effects(agent, p=p, modality="symbolic").mean, 150
+    made = population(agent, p=p, modality="symbolic", trials=studies * size, record=True, seed=2)
+    found = []
+    for first in range(0, studies * size, size):
+        points = of_population(made, p, np.arange(first, first + size))
+        found.append(excursion(points, "solved", np.ones(len(points), dtype=bool)))
+    effects = np.array([one.effect for one in found])
+    assert abs(effects.mean() - exact) < 4 * effects.std() / studies**0.5
+    covered = np.mean([one.low <= exact <= one.high for one in found])
+    assert covered > 0.95 - 3 * (0.95 * 0.05 / studies) ** 0.5
+    assert np.mean([one.standard_error for one in found]) == pytest.approx(effects.std(), rel=0.25)

@@ -1,0 +1,29 @@
+"""Sentences on one false report say what was found, or how small an effect would have been."""
+
+from lockprobe.analysis.excursion import Excursion
+from lockprobe.prose.excursion import excursion_said
+from lockprobe.prose.subject import Subject
+
+
+def effect(value, p_value):
+    return Excursion(
+        outcome="solved", among="all", effect=value, low=value - 0.03, high=value + 0.03, p_value=p_value,
+        standard_error=0.015, points=2000, clusters=30, smallest=0.045,
+    )  # fmt: skip
+
+
+def test_what_was_found_is_said_with_its_size():
+    said = excursion_said([effect(0.05, 0.002)], Subject.of("random"))
+    assert said == (
+        "One more false report makes random more likely to solve the box (+5 points, 95 % interval +2 to +8; "
+        "P = 0.002). An effect of 4 points would have been found with a power of 80 % (2000 reports in 30 blocks)."
+    )
+
+
+def test_what_was_not_found_is_not_denied():
+    said = excursion_said([effect(0.01, 0.5)], Subject.of("participant"))
+    assert said.startswith("That one more false report changes whether people solve the box is not detectable")
+
+
+def test_too_few_trials_say_so():
+    assert excursion_said([], Subject.of("random")).startswith("Too few trials of random differ")
