@@ -12,7 +12,7 @@ from typing import Any
 
 from lockprobe.analysis.response_times import ResponseTimes, response_times
 from lockprobe.analysis.summary import Each, StudySummary, summarise
-from lockprobe.audit.shipped_rates import shipped
+from lockprobe.audit.rates import shipped
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
