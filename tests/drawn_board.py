@@ -1,6 +1,7 @@
 """Drawn pictures of a board with handles: wood with a grain, dark ways, marks at their ends, shadows, noise."""
 
 import numpy as np
+from depth_pictures import depth_at
 
 from lockprobe.pictures.picture import Picture
 
@@ -66,6 +67,4 @@ def deep(positions, camera):
     for place, position in zip(HANDLES, positions, strict=True):
         column, row = place[position]
         heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
-    # heights are linear in depth
-    at_zero, at_one = (camera.heights(np.full((HEIGHT, WIDTH), depth)) for depth in (0.0, 1.0))
-    return ((heights - at_zero) / (at_one - at_zero)).astype(np.float32)
+    return depth_at(camera, heights).astype(np.float32)

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from depth_pictures import decode
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.pictures.depth import Window, decode
+from lockprobe.pictures.depth import Window
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.pictures.png import from_png
 from lockprobe.record import Percept, Task
