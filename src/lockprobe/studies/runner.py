@@ -258,20 +258,13 @@ async def play_in_lanes(
     lanes: int = 1,
     at_the_end: int = 0,
 ) -> None:
-    """Play trials in this process.
+    """Play plans in this process, in order, ``lanes`` at once, but the last ``at_the_end`` all at once.
 
-    What ends one of them otherwise than as a finished or broken trial ends all, and what is on its way is cancelled.
-    Only where the money is spent does every trial go on until it is refused a call itself, and none is opened.
-
-    Args:
-        plans: What is to be played, in order.
-        play: Plays one of them.
-        finish: Called with every finished trial.
-        lanes: Trials open at once, at least 1.
-        at_the_end: The last trials, that many, are all opened at once.
+    An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
+    trial is opened, and each open one goes on until it is refused a call itself. ``finish`` gets every finished trial.
 
     Raises:
-        BudgetReached: If the money is spent; once, when nothing is on its way any more.
+        BudgetReached: If the budget is reached; once, when no trial is open any more.
         UserMistake: As ``play`` and ``finish`` raise it.
     """
     queue, spent = deque(plans), list[BudgetReached]()
