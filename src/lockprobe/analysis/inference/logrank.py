@@ -149,9 +149,9 @@ def _group(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], bey
 
 def holm(values: Sequence[float | None]) -> list[float | None]:
     """P-values corrected for their number (Holm 1979); None where nothing could be tested."""
-    if not (tested := [value for value in values if value is not None]):
-        return list(values)
-    from statsmodels.stats.multitest import multipletests
-
-    adjusted = iter(multipletests(tested, method="holm")[1].tolist())
-    return [None if value is None else next(adjusted) for value in values]
+    adjusted, largest = list(values), 0.0
+    tested = sorted((value, i) for i, value in enumerate(values) if value is not None)
+    for smaller, (value, i) in enumerate(tested):
+        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
+        adjusted[i] = largest
+    return adjusted
