@@ -25,8 +25,9 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.fast_twin import FastTwin
-from lockprobe.plants.rendering.camera import FixedCamera
+from lockprobe.plants.rendering.camera import PlantCamera
 from lockprobe.plants.rendering.choose_renderer import probe
+from lockprobe.plants.scene.mechanism import Mechanism
 from lockprobe.plants.scene.scene import LockboxScene, build_scene
 from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.record import Percept, Task
@@ -110,11 +111,13 @@ def measure(
     pictures: Path | None,
 ) -> None:
     """Prints the lines of one renderer; the first one's depth becomes the reference."""
-    rng = np.random.default_rng(2)
-    eye = FixedCamera(model, scene.camera, settings)
+    rng, data = np.random.default_rng(2), mujoco.MjData(model)
+    mechanism = Mechanism(model, data, scene)
+    eye = PlantCamera(model, data, mechanism=mechanism, panel=scene.panel, settings=settings, rng=rng)
 
     def look(positions: tuple[bool, ...] | None = None, number: int = 0) -> Frame:
-        return eye.look(states[number], scene.panel.pose, scene.panel.handles, rng)
+        mujoco.mj_copyData(data, model, states[number])
+        return eye.look_now()()
 
     first = look()
     pair = median_ms(look, frames)

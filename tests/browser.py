@@ -10,12 +10,10 @@ import json
 import math
 import re
 import shutil
-import socket
 import subprocess
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
-from threading import Event, Thread
 
 import forked
 import numpy as np
@@ -327,45 +325,46 @@ def bare(trial, *, claims=True):
     return replace(trial, key="", study="", agent="", facts={}, steps=steps)
 
 
+@cache
+def _runner():
+    """The event loop of all browser tests of this process: Playwright and Chromium belong to the loop they start in."""
+    return asyncio.Runner()
+
+
+def run(test):
+    """``asyncio.run`` in the loop of the browser."""
+    return _runner().run(test)
+
+
+_started = []
+"""Playwright and Chromium once they run: to start them takes seconds."""
+
+
 @asynccontextmanager
 async def browser():
     """A headless Chromium, the same in all tests of this process; what was opened in it is closed at the end."""
-    async with async_playwright() as playwright:
-        made = await playwright.chromium.connect_over_cdp(_chromium())
-        try:
-            yield made
-        finally:
-            for context in made.contexts[1:]:  # the first is the browser's own
-                await context.close()
-            await made.close()
+    assert asyncio.get_running_loop() is _runner().get_loop(), "a browser test runs in browser.run"
+    if not _started:
+        playwright = await async_playwright().start()
+        made = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        _started.extend((playwright, made))
+        atexit.register(_end)
+    made = _started[1]
+    try:
+        yield made
+    finally:
+        for context in made.contexts:
+            await context.close()
 
 
-@cache
-def _chromium():
-    """The address of a Chromium that is started once, for that takes seconds, and lives as long as this process."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    started, ended = Event(), Event()
+def _end():
+    async def ends():
+        playwright, made = _started
+        await made.close()
+        await playwright.stop()
 
-    async def lives():
-        async with async_playwright() as playwright:
-            arguments = ["--no-sandbox", f"--remote-debugging-port={port}"]
-            made = await playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
-            started.set()
-            while not ended.is_set():  # noqa: ASYNC110 - a thread that waits would keep the interpreter from its end
-                await asyncio.sleep(0.1)
-            await made.close()
-
-    thread = Thread(target=asyncio.run, args=(lives(),), daemon=True)
-    thread.start()
-
-    @atexit.register
-    def end():
-        ended.set()
-        thread.join(10)
-
-    assert started.wait(60), "chromium does not start"
-    return f"http://127.0.0.1:{port}"
+    with _runner() as runner:
+        runner.run(asyncio.wait_for(ends(), 10))
 
 
 @asynccontextmanager

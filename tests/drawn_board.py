@@ -66,4 +66,6 @@ def deep(positions, camera):
     for place, position in zip(HANDLES, positions, strict=True):
         column, row = place[position]
         heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
-    return camera.depth_at(heights).astype(np.float32)
+    # heights are linear in depth
+    at_zero, at_one = (camera.heights(np.full((HEIGHT, WIDTH), depth)) for depth in (0.0, 1.0))
+    return ((heights - at_zero) / (at_one - at_zero)).astype(np.float32)

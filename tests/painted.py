@@ -55,6 +55,6 @@ def painted_twins(monkeypatch) -> list[PaintedPlant]:
     PaintedPlant.made.clear()
     monkeypatch.setattr(catalogue, "_check", lambda settings, make, box: None)  # which makes one to see if it can
     monkeypatch.setattr(
-        catalogue, "_fast_twin", lambda settings: lambda box, labels, rng: PaintedPlant(box, labels, settings, rng)
+        catalogue, "_physical", lambda settings: lambda box, labels, rng: PaintedPlant(box, labels, settings, rng)
     )
     return PaintedPlant.made

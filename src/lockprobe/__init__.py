@@ -68,39 +68,25 @@ __all__ = [
     "trial_rows",
 ]
 
-_HOMES = {
-    "Actuator": "lockprobe.protocols",
-    "Agent": "lockprobe.protocols",
-    "BadValue": "lockprobe.errors",
-    "Channel": "lockprobe.protocols",
-    "Decision": "lockprobe.record",
-    "Joint": "lockprobe.lockbox.box",
-    "Lockbox": "lockprobe.lockbox.box",
-    "LockprobeError": "lockprobe.errors",
-    "Memory": "lockprobe.protocols",
-    "Percept": "lockprobe.record",
-    "Plant": "lockprobe.protocols",
-    "Policy": "lockprobe.agents.policy",
-    "Prompt": "lockprobe.protocols",
-    "Situation": "lockprobe.record",
-    "Snapshot": "lockprobe.record",
-    "Step": "lockprobe.record",
-    "Study": "lockprobe.studies.study",
-    "Trial": "lockprobe.record",
-    "TrialFault": "lockprobe.errors",
-    "UserMistake": "lockprobe.errors",
-    "box": "lockprobe.lockbox.families:find_box",
-    "load": "lockprobe.studies.journal",
-    "population": "lockprobe.montecarlo",
-    "propagate": "lockprobe.montecarlo",
-    "results": "lockprobe.report.page",
-    "run_study": "lockprobe.studies.runner",
-    "run_trial": "lockprobe.studies.single",
-    "study": "lockprobe.studies.studyfile",
-    "tidy": "lockprobe.export",
-    "tidy_rows": "lockprobe.export",
-    "trial_rows": "lockprobe.export",
+_NAMES = {
+    "agents.policy": "Policy",
+    "errors": "BadValue LockprobeError TrialFault UserMistake",
+    "export": "tidy tidy_rows trial_rows",
+    "lockbox.box": "Joint Lockbox",
+    "montecarlo": "population propagate",
+    "protocols": "Actuator Agent Channel Memory Plant Prompt",
+    "record": "Decision Percept Situation Snapshot Step Trial",
+    "report.page": "results",
+    "studies.journal": "load",
+    "studies.runner": "run_study",
+    "studies.single": "run_trial",
+    "studies.study": "Study",
+    "studies.studyfile": "study",
 }
+"""Module -> the public names that it has."""
+
+_HOMES = {name: f"lockprobe.{module}" for module, names in _NAMES.items() for name in names.split()}
+_HOMES["box"] = "lockprobe.lockbox.families:find_box"
 """Public name -> its module, and its name there where that is another one."""
 
 

@@ -76,13 +76,13 @@ class UserMistake(LockprobeError):
 
 
 class UnknownName(UserMistake):
-    """Raised when a name was asked for that does not exist.
+    """Raised when a name does not exist.
 
     Args:
         kind: What was looked up, for example ``"agent"``.
         asked: The name that came.
         known: The names that exist.
-        near: What was probably meant; the name that is most alike where it is left out.
+        near: The name that was probably meant; the most similar one if it is left out.
     """
 
     def __init__(self, kind: str, asked: str, known: Iterable[str], near: str | None = None) -> None:
@@ -106,24 +106,14 @@ class BadValue(UserMistake):
 
 
 class BadFile(UserMistake):
-    """Raised when a file cannot be used.
-
-    Args:
-        path: The file.
-        why: What is wrong with it, with the line where that helps.
-    """
+    """Raised when a file cannot be used; ``why`` says what is wrong, with the line where that helps."""
 
     def __init__(self, path: Path | str, why: str) -> None:
         super().__init__(f"{path}: {why}")
 
 
 class SettingsChanged(UserMistake):
-    """Raised when a directory already holds a study with other settings.
-
-    Args:
-        directory: Where the other study lives.
-        differences: Setting -> (there, asked for).
-    """
+    """Raised when a directory holds a study with other settings: setting -> (there, asked for)."""
 
     def __init__(self, directory: Path | str, differences: Mapping[str, tuple[object, object]]) -> None:
         listed = "; ".join(
@@ -148,7 +138,7 @@ class BrokenPlugin(UserMistake):
     Args:
         kind: What it was added as, for example ``"agent"``.
         name: Its name in a spec.
-        package: Distribution and version that have it; empty where nobody knows.
+        package: Distribution and version that have it; empty where they are not known.
         error: What it raised.
     """
 
@@ -160,9 +150,7 @@ class BrokenPlugin(UserMistake):
 class Missing(UserMistake):
     """Raised when something must be supplied first: a key, a package, a model file.
 
-    Args:
-        what: What is missing.
-        remedy: How to supply it; under ``uv run`` advice for pip becomes advice for uv.
+    ``remedy`` says how to supply it; under ``uv run`` advice for pip becomes advice for uv.
     """
 
     def __init__(self, what: str, remedy: str) -> None:
@@ -170,12 +158,12 @@ class Missing(UserMistake):
 
 
 class BudgetReached(LockprobeError):
-    """Raised when the next call could cost more than is left. Its trial is broken off and goes on where it stood.
+    """Raised when the next call could cost more than is left. Its trial stops here and resumes from this call.
 
     Args:
         spent: US dollars spent by the study.
         budget: US dollars allowed.
-        next_call: US dollars that the next call could cost, with those that are on their way.
+        next_call: US dollars that the next call and those on their way could cost.
     """
 
     def __init__(self, spent: float, budget: float, next_call: float) -> None:
@@ -199,8 +187,8 @@ class ModelFault(TrialFault):
 
     Attributes:
         retries: How often the provider was asked again.
-        unanswered: Attempts that it may have charged for, though nothing of use came back.
-        usage: What it counted, as :class:`lockprobe.model_call.Usage` has it; empty where it counted nothing.
+        unanswered: Attempts without a usable answer that it may have charged for.
+        usage: What it counted, as fields of :class:`lockprobe.model_call.Usage`; empty where it counted nothing.
     """
 
     boundary = "model"

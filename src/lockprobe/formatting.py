@@ -44,12 +44,7 @@ def p_cell(value: float | None) -> str:
 
 
 def minus(text: str, *, zeros: bool = False) -> str:
-    """The text with minus signs for hyphens, but for those between letters.
-
-    Args:
-        text: Any text.
-        zeros: Whether a zero keeps its sign.
-    """
+    """The text with minus signs for hyphens, except between letters. ``zeros`` keeps the sign of a zero."""
     if not zeros:
         text = re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text)
     return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)

@@ -37,11 +37,11 @@ _KINDS = {
 
 
 def irregular(path: Path) -> str:
-    """What a path leads to that is no regular file, for example ``a pipe``; empty for a regular one, and for nothing.
+    """What a path leads to if it is no regular file, for example ``a pipe``; empty for a regular file and for nothing.
 
     Raises:
         OSError: If it cannot be looked at.
-        ValueError: If it is no path: a name with a null character.
+        ValueError: If the name holds a null character.
     """
     try:
         mode = path.stat().st_mode
@@ -51,13 +51,10 @@ def irregular(path: Path) -> str:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse what is there and is no regular file: to read a pipe or a device may never end.
-
-    Args:
-        path: Of the file; a link is followed. One that is not there is left to whoever opens it.
+    """Refuse pipes, devices, sockets and directories: to read a pipe or a device may never end. Links are followed.
 
     Raises:
-        BadFile: If it is a pipe, a device, a socket or a directory, or cannot be looked at.
+        BadFile: If it is one of these, or cannot be looked at. A file that does not exist is not refused.
     """
     try:
         kind = irregular(path)
@@ -68,11 +65,7 @@ def check_regular(path: Path) -> None:
 
 
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
-    """The content of a file.
-
-    Args:
-        path: Of the file.
-        most: Bytes above which it is refused.
+    """The content of a regular file of at most ``most`` bytes.
 
     Raises:
         BadFile: If it is no regular file, is larger, or cannot be read.
@@ -89,11 +82,7 @@ def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
 
 
 def read_lines(path: Path, most: int = LARGEST_INPUT) -> Iterator[bytes]:
-    """The lines of a file with their ends, one after another; the last may have none.
-
-    Args:
-        path: Of the file.
-        most: Bytes of a line above which the file is refused.
+    """The lines of a file, each with its end and at most ``most`` bytes; the last may have no end.
 
     Raises:
         BadFile: If it is no regular file, has a longer line, or cannot be read.
@@ -112,11 +101,7 @@ def read_lines(path: Path, most: int = LARGEST_INPUT) -> Iterator[bytes]:
 
 
 def parse_json(content: bytes | str, path: Path) -> object:
-    """What a file of JSON says.
-
-    Args:
-        content: The content, in UTF-8.
-        path: Of the file, for messages.
+    """Parse the UTF-8 content of a JSON file; messages name its path.
 
     Raises:
         BadFile: If it is no JSON, or nested more deeply than can be read.
@@ -131,9 +116,6 @@ def parse_json(content: bytes | str, path: Path) -> object:
 
 def read_toml(path: Path) -> dict[str, object]:
     """The tables of a TOML file of at most :data:`LARGEST_TOML`.
-
-    Args:
-        path: Of the file.
 
     Raises:
         BadFile: If it cannot be read, is too large or is not TOML.

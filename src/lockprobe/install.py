@@ -9,14 +9,7 @@ __all__ = ["advice"]
 
 
 def advice(remedy: str) -> str:
-    """What to do about a missing package, in the words of the tool that is used.
-
-    Args:
-        remedy: For pip, for example ``pip install 'lockprobe[web]'``.
-
-    Returns:
-        The same for uv where ``uv run`` started this process, for example ``uv sync --extra web``.
-    """
+    """Advice for pip (``pip install 'lockprobe[web]'``); for uv where ``uv run`` started this process."""
     if "UV_RUN_RECURSION_DEPTH" not in os.environ:  # set by uv run for what it starts
         return remedy
     remedy = re.sub(r"pip install '?lockprobe\[([\w-]+)\]'?", r"uv sync --extra \1", remedy)

@@ -74,19 +74,13 @@ class Plan:
     def stream(self, name: str, ahead: int = 0) -> np.random.Generator:
         """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition.
 
-        Args:
-            name: Name of the stream.
-            ahead: Use the stream of the trial this many later.
+        ``ahead`` takes the stream of the trial that many later.
         """
         return trial_stream(self.seed, self.repetition, self.trial + ahead, name)
 
 
 def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """The random assignment of labels to joints and the order in which joints are listed.
-
-    Args:
-        joints: Number of joints.
-        rng: The stream ``labels``.
 
     Returns:
         For each joint in panel order the number of its label; for each list position a joint in panel order.

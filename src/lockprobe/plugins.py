@@ -84,11 +84,9 @@ class Plugin:
             raise BadValue(self.kind, self.name, expected) from error
 
     def make(self, options: Mapping[str, str], **given: object) -> Any:
-        """Call it with options in words; an object that cannot be called is returned as it is.
+        """Call it with options as text, read by the annotation or the default of each argument, and with ``given``.
 
-        Args:
-            options: Argument -> value in words, by the annotation or the default of the argument.
-            **given: Arguments that it gets beside them.
+        An object that cannot be called is returned as it is.
 
         Raises:
             UnknownName: If it has no such option; the message lists those that exist.
@@ -120,7 +118,7 @@ class Plugin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listed:
-    """One that an installed package adds, as a list shows it.
+    """A plug-in of an installed package, as a list shows it.
 
     Attributes:
         name: Its name in a spec.
@@ -141,9 +139,7 @@ def plugin_names(kind: Kind) -> tuple[str, ...]:
 
 
 def find_plugin(kind: Kind, name: str) -> Plugin | None:
-    """What a name without options stands for: ``python:module:Name``, or a package's; None if no package has it.
-
-    Nothing of it is imported.
+    """Find ``python:module:Name`` or an entry point by its name, and import nothing; None if no package has it.
 
     Raises:
         BadValue: If several packages have it.
@@ -159,12 +155,12 @@ def find_plugin(kind: Kind, name: str) -> Plugin | None:
 def listed_plugins(
     kind: Kind, own: Collection[str] = (), check: Callable[[str, Any], object] = lambda name, found: None
 ) -> list[Listed]:
-    """All that installed packages add, imported. What cannot be used is among them, with the reason.
+    """All plug-ins of one kind, imported. Those that cannot be used are among them, with the reason.
 
     Args:
-        kind: Of which kind.
-        own: Names that Lockprobe has itself; they cannot be added.
-        check: Called with the name and what was imported; it raises a user's mistake for what cannot be used.
+        kind: The kind.
+        own: Names that Lockprobe has itself; no package can add them.
+        check: Called with the name and the imported object; raises a user's mistake if it cannot be used.
     """
     rows = []
     for name in plugin_names(kind):
@@ -197,12 +193,7 @@ def plugin_name_of(kind: Kind, found: type[Any]) -> str:
 
 
 def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
-    """Refuse what would run code because a file says so.
-
-    Args:
-        path: The file.
-        what: The setting.
-        specs: Its values; conditions with plus signs between are looked into.
+    """Refuse specs in a file that would run code; conditions with plus signs between are looked into.
 
     Raises:
         BadFile: If one begins with ``python:``.

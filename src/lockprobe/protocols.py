@@ -79,11 +79,7 @@ class Prompt(Protocol):
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """Turn a briefing into what is passed on, before every decision.
 
-        Args:
-            briefing: The briefing so far.
-            past: All moments up to now, oldest first; the last is what the agent has just been told.
-            task: What the agent knows.
-            rng: Its own stream.
+        ``past`` holds all moments, oldest first; the last is what the agent has just been told.
         """
         ...
 
@@ -93,13 +89,7 @@ class Memory(Protocol):
     """What is *remembered*: what of the past the agent still has. Else as a channel."""
 
     def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
-        """Which exchanges the agent still has, before every decision.
-
-        Args:
-            past: All finished exchanges that are left so far, oldest first.
-            task: What the agent knows.
-            rng: Its own stream.
-        """
+        """The exchanges that the agent still has, of those left so far, oldest first; before every decision."""
         ...
 
 
@@ -108,13 +98,9 @@ class Actuator(Protocol):
     """What is *done*: what is really attempted, given what the agent chose. Else as a channel."""
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        """The joint that is attempted, by its label.
+        """The joint that is attempted, by its label, in place of ``joint``.
 
-        Args:
-            joint: The joint that was to be attempted so far, by its label.
-            past: All moments up to now, oldest first.
-            task: What the agent knows.
-            rng: Its own stream.
+        ``past`` holds all moments up to now, oldest first.
         """
         ...
 
@@ -158,16 +144,14 @@ class CallBook(Protocol):
         ...
 
     async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
-        """Say what the next call may cost at most, before it is made. It is the call that was just looked up.
-
-        Where only calls on their way stand against it, their replies are waited for.
+        """Announce the maximum cost of the next call, the one just looked up; wait for calls on their way if needed.
 
         Args:
-            worst: What one attempt may cost at most.
-            unanswered: Where it is made again: attempts of it that may have been charged for.
+            worst: The maximum cost of one attempt.
+            unanswered: If the call is repeated: earlier attempts that may have been charged for.
 
         Raises:
-            BudgetReached: If there is not so much money left.
+            BudgetReached: If the budget does not cover it.
         """
         ...
 

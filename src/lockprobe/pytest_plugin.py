@@ -35,46 +35,23 @@ def _testing(name: str) -> Callable[..., Any]:
     return found
 
 
-@pytest.fixture
-def check_intervention() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.check_intervention`."""
-    return _testing("check_intervention")
+def _fixture(name: str) -> Any:
+    """A fixture that gives the function of this name in :mod:`lockprobe.testing`."""
+
+    def function() -> Callable[..., Any]:
+        return _testing(name)
+
+    function.__doc__ = f":func:`lockprobe.testing.{name}`."
+    return pytest.fixture(name=name)(function)
 
 
-@pytest.fixture
-def check_agent() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.check_agent`."""
-    return _testing("check_agent")
-
-
-@pytest.fixture
-def check_plant() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.check_plant`."""
-    return _testing("check_plant")
-
-
-@pytest.fixture
-def check_box() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.check_box`."""
-    return _testing("check_box")
-
-
-@pytest.fixture
-def check_measure() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.check_measure`."""
-    return _testing("check_measure")
-
-
-@pytest.fixture
-def make_trial() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.make_trial`."""
-    return _testing("make_trial")
-
-
-@pytest.fixture
-def play_trials() -> Callable[..., Any]:
-    """:func:`lockprobe.testing.play_trials`."""
-    return _testing("play_trials")
+check_intervention = _fixture("check_intervention")
+check_agent = _fixture("check_agent")
+check_plant = _fixture("check_plant")
+check_box = _fixture("check_box")
+check_measure = _fixture("check_measure")
+make_trial = _fixture("make_trial")
+play_trials = _fixture("play_trials")
 
 
 @pytest.fixture

@@ -60,11 +60,7 @@ class Spec:
 
     @classmethod
     def parse(cls, text: str, what: str = "agent") -> Spec:
-        """Read a spec.
-
-        Args:
-            text: Its text.
-            what: What the spec names, for messages.
+        """Read a spec; ``what`` says in messages what it names.
 
         Raises:
             BadValue: If an option has no value, or comes twice.
@@ -160,10 +156,9 @@ class Option(NamedTuple):
     """One option of a dataclass.
 
     Attributes:
-        name: What users call it: the name of its field, without the underscore behind a word that Python keeps for
-            itself (``from_`` is ``from``).
+        name: The name of its field, without the underscore behind a Python keyword (``from_`` is ``from``).
         field: The name of its field.
-        default: What it is where nobody sets it; ``dataclasses.MISSING`` where somebody has to.
+        default: Its default; ``dataclasses.MISSING`` where there is none.
     """
 
     name: str
@@ -172,7 +167,7 @@ class Option(NamedTuple):
 
 
 def options_of(kind: type[Any]) -> tuple[Option, ...]:
-    """The options of a dataclass: its fields, but for private ones and those that it sets itself. Others have none."""
+    """The options of a dataclass: its fields, except private ones and those that it sets itself. Else none."""
     return tuple(
         Option(part.name.rstrip("_"), part.name, _default(part))
         for part in (fields(kind) if is_dataclass(kind) else ())
@@ -181,10 +176,10 @@ def options_of(kind: type[Any]) -> tuple[Option, ...]:
 
 
 def settings_of(made: Any) -> dict[str, object]:
-    """What a dataclass is set to, for the record, by option; several values stand as one word.
+    """The settings of a dataclass for the record, by option; several values stand as one word.
 
-    What is private is left out. So is, at its default, what the class names as ``later``: a field that it got after
-    records of it had been written.
+    Private fields are left out, and so are fields at their default that the class names in ``later``: those that were
+    added after records of it had been written.
     """
     found: dict[str, object] = {}
     later: tuple[str, ...] = getattr(made, "later", ())
@@ -215,17 +210,11 @@ def _default(part: Any) -> object:
 def with_options(
     kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
 ) -> Made:
-    """A dataclass with its fields from a preset and from options in words.
-
-    Args:
-        kind: The dataclass.
-        name: What users call it.
-        options: Field -> value in words.
-        preset: Field -> value; options go before it.
+    """A dataclass with its fields from a preset and from options as text; options override the preset.
 
     Raises:
-        UnknownName: If there is no such option; the message lists those that exist.
-        BadValue: If a value is none that the field takes.
+        UnknownName: If there is no such option; the message, which names ``name``, lists those that exist.
+        BadValue: If the field does not take a value.
     """
     types = get_type_hints(kind)
     known = {option.name: option.field for option in options_of(kind)}
@@ -240,19 +229,17 @@ def with_options(
 def arguments_from(
     make: Callable[..., object], name: str, options: Mapping[str, str], taken: Collection[str] = ()
 ) -> dict[str, object]:
-    """Arguments for a function or class of anybody's, from options in words.
-
-    An option is an argument that can be given by name. Its value is read by its annotation, else as its default is.
+    """Arguments for a function or class, from options as text, which are read by annotation, else by default.
 
     Args:
-        make: The function or class.
+        make: The function or class. Its options are the arguments that can be given by name.
         name: What users call it.
-        options: Argument -> value in words.
+        options: Argument -> value as text.
         taken: Arguments that it gets otherwise; they are no options.
 
     Raises:
         UnknownName: If there is no such option; the message lists those that exist.
-        BadValue: If a value is none that the argument takes.
+        BadValue: If the argument does not take a value.
     """
     if not options:
         return {}

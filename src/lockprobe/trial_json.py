@@ -33,12 +33,7 @@ def trial_to_json(trial: Trial) -> bytes:
 
 
 def trial_to_line(trial: Trial, identity: str) -> bytes:
-    """One line of a journal without a newline.
-
-    Args:
-        trial: The trial.
-        identity: Of its study, :attr:`lockprobe.studies.study.Study.record_identity`.
-    """
+    """One line of a journal without a newline. ``identity`` names its study (:attr:`Study.record_identity`)."""
     return with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % identity.encode())
 
 

@@ -36,9 +36,6 @@ def plain(message: str) -> str:
     'expected a whole number'
     >>> plain("Input should be greater than or equal to 1")
     'expected at least 1'
-
-    Args:
-        message: The sentence.
     """
     for before, after in _WORDS:
         message = re.sub(before, after, message)
@@ -46,11 +43,7 @@ def plain(message: str) -> str:
 
 
 def check_probability(what: str, value: float) -> None:
-    """Refuse what is no probability.
-
-    Args:
-        what: What it is, for the message.
-        value: The number.
+    """Refuse a value that is no probability.
 
     Raises:
         BadValue: If it does not lie from 0 to 1.

@@ -1,10 +1,23 @@
-"""Loops, redundancy and entropy of trials with known answers, beside the chance level of their lengths."""
+"""Loops, redundancy, entropy and heeding of reports in trials with known answers, and chance levels."""
+
+from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.analysis.behaviour import behaviour, has_loop, loop_coverage, policy_entropy, redundant_share
+from lockprobe.analysis.behaviour import (
+    behaviour,
+    has_loop,
+    ignores_reports,
+    loop_coverage,
+    policy_entropy,
+    redundant_share,
+)
 from lockprobe.analysis.chance import chance_level
+from lockprobe.analysis.summary import summarise
+from lockprobe.prose.success import finding
+
+AGENT = "llm:local"
 
 
 def test_a_loop_needs_three_actions_twice():
@@ -59,7 +72,7 @@ def test_every_rate_stands_beside_four_nulls():
 
 
 def test_a_random_agent_loops_at_chance():
-    found = behaviour(play_study(small_study(["random"], [0.0], 5, 80)))
+    found = behaviour(play_study(small_study(["random"], [0.0], 1, 120)))
     assert found.loops.low <= 0.8
     assert 0 < found.coverage < found.loops.value
     assert all(0 <= share <= 1 for share in (found.coverage, found.redundant_share, found.chance_uniform))
@@ -69,3 +82,37 @@ def test_no_trials_no_numbers():
     found = behaviour([])
     assert (found.coverage, found.chance_uniform, found.redundant_share, found.loops.n) == (None, None, None, 0)
     assert (found.chance_no_repeat, found.chance_markov, found.chance_permutation) == (None, None, None)
+
+
+def only(trials):
+    (agent,) = summarise(trials).agents
+    return agent
+
+
+def test_an_agent_that_was_never_told_otherwise_is_not_called_blind():
+    """Alike at every p because no report differed: that says nothing about the agent."""
+    alike = [make_trial((3, 2, 1, 0), agent=AGENT, p=p, trial=t) for p in (0.0, 0.01) for t in (1, 2, 3)]
+    assert not only(alike).blind
+    told_otherwise = [
+        make_trial((3, 2, 1, 0), agent=AGENT, p=p, trial=t, false_at=(1,) if p else ())
+        for p in (0.0, 0.4)
+        for t in range(10)
+    ]
+    assert only(told_otherwise).blind
+    assert not only([trial for trial in told_otherwise if trial.trial < 9]).blind
+
+
+def test_of_the_last_report_nobody_can_say_what_the_agent_would_have_done():
+    trials = [
+        make_trial((1,), agent=AGENT, p=p, trial=t, budget=1, false_at=(1,) if p else ())
+        for p in (0.0, 0.4)
+        for t in range(30)
+    ]
+    assert not only(trials).blind
+    assert "whatever it was told" not in finding(only(trials))
+
+
+def test_an_agent_that_heeds_reports_is_not_called_blind_in_small_studies():
+    for seed in range(15):
+        study = replace(small_study(("human-inspired",), p=(0.0, 0.05), repetitions=1, trials=2), seed=seed)
+        assert not ignores_reports(play_study(study))

@@ -19,9 +19,8 @@ from lockprobe.analysis.detectors import (
     share_flagged,
     threshold,
 )
-from lockprobe.analysis.detectors.comparison import _auc
-from lockprobe.analysis.detectors.planted import PLANTED, interrupted, plant, unplanted
-from lockprobe.analysis.detectors.scores import autocorrelation, compression, coverage, determinism, phrase_length
+from lockprobe.analysis.detectors.catalogue import autocorrelation, compression, coverage, determinism, phrase_length
+from lockprobe.analysis.detectors.comparison import PLANTED, _auc, interrupted, plant, unplanted
 from lockprobe.analysis.loops import cover
 from lockprobe.errors import BadValue
 

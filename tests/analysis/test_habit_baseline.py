@@ -96,8 +96,8 @@ def test_labels_and_places_in_the_list_are_read_from_the_trial():
 @pytest.mark.parametrize(("share", "at", "after_last"), [(0.4, TARGET, False), (0.5, 0, True), (0.8, 1, True)])
 def test_a_blind_agent_is_not_told_apart_from_its_twin(share, at, after_last):
     """It was told apart from an odds ratio of 1: the target with .4, the last joint again with .5, round robin."""
-    against_one, against_twin, p = 0, 0, np.repeat(P, 200)
-    for number in range(6):
+    against_one, against_twin, p = 0, 0, np.repeat(P, 150)
+    for number in range(4):
         rng = np.random.default_rng([number, at])
         found, actions = played(walks(share, at, len(p), rng, after_last=after_last), p)
         against_one += loop_hazard(found).p_value < 0.05
@@ -105,8 +105,8 @@ def test_a_blind_agent_is_not_told_apart_from_its_twin(share, at, after_last):
         against_twin += effect.p_value < 0.05
         assert effect.blind.error < 0.05
         assert effect.low < effect.odds_ratio < effect.high
-    assert against_one >= 3
-    assert against_twin <= 2
+    assert against_one >= 2
+    assert against_twin <= 1
 
 
 def test_harm_beyond_habits_is_found():
@@ -148,7 +148,8 @@ def test_without_an_odds_ratio_of_the_twin_there_is_no_test():
     assert loop_hazard(found).p_value is not None
 
 
-def test_a_summary_names_the_twin_where_the_box_is_known():
+def test_a_summary_names_the_twin_where_the_box_is_known(monkeypatch):
+    monkeypatch.setattr(habit_baseline, "SIMULATED", 4000)
     trials = play_study(small_study(["human-inspired"], trials=15))
     (known,), (unknown,) = summarise(trials, CHAIN).agents, summarise(trials).agents
     one, two = ([t for t in agent.inference.tests if t.question == "harm"][:2] for agent in (known, unknown))

@@ -117,7 +117,7 @@ def test_too_few_trials_are_not_tested_and_one_modality_not_compared():
 def test_where_nothing_is_a_trend_is_seldom_found():
     """The docstring has figures of more studies; here fewer, at half the luck shared."""
     rng, found = np.random.default_rng(7), []
-    for _ in range(80):
+    for _ in range(40):
         shared = rng.geometric(0.12, 10)
         waits = [np.where(rng.random(10) < 0.5, shared, rng.geometric(0.12, 10)) for _ in range(3)]
         groups = [
@@ -125,7 +125,7 @@ def test_where_nothing_is_a_trend_is_seldom_found():
             for modality, wait in zip(("rgb", "rgbd", "symbolic"), waits, strict=True)
         ]
         found.append(modality_effect(groups).detectable)
-    assert sum(found) <= 9
+    assert sum(found) <= 5  # 2.2 standard errors above 5 %, if it rejected that often
 
 
 def test_modalities_are_named_and_ordered_as_in_the_paper():

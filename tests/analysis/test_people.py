@@ -26,6 +26,11 @@ def played():
     return [*played_by_people(STUDY, 3), *play_study(small_study(("random",), STUDY.p, 2, 4))]
 
 
+@pytest.fixture(scope="module")
+def summary(played):
+    return summarise(played, STUDY.box)
+
+
 def test_no_people_nothing():
     assert people([make_trial(SOLUTION)]) is None
     assert summarise([make_trial(SOLUTION)]).people is None
@@ -56,8 +61,8 @@ def test_trials_that_do_not_say_which_box_they_were_are_no_first_boxes():
     assert (found.first.n, found.positions, found.saw) == (0, (), {})
 
 
-def test_people_are_one_agent_everywhere_and_order_does_not_matter(played):
-    found = summarise(played, STUDY.box)
+def test_people_are_one_agent_everywhere_and_order_does_not_matter(played, summary):
+    found = summary
     assert [agent.agent for agent in found.agents] == ["participant", "random"]
     assert [row.agent for row in found.standings if row.agent != "random"] == ["participant"]
     assert {condition.key for condition in found.agents[0].conditions} == {
@@ -69,9 +74,9 @@ def test_people_are_one_agent_everywhere_and_order_does_not_matter(played):
     assert again == found
 
 
-def test_agents_beside_people_are_as_they_are_alone(played):
+def test_agents_beside_people_are_as_they_are_alone(played, summary):
     alone = summarise([trial for trial in played if trial.group == "random"], STUDY.box)
-    (beside,) = [agent for agent in summarise(played, STUDY.box).agents if agent.agent == "random"]
+    (beside,) = [agent for agent in summary.agents if agent.agent == "random"]
     assert replace(beside, reference=True) == replace(alone.agents[0], reference=True)
 
 

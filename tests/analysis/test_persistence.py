@@ -64,9 +64,9 @@ def test_trials_that_are_all_alike_are_certain_but_not_beyond_coins():
 def test_an_agent_at_random_repeats_as_often_as_chance():
     rng = np.random.default_rng(1)
     studies = [
-        persistence([make_trial(rng.integers(0, 4, 20).tolist(), trial=i) for i in range(1, 31)]) for _ in range(200)
+        persistence([make_trial(rng.integers(0, 4, 20).tolist(), trial=i) for i in range(1, 31)]) for _ in range(70)
     ]
-    assert sum(found.repeated_p_value < 0.05 for found in studies) <= 20
+    assert sum(found.repeated_p_value < 0.05 for found in studies) <= 9  # 3 standard errors above 5 %
     pooled = [np.mean([getattr(f, name) for f in studies]) for name in ("repeated_by_chance", "left_by_chance")]
     assert np.mean([f.repeated.value for f in studies]) == pytest.approx(pooled[0], abs=0.01)
     assert np.mean([f.left.value for f in studies]) == pytest.approx(pooled[1], abs=0.01)

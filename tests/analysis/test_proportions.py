@@ -9,7 +9,7 @@ from scipy.stats import binom
 from statsmodels.stats.proportion import confint_proportions_2indep
 
 from lockprobe.analysis.clustered import cluster_bootstrap, clustered_proportion
-from lockprobe.analysis.proportions import difference, exact_tests, paired, proportion, ratio
+from lockprobe.analysis.proportions import difference, paired, proportion, ratio
 
 BASE, BEST = proportion(7, 30), proportion(20, 30)
 
@@ -42,52 +42,42 @@ def test_clopper_pearson_never_falls_below_its_level():
     [((7, 30), (20, 30), 0.0016), ((24, 30), (16, 30), 0.054), ((23, 30), (17, 30), 0.17), ((8, 10), (10, 10), 0.47)],
 )
 def test_known_fisher_tests(first, second, p_value):
-    found = exact_tests(proportion(*first), proportion(*second))
-    assert found.fisher == pytest.approx(p_value, rel=0.03)
-    assert found.fisher == pytest.approx(difference(proportion(*first), proportion(*second)).p_value)
+    assert difference(proportion(*first), proportion(*second)).p_value == pytest.approx(p_value, rel=0.03)
 
 
 def test_the_peak_of_the_paper_against_its_baseline():
-    found = exact_tests(BASE, BEST)
-    assert [round(value, 4) for value in (found.fisher, found.boschloo, found.barnard)] == [0.0016, 0.0008, 0.0008]
     away = difference(BASE, BEST)
+    assert round(away.p_value, 4) == 0.0016
     assert [round(value, 3) for value in (away.value, away.low, away.high)] == [0.433, 0.182, 0.616]
     score, log = ratio(BASE, BEST), ratio(BASE, BEST, "log")
     assert [round(value, 2) for value in (score.value, score.low, score.high)] == [2.86, 1.50, 5.90]
     assert [round(value, 2) for value in (log.value, log.low, log.high)] == [2.86, 1.42, 5.73]
 
 
-def test_exact_tests_do_not_care_which_is_first_or_what_counts_as_success():
+def test_fishers_test_does_not_care_which_is_first_or_what_counts_as_success():
     for a, b in ((1, 7), (0, 3), (8, 2), (5, 5)):
-        one = exact_tests(proportion(a, 9), proportion(b, 12))
+        one = difference(proportion(a, 9), proportion(b, 12))
         for other in (
-            exact_tests(proportion(b, 12), proportion(a, 9)),
-            exact_tests(proportion(9 - a, 9), proportion(12 - b, 12)),
+            difference(proportion(b, 12), proportion(a, 9)),
+            difference(proportion(9 - a, 9), proportion(12 - b, 12)),
         ):
-            assert (one.fisher, one.boschloo) == pytest.approx((other.fisher, other.boschloo), abs=1e-6)
-            assert one.barnard == pytest.approx(other.barnard, abs=1e-3)
+            assert one.p_value == pytest.approx(other.p_value, abs=1e-6)
 
 
 @pytest.mark.parametrize("solved", [0, 9])
 def test_nothing_differs_or_nothing_is_there(solved):
-    found = exact_tests(proportion(solved, 9), proportion(solved, 9))
-    assert (found.fisher, found.boschloo, found.barnard) == (1.0, 1.0, 1.0)
-    assert exact_tests(proportion(0, 0), BEST) is None
+    assert difference(proportion(solved, 9), proportion(solved, 9)).p_value == 1.0
     assert difference(proportion(0, 0), BEST) is None
     assert ratio(proportion(0, 0), BEST) is None
 
 
-def test_barnard_and_boschloo_hold_their_level_and_gain_on_fisher():
+def test_fishers_test_holds_its_level():
     """All outcomes of 8 against 8, for several truths: the exact chance of p <= 0.05."""
-    tests = {(a, b): exact_tests(proportion(a, 8), proportion(b, 8)) for a, b in itertools.product(range(9), repeat=2)}
+    pairs = list(itertools.product(range(9), repeat=2))
+    rejected = [(a, b) for a, b in pairs if difference(proportion(a, 8), proportion(b, 8)).p_value <= 0.05]
     for truth in (0.1, 0.3, 0.5, 0.8):
         chance = binom.pmf(np.arange(9), 8, truth)
-        size = {
-            name: sum(chance[a] * chance[b] for (a, b), one in tests.items() if getattr(one, name) <= 0.05)
-            for name in ("fisher", "boschloo", "barnard")
-        }
-        assert size["fisher"] <= min(size["boschloo"], size["barnard"])
-        assert max(size.values()) <= 0.05
+        assert sum(chance[a] * chance[b] for a, b in rejected) <= 0.05
 
 
 def test_the_score_interval_is_that_of_statsmodels_where_that_is_right():

@@ -1,6 +1,7 @@
 """Bayes the slow way: every interlock, every pattern of flips, told by the real channel."""
 
 from collections import defaultdict
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -46,6 +47,11 @@ def told(box, kind, joints, flips, states_only=False):
     return tuple(reports), tuple(truth)
 
 
+@cache
+def _told_under(needs, kind, joints, flips, states_only):
+    return told(as_box(needs), kind, joints, flips, states_only)
+
+
 def likelihood(p, false, of):
     """Of one pattern with so many false reports; p None is equal density over [0, 1], by quadrature."""
     if p is None:
@@ -57,10 +63,9 @@ def histories(needs, kinds, joints, p, states_only=False):
     """Every told history of these attempts, with the mass of (interlock, what moved last) behind it."""
     found = defaultdict(lambda: defaultdict(float))
     for place, kind in product(range(len(needs)), kinds):
-        box = as_box(needs[place])
         for flips in product([False, True], repeat=len(joints)):
             if (mass := likelihood(p, sum(flips), len(flips))) and (
-                heard := told(box, kind, joints, flips, states_only)
+                heard := _told_under(needs[place], kind, joints, flips, states_only)
             ):
                 found[heard[0]][place, heard[1][-1]] += mass / len(kinds)
     return found

@@ -152,6 +152,7 @@ def test_information_is_what_reports_give_on_average(name, kinds, states_only):
     known = interlocks("single-parent", 3)
     noise = noise_model(name, kinds[0] if kinds[0] != "outcome-only" and len(kinds) == 1 else "unknown")
     for joints in [(1, 2), (1, 1), (0, 2)]:
+        longer = [histories(known.needs, kinds, (*joints, joint), noise.p, states_only) for joint in range(3)]
         for reports, behind in histories(known.needs, kinds, joints, noise.p, states_only).items():
             belief = begin(known, noise)
             for report in reports:
@@ -159,7 +160,7 @@ def test_information_is_what_reports_give_on_average(name, kinds, states_only):
             total, expected = sum(behind.values()), []
             for joint in range(3):
                 left = 0.0
-                for more, mass in histories(known.needs, kinds, (*joints, joint), noise.p, states_only).items():
+                for more, mass in longer[joint].items():
                     if more[:-1] == reports:
                         left += sum(mass.values()) / total * entropy(update(belief, more[-1]))
                 if joint == 0 and (opens := belief.weights @ known.may_move(belief.configuration)[:, 0]) > 0:

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from beliefs.enumeration import as_box, histories, told
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
@@ -57,6 +57,7 @@ def test_a_longer_history_of_chains():
         assert np.allclose(after(known, noise, reports).weights, expected, atol=1e-12)
 
 
+@settings(max_examples=40)
 @given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=8), st.booleans())
 def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints, states_only):
     known = interlocks("single-parent", 4)

@@ -22,7 +22,7 @@ def fitted_q():
 
 
 def test_it_reaches_the_optimum_and_training_is_what_does_it(fitted_q):
-    steps = fitted_q.play(fitted_q.train(fitted_q.boxes(200)), fitted_q.boxes(100))
+    steps = fitted_q.play(fitted_q.train(fitted_q.boxes(50), rounds=8), fitted_q.boxes(100))
     assert set(steps) == {optimum(box("chain-4"))}
     unlearned = fitted_q.play(lambda told: np.zeros(len(told), dtype=int), fitted_q.boxes(100))
     assert not np.isfinite(unlearned).any()
@@ -33,8 +33,8 @@ def test_where_joints_are_listed_anew_it_still_beats_random_by_far_and_repeats_i
         policy = fitted_q.train(fitted_q.boxes(trained, p=0.2, shuffle=True), rounds=rounds)
         return fitted_q.play(policy, fitted_q.boxes(played, p=0.2, shuffle=True))
 
-    assert np.isfinite(steps(200, 8, 300)).mean() > random_success(box("chain-4")) + 0.2
-    assert (steps(40, 3, 50) == steps(40, 3, 50)).all()
+    assert np.isfinite(steps(100, 4, 300)).mean() > random_success(box("chain-4")) + 0.2
+    assert (steps(10, 2, 20) == steps(10, 2, 20)).all()
 
 
 def test_it_plays_a_study_as_an_agent(fitted_q):

@@ -21,7 +21,7 @@ from lockprobe.pictures.png import from_png
 from lockprobe.plan import Names
 from lockprobe.plants.symbolic import SymbolicPlant
 
-SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
+SMALL = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001&renderer=rays"
 
 
 @pytest.fixture
@@ -86,8 +86,8 @@ def test_a_forked_process_leaves_the_plant_of_its_parent_alone(made, monkeypatch
 
 def test_in_a_fork_of_a_process_with_opengl_it_lives_elsewhere(monkeypatch):
     asked = []
-    monkeypatch.setattr(module, "must_live_elsewhere", lambda: True)
-    monkeypatch.setattr(module, "PlantElsewhere", lambda *given: asked.append(given))
+    monkeypatch.setattr(module, "needs_subprocess", lambda: True)
+    monkeypatch.setattr(module, "SubprocessPlant", lambda *given: asked.append(given))
     plan = read_settings({"plant": "fast-twin?width=64", "shuffle": True}).plan(1, 1, 1)
     make_plant(plan, Names(plan))
     spec, puzzle, labels, rng = asked[0]

@@ -32,8 +32,7 @@ lockprobe.environment.announce()
 @pytest.mark.parametrize(
     "program",
     [
-        "import gymnasium; gymnasium.make('lockprobe:lockprobe/Lockbox-v0')",
-        f"import gymnasium, lockprobe; {MADE}",
+        f"import gymnasium; gymnasium.make('lockprobe:lockprobe/Lockbox-v0'); import lockprobe; {MADE}",
         WAITING,
     ],
 )

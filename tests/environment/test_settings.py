@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.environment.settings import ELSEWHERE, read_settings
+from lockprobe.environment.settings import NOT_HERE, read_settings
 from lockprobe.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.condition import Condition
@@ -34,12 +34,13 @@ door = [{ bar = 1 }]
 
 def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
     read = read_settings({})
-    assert (read.box, read.observation, read.plant, read.max_steps) == (box("chain-4"), "symbolic", "symbolic", 20)
+    assert (read.observation, read.study.plant, read.study.max_steps) == ("symbolic", "symbolic", 20)
+    assert read.study.box == box("chain-4")
     assert (read.channels, read.steps_left, read.step_cost, read.truth) == ((), False, 0.0, False)
     assert not read.study.shuffle
     assert read == read_settings(dict.fromkeys(("box", "p", "condition", "shuffle", "observation", "channels")))
     assert read_settings({}).chain == (TextChannel(),)
-    assert not read_settings({}).has_camera
+    assert read_settings({}).scene is None
 
 
 def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
@@ -48,8 +49,7 @@ def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
     assert [settings.chain for settings in seen] == [
         (TextChannel(),), (CameraChannel(),), (CameraChannel(depth="turbo"),),
     ]  # fmt: skip
-    assert [settings.picture_size for settings in seen] == [(72, 96)] * 3
-    assert all(settings.has_camera for settings in seen)
+    assert [(settings.scene.height, settings.scene.width) for settings in seen] == [(72, 96)] * 3
     plan = seen[2].plan(1, 1, 2)
     assert (plan.plant, plan.modality) == (asked["plant"], "rgbd")
     assert (plan.key, seen[0].plan(1, 1, 2).key) == (
@@ -60,8 +60,16 @@ def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
 def test_a_box_is_a_name_a_value_or_a_file(tmp_path):
     path = tmp_path / "two.toml"
     path.write_text(FILE, "utf-8")
-    assert read_settings({"box": "chain-3"}).box == read_settings({"box": box("chain-3")}).box == box("chain-3")
-    assert read_settings({"box": str(path)}).box.names == read_settings({"box": path}).box.names == ("door", "bar")
+    assert (
+        read_settings({"box": "chain-3"}).study.box
+        == read_settings({"box": box("chain-3")}).study.box
+        == box("chain-3")
+    )
+    assert (
+        read_settings({"box": str(path)}).study.box.names
+        == read_settings({"box": path}).study.box.names
+        == ("door", "bar")
+    )
 
 
 def test_a_mapping_is_the_channel_that_it_describes():
@@ -131,7 +139,7 @@ def test_what_does_not_exist_is_refused_in_one_line(asked, kind, message):
 
 def test_every_option_of_a_study_and_of_a_trial_is_played_or_refused():
     for name in {*StudyOptions.model_fields, *TrialOptions.__annotations__}:
-        if name in ELSEWHERE:
+        if name in NOT_HERE:
             with pytest.raises(BadValue, match=f"^{name}: got 1, expected "):
                 read_settings({name: 1})
         else:

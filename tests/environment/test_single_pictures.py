@@ -264,7 +264,7 @@ def test_a_plant_that_breaks_is_no_failure_to_solve(monkeypatch):
 
         return make
 
-    monkeypatch.setattr(catalogue, "_fast_twin", broken)
+    monkeypatch.setattr(catalogue, "_physical", broken)
     with pytest.raises(PlantFault, match="RuntimeError: no power"):
         looking().reset(seed=1)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lockprobe.environment import subprocess_plant
-from lockprobe.environment.subprocess_plant import PlantElsewhere, must_live_elsewhere
+from lockprobe.environment.subprocess_plant import SubprocessPlant, needs_subprocess
 from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.lockbox.families import box
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -16,12 +16,16 @@ from lockprobe.plants.symbolic import SymbolicPlant
 LABELS = tuple("ABCD")
 
 
+SMALL = "fast-twin?width=64&height=64&renderer=rays"
+
+
 def remote(spec="symbolic"):
-    return PlantElsewhere(spec, box("chain-4"), LABELS, np.random.default_rng(0))
+    return SubprocessPlant(spec, box("chain-4"), LABELS, np.random.default_rng(0))
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def ended():
+    """All plants of this file share one process, as those of a study do."""
     yield
     if (host := subprocess_plant._Host.running) is not None:
         host.end()
@@ -47,7 +51,7 @@ def test_plants_share_a_process_and_not_their_state():
 
 
 def test_who_rendered_it_is_known_once_it_was_looked_at_and_remembered():
-    plant = remote("fast-twin?width=64&height=64")
+    plant = remote(SMALL)
     first = plant.facts
     assert (first["width"], first["renderer"]) == (64, None)
     plant.observe()
@@ -59,14 +63,14 @@ def test_who_rendered_it_is_known_once_it_was_looked_at_and_remembered():
     plant.close()
     plant.close()
     assert plant.facts == named
-    other = remote("fast-twin?width=64&height=64")
+    other = remote(SMALL)
     other.observe().look()
     other.close()  # nobody asked before
     assert other.facts == named
 
 
 def test_it_can_be_drawn_as_it_is_not():
-    plant = remote("fast-twin?width=64&height=64")
+    plant = remote(SMALL)
     first = plant.observe()
     assert (first.render((True,) * 4).rgb != first.look().rgb).any()
     assert (first.render(first.configuration).rgb == first.look().rgb).all()
@@ -83,7 +87,7 @@ def test_what_is_wrong_there_is_said_here():
 
 
 def test_a_process_that_ends_is_a_fault_and_the_next_plant_gets_another():
-    plant, facts = remote("fast-twin"), remote("fast-twin").facts
+    plant, facts = remote(SMALL), remote(SMALL).facts
     plant._host._process.kill()
     assert plant.facts == facts  # what it is remains known
     with pytest.raises(PlantFault, match="the plant's process ended"):
@@ -101,16 +105,16 @@ def run(program):
 
 
 def test_only_a_fork_of_a_process_that_has_opengl_needs_it():
-    assert not must_live_elsewhere()
+    assert not needs_subprocess()
     done = run("""
         import os
         from lockprobe.environment import subprocess_plant
         def in_a_fork():
             if (child := os.fork()) == 0:
-                os._exit(10 + subprocess_plant.must_live_elsewhere())
+                os._exit(10 + subprocess_plant.needs_subprocess())
             return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) - 10
         before, subprocess_plant._opengl_is_loaded = in_a_fork(), lambda: True
-        print(before, in_a_fork(), subprocess_plant.must_live_elsewhere())
+        print(before, in_a_fork(), subprocess_plant.needs_subprocess())
     """)
     assert (done.stdout, done.stderr) == ("0 1 False\n", "")
 

@@ -7,9 +7,8 @@ import pytest
 from builders import play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 
-from lockprobe.export import tidy_rows
+from lockprobe.export import tidy_rows, trial_rows
 from lockprobe.export.tables import PeopleRecords, tables_of
-from lockprobe.export.trials import trial_rows
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.withdrawal import note_withdrawal
 from lockprobe.studies.journal import Journal

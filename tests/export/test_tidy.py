@@ -1,4 +1,4 @@
-"""Tidy rows have the promised columns, and the truth of every cell."""
+"""Tidy rows, one a step or one a trial, have the promised columns, and the truth of every cell."""
 
 import csv
 import io
@@ -10,7 +10,7 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
 import lockprobe
-from lockprobe.export import COLUMNS, tidy, tidy_rows, write_csv, write_jsonl, write_parquet
+from lockprobe.export import COLUMNS, TRIAL_COLUMNS, tidy, tidy_rows, trial_rows, write_csv, write_jsonl, write_parquet
 
 PROMISED = (
     "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
@@ -132,3 +132,21 @@ def test_a_table_of_one_trial_or_several_is_at_hand():
     first, second = play_study(small_study())[:2]
     assert tidy([first, second]) == [*tidy(first), *tidy(second)]
     assert lockprobe.tidy is tidy
+
+
+def test_rows_of_trials_by_hand():
+    solved = make_trial(SOLUTION, p=0.4, false_at=[2], claims=[None, "moved", "moved", "moved"])
+    looping = make_trial([0, 0, 0, 0, 0, 0])
+    broken = make_trial([], broken="model")
+    rows = list(trial_rows([solved, looping, broken]))
+    assert all(tuple(row) == TRIAL_COLUMNS for row in rows)
+    found = [
+        (row["ending"], row["solved"], row["steps"], row["moves"], row["false_reports"], row["claims"],
+         row["misinterpretations"], row["any_loop"], row["loop_coverage"], row["error"])
+        for row in rows
+    ]  # fmt: skip
+    assert found == [
+        ("solved", 1, 4, 4, 1, 3, 1, 0, 0.0, ""),
+        (looping.ending, 0, 6, 0, 0, 0, 0, 1, 1.0, ""),
+        ("error", "", 0, 0, 0, 0, 0, 0, "", "model"),
+    ]

@@ -101,7 +101,7 @@ class Breaking(PaintedPlant):
 def test_a_trial_that_broke_is_filmed_up_to_there(tmp_path, monkeypatch):
     trial, plan = played()
     monkeypatch.setattr(
-        catalogue, "_fast_twin", lambda settings: lambda box, labels, rng: Breaking(box, labels, settings, rng)
+        catalogue, "_physical", lambda settings: lambda box, labels, rng: Breaking(box, labels, settings, rng)
     )
     with pytest.raises(PlantFault, match="it jams"):
         film_trial(trial, plan, tmp_path / "a.gif")

@@ -10,10 +10,9 @@ from scipy.optimize import minimize
 
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.intervals import parameters
 from lockprobe.fit.known_agents import Favourites
 from lockprobe.fit.likelihood import BOUND, Lapse
-from lockprobe.fit.optimise import ends, maximise, maximum, shared_luck
+from lockprobe.fit.optimise import ends, maximise, maximum, parameters, shared_luck
 from lockprobe.fit.recovery import RecoveryDesign, simulate
 
 SMALL = RecoveryDesign(p=(0.0, 0.4), repetitions=1, trials=12)

@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.errors import UnknownName
-from lockprobe.fit import fit_agents, intervals
+from lockprobe.fit import fit_agents, optimise
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, KnownAgent
@@ -27,37 +27,38 @@ def share(found):
 
 
 def test_the_true_model_wins():
-    """At least 8 of 10 small studies; by the full figures 95 % and more win."""
-    found = recover_models(AGENTS, sets=2, design=SMALL, seed=11)
+    """At least 4 of 5 small studies; by the full figures 95 % and more win."""
+    found = recover_models(AGENTS, sets=1, design=SMALL, seed=11)
     assert [one.model for one in found] == list(AGENTS)
-    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 2 for one in found)
-    assert sum(one.bic.get(one.model, 0) for one in found) >= 8
+    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 1 for one in found)
+    assert sum(one.bic.get(one.model, 0) for one in found) >= 4
 
 
 def test_parameters_are_found_and_intervals_hold_them():
-    """48 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.86."""
-    found = recover_parameters(TRUTH, sets=6, design=SMALL, seed=21)
+    """32 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.83."""
+    found = recover_parameters(TRUTH, sets=4, design=SMALL, seed=21)
     assert {one.name: one.truth for one in found} == dict.fromkeys(("closed", "recent", "position"), 0.0) | TRUTH
-    assert share(found) >= 0.86
+    assert share(found) >= 0.83
     for one in found:
-        assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 6**0.5
+        assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 4**0.5
 
 
 def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(monkeypatch):
     """Agents that act at random have no favourite labels; 36 intervals of each kind."""
-    studies = [simulate("random", RecoveryDesign(repetitions=1, trials=12), seed) for seed in range(12)]
+    studies = []
+    for seed in range(12):
+        trials = simulate("random", RecoveryDesign(repetitions=1, trials=12), seed)
+        heard = [hear(trial) for trial in trials]
+        choices = choices_of(trials, heard)
+        model = RIVALS["favourite-labels"].versions(choices, heard)["favourite-labels"]
+        studies.append((model, maximum(model), choices))
 
     def held():
-        found = []
-        for trials in studies:
-            heard = [hear(trial) for trial in trials]
-            choices = choices_of(trials, heard)
-            model = RIVALS["favourite-labels"].versions(choices, heard)["favourite-labels"]
-            found += intervals.parameters(model, maximum(model), choices)
+        found = [one for study in studies for one in optimise.parameters(*study)]
         return sum(one.low <= 0 <= one.high for one in found) / len(found)
 
     known = held()
-    monkeypatch.setattr(intervals, "shared_luck", lambda model, values, cluster: SharedLuck(0 * values + 1, 1.0))
+    monkeypatch.setattr(optimise, "shared_luck", lambda model, values, cluster: SharedLuck(0 * values + 1, 1.0))
     assert known > 0.85
     assert held() < 0.75
 
@@ -74,7 +75,8 @@ def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(m
 )
 def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_that_need_no_reports(agent):
     """The first, second and last heed no report; the third leaves what just failed, which looks like the opposite."""
-    (one,) = fit_agents(simulate(agent, SMALL, 1), folds=4).agents
+    models = ["favourite-labels", "failure-memory", "softmax-memory", "random-map"]  # winners, and what says it
+    (one,) = fit_agents(simulate(agent, SMALL, 1), folds=2, models=models).agents
     assert one.described is not None
     assert "joint that has just failed" not in finding(one)
     assert "still where it was" not in finding(one)
@@ -82,12 +84,12 @@ def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_tha
 
 def test_what_findings_claim_is_held_against_the_truth():
     names = ("prefers labels, never repeats", "all joints once, then stays", "failure memory")
-    labels, stays, memory = recover_findings({name: WORLDS[name] for name in names}, sets=2, design=SMALL, seed=31)
+    labels, stays, memory = recover_findings({name: WORLDS[name] for name in names}, sets=1, design=SMALL, seed=31)
     assert [one.world for one in (labels, stays, memory)] == list(names)
-    assert (labels.best, labels.described, labels.claims) == ({"softmax-memory": 2}, 2, {"recent -": 2})
-    assert (stays.best, stays.described, stays.claims) == ({"random-map": 2}, 2, {})
-    assert (memory.best, memory.claims) == ({"failure-memory": 2}, {"reports +": 2, "failure -": 2})
-    assert [(one.false, one.misled, one.sets) for one in (labels, stays, memory)] == [({}, 0, 2)] * 3
+    assert (labels.best, labels.described, labels.claims) == ({"softmax-memory": 1}, 1, {"recent -": 1})
+    assert (stays.best, stays.described, stays.claims) == ({"random-map": 1}, 1, {})
+    assert (memory.best, memory.claims) == ({"failure-memory": 1}, {"reports +": 1, "failure -": 1})
+    assert [(one.false, one.misled, one.sets) for one in (labels, stays, memory)] == [({}, 0, 1)] * 3
 
 
 def test_a_claim_against_the_truth_is_counted():

@@ -3,7 +3,7 @@
 import itertools
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.errors import BadValue
@@ -32,28 +32,22 @@ def boxes(draw) -> Lockbox:
     )
 
 
-@given(boxes(), st.lists(st.booleans(), min_size=4, max_size=4).map(tuple), st.integers(0, 3))
-def test_only_the_attempted_joint_can_change(drawn, configuration, joint):
-    after, moved = drawn.attempt(configuration, joint)
-    assert all(after[other] == configuration[other] for other in range(4) if other != joint)
-    assert moved == (after[joint] != configuration[joint])
+@settings(max_examples=25)
+@given(boxes())
+def test_attempts_in_every_configuration(drawn):
+    """A joint moves if any clause holds entirely. Nothing else changes, and a second attempt undoes the first."""
+    for configuration, joint in itertools.product(itertools.product((False, True), repeat=4), range(4)):
+        after, moved = drawn.attempt(configuration, joint)
+        assert all(after[other] == configuration[other] for other in range(4) if other != joint)
+        assert moved == (after[joint] != configuration[joint])
+        assert drawn.attempt(after, joint)[0] == configuration
+        state = dict(zip(NAMES, configuration, strict=True))
+        clauses = drawn.interlock.get(NAMES[joint], ({},))
+        expected = any(set(clause.items()) <= set(state.items()) for clause in clauses)
+        assert drawn.may_move(configuration, joint) == moved == expected
 
 
-@given(boxes(), st.lists(st.booleans(), min_size=4, max_size=4).map(tuple), st.integers(0, 3))
-def test_a_move_can_be_taken_back(drawn, configuration, joint):
-    """A joint's condition speaks of other joints only, so a second attempt undoes the first."""
-    after, _ = drawn.attempt(configuration, joint)
-    assert drawn.attempt(after, joint)[0] == configuration
-
-
-@given(boxes(), st.lists(st.booleans(), min_size=4, max_size=4).map(tuple), st.integers(0, 3))
-def test_a_joint_moves_if_any_clause_holds_entirely(drawn, configuration, joint):
-    state = dict(zip(NAMES, configuration, strict=True))
-    clauses = drawn.interlock.get(NAMES[joint], ({},))
-    expected = any(set(clause.items()) <= set(state.items()) for clause in clauses)
-    assert drawn.may_move(configuration, joint) == expected
-
-
+@settings(max_examples=25)
 @given(boxes())
 def test_a_joint_without_alternatives_is_always_free(drawn):
     for place, name in enumerate(NAMES):

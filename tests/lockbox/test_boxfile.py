@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from lockprobe.errors import BadFile
@@ -123,6 +123,7 @@ def test_a_folder_is_no_box(tmp_path):
         read_box(tmp_path)
 
 
+@settings(max_examples=25)
 @given(st.data())
 def test_a_box_that_can_be_played_is_read_back_as_it_was_written(boxes, tmp_path_factory, data):
     drawn = data.draw(boxes)
@@ -135,6 +136,7 @@ def test_a_box_that_can_be_played_is_read_back_as_it_was_written(boxes, tmp_path
     assert toml_of(read_box(path)) == toml_of(drawn)
 
 
+@settings(max_examples=30)
 @given(st.sampled_from(["random-8", "branched", "common-cause-4"]), st.booleans(), st.integers(0, 10**6))
 def test_generated_boxes_are_written_and_read(tmp_path_factory, family, dealt, seed):
     drawn = generate(Recipe(family=family, dealt=dealt, layout="scattered", seed=seed, literals=7, alternatives=4))

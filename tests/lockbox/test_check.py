@@ -50,7 +50,7 @@ def test_where_it_starts_decides():
     assert fault_of(made({"a": ({"b": True},)}), shortest=3).kind == "too short"
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_what_passes_is_solvable_and_every_alternative_of_the_target_can_hold(boxes, brute_optimum, data):
     drawn = data.draw(boxes)

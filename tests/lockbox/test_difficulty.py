@@ -12,6 +12,7 @@ from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.difficulty import cycle_success, depths, difficulty
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimal_plans, random_curve
+from lockprobe.lockbox.state_space import space_of
 
 FOUR = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-3", "common-effect-3")
 
@@ -26,7 +27,7 @@ def replayed(drawn, plan):
     return path
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_undone_moves_and_distractors_are_those_of_the_plans(boxes, data):
     drawn = data.draw(boxes)
@@ -46,7 +47,7 @@ def test_undone_moves_and_distractors_are_those_of_the_plans(boxes, data):
     assert found.optimum == len(plans.listed[0])
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_depth_never_exceeds_the_optimum(boxes, data):
     drawn = data.draw(boxes)
@@ -56,7 +57,7 @@ def test_depth_never_exceeds_the_optimum(boxes, data):
     assert sum(layer == 1 for layer in depths(drawn).values()) == found.free
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_a_box_has_dead_ends_only_if_nothing_opens_it(boxes, data):
     """Brute force: from how many reachable configurations does no sequence of attempts move the target?"""
@@ -78,8 +79,10 @@ def test_a_box_has_dead_ends_only_if_nothing_opens_it(boxes, data):
 @pytest.mark.parametrize("name", FOUR)
 def test_expected_steps_are_the_area_above_the_curve(name):
     """The mean of a waiting time is the sum of what is left, over all steps."""
-    left = 1 - np.array(random_curve(box(name), 6000))
-    assert difficulty(box(name)).random_steps == pytest.approx(left.sum(), rel=1e-9)
+    expected = difficulty(box(name)).random_steps
+    left = 1 - np.array(random_curve(box(name), round(40 * expected)))
+    assert left[-1] < 1e-12
+    assert expected == pytest.approx(left.sum(), rel=1e-9)
 
 
 def test_expected_steps_by_hand():
@@ -88,7 +91,7 @@ def test_expected_steps_by_hand():
     assert difficulty(box("chain-3")).random_steps == pytest.approx(16)
 
 
-@pytest.mark.parametrize("name", FOUR)
+@pytest.mark.parametrize("name", ["chain-4", "reset", "common-effect-3"])
 def test_blocked_attempts_are_those_of_simulated_agents(name):
     drawn, rng, steps, blocked = box(name), np.random.default_rng(3), 0, 0
     for _ in range(400):
@@ -117,7 +120,7 @@ def test_cycle_success_is_the_share_of_all_cycles(name, budget):
         return False
 
     share = np.mean([solves(cycle) for cycle in itertools.permutations(range(4))])
-    assert cycle_success(drawn, budget) == pytest.approx(share)
+    assert cycle_success(space_of(drawn), budget) == pytest.approx(share)
 
 
 def test_measures_of_the_boxes_that_tell_them_apart():

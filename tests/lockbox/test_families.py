@@ -4,7 +4,7 @@ import hashlib
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.errors import BadValue, UnknownName
@@ -13,6 +13,7 @@ from lockprobe.lockbox.families import box, named_boxes, sized
 from lockprobe.lockbox.solve import optimum
 
 
+@settings(max_examples=40)
 @given(st.integers(2, 8), st.integers(0, 10**9 - 1))
 def test_every_random_name_is_a_box_that_can_be_played(joints, seed):
     drawn = box(f"random-{joints}-{seed}")

@@ -1,10 +1,10 @@
-"""Ten thousand boxes, each one valid or refused for a reason that holds."""
+"""A thousand boxes, each one valid or refused for a reason that holds."""
 
 from collections import Counter
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.errors import BadValue, UnknownName
@@ -47,10 +47,10 @@ def spread(i):
     )
 
 
-def test_three_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
+def test_a_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
     """The optimum of each is that of a solver that shares nothing with the library's."""
     counts = Counter()
-    for i in range(3_000):
+    for i in range(0, 3_000, 3):
         recipe = spread(i)
         found = generate(recipe)
         if isinstance(found, Lockbox):
@@ -68,14 +68,16 @@ def test_three_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum
             if isinstance(easier, Lockbox):
                 assert brute_optimum(easier) < recipe.shortest
     assert set(counts) == {"made", "too short", "unsolvable", "contradictory", "nothing moves"}
-    assert counts["made"] > 1500
+    assert counts["made"] > 500
 
 
+@settings(max_examples=40)
 @given(recipes)
 def test_same_recipe_same_box(recipe):
     assert generate(recipe) == generate(replace(recipe))
 
 
+@settings(max_examples=40)
 @given(recipes)
 def test_a_box_that_was_made_passes_every_check(recipe):
     found = generate(recipe)
@@ -88,6 +90,7 @@ def test_a_box_that_was_made_passes_every_check(recipe):
             assert not any(found.initial)
 
 
+@settings(max_examples=40)
 @given(recipes, st.sampled_from(LAYOUTS))
 def test_the_layout_changes_nothing_but_the_panel(recipe, layout):
     plain = replace(recipe, dealt=False, initial="rest")
@@ -97,6 +100,7 @@ def test_the_layout_changes_nothing_but_the_panel(recipe, layout):
         assert (first.interlock, first.target) == (second.interlock, second.target)
 
 
+@settings(max_examples=40)
 @given(recipes)
 def test_the_start_changes_nothing_but_the_start(recipe):
     rest, drawn = (generate(replace(recipe, initial=initial, shortest=1)) for initial in ("rest", "random"))
@@ -104,6 +108,7 @@ def test_the_start_changes_nothing_but_the_start(recipe):
         assert replace(drawn, initial=rest.initial) == rest
 
 
+@settings(max_examples=40)
 @given(st.sampled_from(RANDOM), st.integers(1, 4), st.integers(1, 7), st.integers(0, 10**6))
 def test_random_interlocks_keep_to_what_was_asked(family, alternatives, literals, seed):
     asked = Recipe(family=family, alternatives=alternatives, literals=literals, negative=0.3, shortest=1, seed=seed)
@@ -122,7 +127,7 @@ def test_random_interlocks_keep_to_what_was_asked(family, alternatives, literals
 
 def test_no_alternative_is_idle():
     """No clause holds whenever another of the same joint does, and no two of one position always hold together."""
-    for seed in range(400):
+    for seed in range(200):
         found = generate(Recipe(family="random-5", alternatives=4, literals=3, negative=0.5, shortest=1, seed=seed))
         if isinstance(found, Lockbox):
             for several in found.interlock.values():

@@ -55,7 +55,7 @@ def test_what_is_told_is_drawn_and_nothing_else():
     assert panel_lines(drawn, positions=drawn.initial) == panel_lines(drawn)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_the_tree_names_every_position_that_is_asked_for(boxes, data):
     drawn = data.draw(boxes)

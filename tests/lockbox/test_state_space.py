@@ -16,7 +16,7 @@ def configurations(count):
     ]
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_the_table_says_what_the_rule_says(boxes, data):
     drawn = data.draw(boxes)
@@ -25,7 +25,7 @@ def test_the_table_says_what_the_rule_says(boxes, data):
         assert [drawn.may_move(configuration, j) for j in range(4)] == space.may_move[number].tolist()
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_steps_are_those_of_walking_about(boxes, data):
     drawn = data.draw(boxes)
@@ -44,7 +44,7 @@ def test_steps_are_those_of_walking_about(boxes, data):
     assert sorted(space.reachable) == sorted(n for n, c in configurations(4) if c in walked)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.data())
 def test_what_can_be_reached_can_be_reached_back(boxes, data):
     """The law behind "no dead ends": from each reachable configuration the same ones are reached as from the start."""

@@ -124,7 +124,7 @@ def forgotten(directory, lines=1):
 @pytest.mark.parametrize("modality", ["symbolic", "rgb"])
 def test_a_trial_that_was_over_and_not_written_down_is_written_down(tmp_path, modality):
     if modality == "rgb":
-        study = people_study(p=(0.0,), plant="fast-twin", modalities=("rgb",), max_steps=2, trials=1)
+        study = people_study(p=(0.0,), plant="fast-twin?width=64&height=64", modalities=("rgb",), max_steps=2, trials=1)
         (shown,) = take_part(tmp_path, study, short(), "round-robin")
     else:
         study = STUDY

@@ -47,7 +47,7 @@ def test_a_strategy_at_the_page_plays_as_without_it(tmp_path, spec, flip):
 
 
 def test_somebody_who_looks_at_pictures_plays_as_without_a_page(tmp_path):
-    study = people_study(p=(0.0,), modalities=("rgbd",), plant="fast-twin", trials=1, max_steps=6)
+    study = people_study(p=(0.0,), modalities=("rgbd",), plant="fast-twin?width=160&height=120", trials=1, max_steps=4)
     take_part(tmp_path, study, Experiment(practice="chain-2"), "viewer")
     (trial,) = load(tmp_path)
     assert as_played(trial) == as_played(without_page(study, trial, "viewer"))

@@ -1,6 +1,7 @@
 """Who withdraws leaves no trace but the count, whenever the server is killed."""
 
 import asyncio
+import shutil
 from pathlib import Path
 
 import pytest
@@ -81,9 +82,17 @@ class Killed(BaseException):
     """The process is gone."""
 
 
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """A study that two have played, and what they were shown last; tests copy it."""
+    directory = tmp_path_factory.mktemp("played")
+    return directory, take_part(directory, STUDY, short(), people=2)
+
+
 @pytest.mark.parametrize("at", range(1, 40))
-def test_a_deletion_that_is_killed_is_finished_at_the_next_opening(tmp_path, monkeypatch, at):
-    left, stays = take_part(tmp_path, STUDY, short(), people=2)
+def test_a_deletion_that_is_killed_is_finished_at_the_next_opening(tmp_path, monkeypatch, played, at):
+    directory, (left, stays) = played
+    shutil.copytree(directory, tmp_path, dirs_exist_ok=True)
     count = 0
 
     def dying(real):

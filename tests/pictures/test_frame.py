@@ -35,10 +35,3 @@ def test_heights_are_those_of_points_that_are_projected():
         seen = np.array([(c - 31.5) / 60, (r - 23.5) / 60, 1]) * z
         expected = (np.linalg.inv(camera.panel) @ [*seen, 1])[2]
         assert camera.heights(np.full((48, 64), z))[int(r), int(c)] == pytest.approx(expected, abs=1e-12)
-
-
-def test_depth_at_a_height_is_the_inverse():
-    camera = tilted()
-    depth = np.random.default_rng(3).uniform(0.5, 0.9, (48, 64))
-    np.testing.assert_allclose(camera.depth_at(camera.heights(depth)), depth, rtol=1e-12)
-    np.testing.assert_allclose(camera.heights(camera.depth_at(np.zeros((48, 64)))), 0, atol=1e-12)

@@ -1,5 +1,7 @@
 """The twin: truth and what the robot makes of it, on the box that ships."""
 
+from types import SimpleNamespace
+
 import mujoco
 import numpy as np
 import pytest
@@ -35,22 +37,45 @@ def test_it_is_a_plant_and_shows_the_configuration_at_the_start():
     assert plant.facts["renderer"] is None
 
 
-@pytest.mark.parametrize("mechanism", ["contact", "ideal"])
-def test_a_whole_solution_with_locked_joints_between_is_as_the_rules_have_it(mechanism):
-    plant = twin(mechanism=mechanism)
+@pytest.fixture(scope="module")
+def solution():
+    """A filmed solution with locked joints between: its snapshots, the film's times, and the contacts of the arm."""
+    times, touching, deepest = [], set(), []
+
+    def look(model, data):
+        times.append(data.time)
+        for contact in data.contact:
+            names = [model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2)]
+            if any(name.startswith(("link", "hand", "finger")) for name in names):
+                touching.add(tuple(sorted(name.rstrip("0123456789") for name in names)))
+                deepest.append(-contact.dist)
+
+    plant = twin(film=look)
+    snapshots = [plant.attempt(joint) for joint in (TARGET, FREE, SECOND, FREE, FIRST, TARGET)]
+    return SimpleNamespace(snapshots=snapshots, plant=plant, times=times, touching=touching, deepest=deepest)
+
+
+def assert_as_ruled(snapshots, joints):
     configuration = CHAIN.initial
-    for joint in (TARGET, FREE, SECOND, FREE, FIRST, TARGET):
+    for joint, snapshot in zip(joints, snapshots, strict=True):
         configuration, moved = CHAIN.attempt(configuration, joint)
-        snapshot = plant.attempt(joint)
         assert snapshot.configuration == configuration
         assert snapshot.joint == joint
         assert snapshot.outcome == snapshot.sensed["verdict"] == ("moved" if moved else "blocked")
         assert 2 < snapshot.sensed["seconds"] < 6.2
 
 
-def test_what_a_locked_joint_feels_like_is_not_what_a_free_one_does():
-    plant = twin()
-    blocked, moved = plant.attempt(TARGET).sensed, plant.attempt(FREE).sensed
+def test_a_whole_solution_with_locked_joints_between_is_as_the_rules_have_it(solution):
+    assert_as_ruled(solution.snapshots, (TARGET, FREE, SECOND, FREE, FIRST, TARGET))
+
+
+def test_with_an_ideal_mechanism_attempts_are_as_the_rules_have_them():
+    plant, joints = twin(mechanism="ideal"), (TARGET, FREE)
+    assert_as_ruled([plant.attempt(joint) for joint in joints], joints)
+
+
+def test_what_a_locked_joint_feels_like_is_not_what_a_free_one_does(solution):
+    blocked, moved = (snapshot.sensed for snapshot in solution.snapshots[:2])
     assert blocked["peak_force"] > 10 > moved["peak_force"]
     assert blocked["progress"] < 0.5
     assert moved["progress"] >= 1
@@ -72,13 +97,14 @@ def test_soft_fingers_slip_off_a_locked_handle_and_truth_and_belief_part():
 
 
 def test_the_same_seed_gives_the_same_trial_bit_by_bit():
-    def course(seed):
+    def course(seed, joints=(FREE, TARGET)):
         plant = twin(seed, pose_error=0.004, force_noise=0.3)
-        snapshots = [plant.attempt(joint) for joint in (FREE, TARGET)]
+        snapshots = [plant.attempt(joint) for joint in joints]
         return [dict(s.sensed) for s in snapshots], plant._data.qpos.tobytes()
 
-    assert course(3) == course(3)
-    assert course(3)[0] != course(4)[0]
+    first = course(3)
+    assert first == course(3)
+    assert first[0][0] != course(4, (FREE,))[0][0]
 
 
 def test_luck_does_not_depend_on_how_much_of_it_there_is():
@@ -152,35 +178,13 @@ def test_another_joint_that_moves_breaks_the_trial(monkeypatch):
         plant.attempt(FIRST)
 
 
-def test_a_film_has_25_pictures_in_a_simulated_second_and_changes_nothing():
-    times = []
-    filmed = twin(film=lambda model, data: times.append(data.time))
-    plain = twin()
-    assert filmed.attempt(FREE).sensed == plain.attempt(FREE).sensed
+def test_a_film_has_25_pictures_in_a_simulated_second_and_changes_nothing(solution):
+    times = solution.times
+    assert solution.snapshots[0].sensed == twin().attempt(TARGET).sensed
     assert np.diff(times) == pytest.approx(np.full(len(times) - 1, 0.04), abs=0.0021)
-    assert len(times) == pytest.approx(25 * filmed._data.time, abs=2)
+    assert len(times) == pytest.approx(25 * solution.plant.data.time, abs=2)
 
 
-def test_a_look_after_the_next_attempt_is_refused():
-    plant = twin()
-    look = plant.observe().look
-    plant.attempt(FREE)
-    with pytest.raises(PlantFault, match="after the next attempt"):
-        look()
-
-
-def test_only_fingers_touch_and_only_the_handle_and_nothing_goes_into_anything():
-    touching, deepest = set(), []
-
-    def look(model, data):
-        for contact in data.contact:
-            names = [model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2)]
-            if any(name.startswith(("link", "hand", "finger")) for name in names):
-                touching.add(tuple(sorted(name.rstrip("0123456789") for name in names)))
-                deepest.append(-contact.dist)
-
-    plant = twin(film=look)
-    for joint in (TARGET, FREE, SECOND):
-        plant.attempt(joint)
-    assert touching == {("finger-", "part-")}
-    assert max(deepest) < 0.0015
+def test_only_fingers_touch_and_only_the_handle_and_nothing_goes_into_anything(solution):
+    assert solution.touching == {("finger-", "part-")}
+    assert max(solution.deepest) < 0.0015

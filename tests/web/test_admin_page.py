@@ -2,15 +2,20 @@
 
 import asyncio
 
-import pytest
 from axe_playwright_python.async_playwright import Axe
-from browser import browser, needs_a_browser
+from browser import browser, needs_a_browser, run
 from served import at_the_box, served, visiting
 
 from lockprobe.export.downloads import downloads
 from lockprobe.web.admin import AdminPage
 
 pytestmark = needs_a_browser
+
+
+LOOKS = [(1280, "light"), (1280, "dark"), (375, "light"), (360, "dark"), (320, "light")]
+"""Widths of the window in pixels, and colour schemes; axe looks at the widest and at the narrowest of each scheme."""
+
+AXE = {(1280, "light"), (1280, "dark"), (360, "dark"), (320, "light")}
 
 
 async def violations(page):
@@ -20,17 +25,20 @@ async def violations(page):
 
 async def check_looks(page):
     """Nothing that axe finds, and nothing beside the screen or cut off in a table."""
-    assert await violations(page) == []
-    assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    assert await page.evaluate("[...document.querySelectorAll('.scroll')].every(t => t.scrollWidth <= t.clientWidth)")
+    for width, scheme in LOOKS:
+        await page.set_viewport_size({"width": width, "height": 740})
+        await page.emulate_media(color_scheme=scheme)
+        assert (width, scheme) not in AXE or await violations(page) == []
+        assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        scrolled = "[...document.querySelectorAll('.scroll')].every(t => t.scrollWidth <= t.clientWidth)"
+        assert await page.evaluate(scrolled), (width, scheme)
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (375, "light"), (360, "dark"), (320, "light")])
-def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
+def test_somebody_is_withdrawn_on_the_page(tmp_path):
     async def visit():
         async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other, browser() as chromium:
             await asyncio.gather(one.play(), at_the_box(other, step=2))
-            context = await chromium.new_context(viewport={"width": width, "height": 740}, color_scheme=scheme)
+            context = await chromium.new_context()
             page, wrong, hosts = await context.new_page(), [], set()
             page.on("pageerror", lambda error: wrong.append(str(error)))
             page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
@@ -74,16 +82,15 @@ def test_somebody_is_withdrawn_on_the_page(tmp_path, width, scheme):
             await context.close()
             return one.identity
 
-    gone = asyncio.run(visit())
+    gone = run(visit())
     assert not (tmp_path / "people" / f"{gone}.jsonl").exists()
 
 
-@pytest.mark.parametrize("width", [1280, 320])
-def test_the_data_are_downloaded_on_the_page(tmp_path, width):
+def test_the_data_are_downloaded_on_the_page(tmp_path):
     async def visit():
         desk = AdminPage(files=downloads(tmp_path))
         async with served(tmp_path, desk=desk) as place, visiting(place) as one, browser() as chromium:
-            page = await (await chromium.new_context(viewport={"width": width, "height": 740})).new_page()
+            page = await (await chromium.new_context()).new_page()
             await page.goto(f"{place.url}admin#token=a-token-for-tests")
             everything = page.get_by_role("button", name="Download everything (ZIP)")
             await everything.wait_for()
@@ -105,4 +112,4 @@ def test_the_data_are_downloaded_on_the_page(tmp_path, width):
             await check_looks(page)
             return names
 
-    assert asyncio.run(visit()) == ["dataset.zip", "trials.csv", "trials.csv-metadata.json"]
+    assert run(visit()) == ["dataset.zip", "trials.csv", "trials.csv-metadata.json"]

@@ -3,18 +3,22 @@
 import asyncio
 import gzip
 import json
+import os
 import random
 import re
 import resource
 from collections import Counter
 from contextlib import AsyncExitStack
 from dataclasses import replace
+from pathlib import Path
+from traceback import walk_stack
 from urllib.parse import urlsplit
 
 import pytest
 from served import STUDY, at_the_box, experiment, logged, served, visiting, written
 from visitor import in_short, without_the_page
 
+import lockprobe
 from lockprobe import load
 from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
@@ -23,6 +27,8 @@ from lockprobe.people.diary import DiaryFile
 from lockprobe.people.texts import read_words
 from lockprobe.plan import Names
 from lockprobe.studies.study import Study
+
+SOURCE = Path(lockprobe.__file__).parent
 
 
 def replies_to(visitor):
@@ -56,6 +62,30 @@ def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, 
     for trial in trials:
         said = strategy != "random"  # which says nothing of its actions, and the page asks
         assert in_short(trial, assessed=said) == in_short(without_the_page(STUDY, trial, strategy), assessed=said)
+
+
+def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_path, monkeypatch):
+    """At most nine, each called by the one before: guards and private helpers count, Starlette and gzip do not."""
+    calls, sync = [], os.fsync
+
+    def synced(handle):
+        frames = (frame for frame, _ in walk_stack(None))
+        ours = [frame.f_code.co_qualname for frame in frames if Path(frame.f_code.co_filename).is_relative_to(SOURCE)]
+        calls.append(ours[::-1])
+        return sync(handle)
+
+    async def act():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one)
+            with monkeypatch.context() as patched:
+                patched.setattr("os.fsync", synced)
+                await one.do()
+
+    asyncio.run(act())
+    assert calls == [[
+        "Guard.__call__", "_ParticipantApi.act", "ServerState.act", "Session.do", "Session._attempt", "Session._write",
+        "DiaryFile.write", "LineFile.append",
+    ]]  # fmt: skip
 
 
 def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_path):

@@ -16,6 +16,7 @@ from browser import (
     needs_a_browser,
     new_tab,
     plan_of,
+    run,
     served,
     serving,
     trials_of,
@@ -28,8 +29,8 @@ from lockprobe.lockbox.families import box
 
 pytestmark = needs_a_browser
 
-AT_ONCE = int(os.environ.get("LOCKPROBE_BROWSERS", "8"))
-"""Browsers at once."""
+AT_ONCE = int(os.environ.get("LOCKPROBE_BROWSERS", "6"))
+"""Browsers at once: each way to choose with each strategy."""
 
 CHECK = {"after": 1, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}
 ASK = {"name": "how", "question": "How did you go about it?"}
@@ -81,10 +82,10 @@ CASES = {
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
     view, how, strategy, settings = case
-    study = a_study(**settings)
+    study = a_study(**{"max_steps": 9, **settings})
     language = "de" if how == "touch" else "en"
     shown = {"view": view, "language": language, "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
-    asyncio.run(_takes_part(tmp_path, study, strategy, how, **shown))
+    run(_takes_part(tmp_path, study, strategy, how, **shown))
     trials = check_equal(tmp_path, study, strategy, "w1", 2, claims=strategy != "random")
     assert len(trials) == 2
     (diary,) = diaries_of(tmp_path)
@@ -109,7 +110,7 @@ def test_many_browsers_at_once_and_the_server_is_killed_meanwhile(tmp_path):
     study = a_study(trials=AT_ONCE)
     names = [f"w{i}" for i in range(AT_ONCE)]
     began = time.monotonic()
-    asyncio.run(_crowd(tmp_path, study, names))
+    run(_crowd(tmp_path, study, names))
     print(f"{AT_ONCE} browsers: {time.monotonic() - began:.0f} s")
     for i, who in enumerate(names):
         trials = check_equal(tmp_path, study, _played_by(i), who, 2)
@@ -149,7 +150,7 @@ def at_step(number, step):
 
 def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
     study = a_study()
-    asyncio.run(_interrupted(tmp_path, study))
+    run(_interrupted(tmp_path, study))
     check_equal(tmp_path, study, "human-inspired", "w1", 2)
     acts = [line.turn for line in diaries_of(tmp_path)[0][1:]]
     assert acts == list(range(2, 2 + len(acts)))
@@ -218,7 +219,7 @@ class Restless(Tab):
 
 def test_a_page_that_is_loaded_again_shows_the_same_in_every_scene(tmp_path):
     study = a_study(box=box("chain-3"), p=(0.4,), max_steps=6)
-    asyncio.run(_restless(tmp_path, study))
+    run(_restless(tmp_path, study))
     check_equal(tmp_path, study, "human-inspired", "w1", 1)
 
 
@@ -241,13 +242,13 @@ def test_nobody_takes_part_twice(tmp_path):
                 scenes.append((await tab.go_on(look)).scene if look.scene == "consent" else look.scene)
             return scenes
 
-    assert asyncio.run(comes_again()) == ["page", "closed"]
+    assert run(comes_again()) == ["page", "closed"]
     assert len(diaries_of(tmp_path)) == 1
 
 
 def test_a_double_click_is_one_choice(tmp_path):
     study = a_study(assessment=False)
-    asyncio.run(_hasty(tmp_path, study))
+    run(_hasty(tmp_path, study))
     steps = [line for line in diaries_of(tmp_path)[0][1:] if line.scene == "box"]
     assert [line.act.joint for line in steps] == ["A", "B", "C"]
 
@@ -273,7 +274,7 @@ async def _hasty(directory, study):
 
 def test_a_server_that_is_killed_and_started_again_loses_nothing(tmp_path):
     study = a_study()
-    asyncio.run(_killed(tmp_path, study))
+    run(_killed(tmp_path, study))
     check_equal(tmp_path, study, "human-inspired", "w1", 2)
 
 
@@ -301,7 +302,7 @@ def test_pictures_are_read_off_the_page(tmp_path):
     study = a_study(
         name="modalities", p=(0.0,), plant="fast-twin?width=160&height=120", modalities=("rgb",), trials=1, max_steps=8
     )
-    asyncio.run(_viewing(tmp_path, study))
+    run(_viewing(tmp_path, study))
     trials = check_equal(tmp_path, study, "viewer", "w1", 1)
     assert len(trials) == 1
 
@@ -327,7 +328,7 @@ async def _viewing(directory, study):
 
 def test_withdrawing_deletes_and_says_so(tmp_path):
     study = a_study()
-    asyncio.run(_withdraws(tmp_path, study))
+    run(_withdraws(tmp_path, study))
     assert diaries_of(tmp_path) == []
 
 
@@ -352,7 +353,7 @@ async def _withdraws(directory, study):
 
 def test_what_somebody_writes_is_text_wherever_it_is_shown(tmp_path):
     study = a_study(p=(0.0,), trials=1)
-    asyncio.run(_writes(tmp_path, study))
+    run(_writes(tmp_path, study))
     assert re.search(rb"<img src=x onerror=", b"".join(path.read_bytes() for path in tmp_path.rglob("*.jsonl")))
 
 
@@ -383,4 +384,4 @@ def test_whoever_took_part_in_another_study_under_this_name_begins_without_troub
             assert (await tab.open(b)).scene == "consent"  # cookies know no ports
             assert await tab.page.locator("dialog[open]").count() == 0
 
-    asyncio.run(visit())
+    run(visit())

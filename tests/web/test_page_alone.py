@@ -1,13 +1,12 @@
 """The page with a server that loses replies, refuses and moves on: what it sends, and what it shows then."""
 
-import asyncio
 import json
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import browser, needs_a_browser
+from browser import browser, needs_a_browser, run
 
 import lockprobe.web
 from lockprobe.people.texts import read_words
@@ -121,7 +120,7 @@ async def shown(page, turn):
 
 
 def played(todo):
-    asyncio.run(todo())
+    run(todo())
 
 
 @pytest.mark.parametrize("trouble", [LOST, DOWN, BUSY])
@@ -145,6 +144,7 @@ def test_what_is_shown_no_longer_is_asked_for_anew():
     async def todo():
         server = Server(a_box(), act=[refusal(409, "stale")])
         async with page_of(server) as page:
+            await shown(page, 1)
             server.turn, server.scenes = 7, [a_box(5, last="C", outcome="blocked")]
             await page.click("[data-joint=B]")
             await shown(page, 7)

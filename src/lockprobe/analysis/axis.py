@@ -1,4 +1,4 @@
-"""The axis on which conditions are placed that differ in one dose."""
+"""The axis of a dose-response analysis: the one option in which conditions differ."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ AGENT = "agent"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """What conditions differ in.
+    """The option in which conditions differ.
 
     Attributes:
-        kind: Name of the intervention, for example ``tremble``; of an agent's option ``agent``.
+        kind: Name of the intervention, for example ``tremble``; :data:`AGENT` for an option of agents.
         dose: The option that is its dose.
-        rest: What else acts in all conditions, as specs with plus signs between; empty where nothing does.
+        rest: The other interventions of all conditions, as specs joined by plus signs; empty without any.
     """
 
     kind: str
@@ -26,7 +26,7 @@ class Axis:
 
     @property
     def name(self) -> str:
-        """What the dose is called.
+        """The name of the dose.
 
         >>> Axis(kind="tremble", dose="p").name, FLIPS.name
         ('tremble p', 'flip rate')

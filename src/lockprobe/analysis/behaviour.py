@@ -1,8 +1,4 @@
-"""What agents do, whether or not they solve the box: loops, redundancy, entropy (paper, Sec. 3.3 and Fig. 5).
-
-Beside every loop rate stand the rates that chance alone gives to trials of exactly those lengths: a uniformly
-random trial of 20 steps over 4 joints holds a loop with probability 0.80.
-"""
+"""Loops, redundant steps, policy entropy, and whether reports are heeded (paper, Sec. 3.3, Fig. 5)."""
 
 from __future__ import annotations
 
@@ -21,25 +17,34 @@ from lockprobe.analysis.outcomes import ended, numbered, onset, outcomes
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.record import Trial
 
-__all__ = ["Behaviour", "behaviour", "has_loop", "loop_coverage", "policy_entropy", "redundant_share"]
+__all__ = [
+    "REPORTS",
+    "Behaviour",
+    "behaviour",
+    "has_loop",
+    "ignores_reports",
+    "loop_coverage",
+    "policy_entropy",
+    "redundant_share",
+]
+
+REPORTS = 10
+"""Fewest differing reports, each with an action after it, for the conclusion that an agent ignores them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Behaviour:
-    """What the trials of one condition look like. Error trials are left out.
+    """The behaviour in the trials of one condition. Error trials are left out.
 
     Attributes:
         loops: Share of trials that hold an action loop.
-        chance: The share expected in trials of exactly these lengths under each null, with its standard error;
-            empty without trials.
+        chance: The share expected in trials of exactly these lengths under each null; empty without trials.
         by_symbol: Share of trials that hold a loop of actions, of actions with their true outcomes, and of pairs of
             true configuration and action; empty without trials.
-        coverage: Mean over trials of the share of steps covered by loops, [0, 1].
-        redundant_share: Mean over trials of the share of steps whose pair of true configuration and joint had
-            been tried before in that trial, [0, 1].
-        entropy: Mean entropy of the agent's own choice probabilities in bits, over steps that carry them;
-            None where none does.
-        entropy_steps: Number of those steps.
+        coverage: Mean over trials of :func:`loop_coverage`, [0, 1].
+        redundant_share: Mean over trials of :func:`redundant_share`, [0, 1].
+        entropy: Mean of :func:`policy_entropy` in bits; None where no step carries choice probabilities.
+        entropy_steps: Number of steps that carry them.
     """
 
     loops: Proportion
@@ -106,8 +111,7 @@ def loop_coverage(trial: Trial) -> float:
 def redundant_share(trial: Trial) -> float:
     """Share of steps that tried a joint again in a true configuration in which it had been tried, [0, 1].
 
-    Told the truth, such a step can tell an agent nothing that it could not know; with false reports it can be a
-    check. Round robin has loops and no redundancy.
+    With true reports such a step is uninformative; with false ones it can be a check.
     """
     pairs = {(step.state, step.joint) for step in trial.steps}
     return 1.0 - len(pairs) / len(trial.steps) if trial.steps else 0.0
@@ -120,6 +124,26 @@ def policy_entropy(trial: Trial) -> list[float]:
         for step in trial.steps
         if step.decision.probabilities is not None
     ]
+
+
+def ignores_reports(trials: Sequence[Trial]) -> bool:
+    """Whether every repetition and trial went alike at every p although its reports differed.
+
+    Only reports that are followed by an action count, at least :data:`REPORTS` of them. Where several people play as
+    one agent, another one played each p, so it is never blind.
+    """
+    if trials[0].player:
+        return False
+    acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
+    told: dict[tuple[int, int], list[tuple[object, ...]]] = {}
+    for trial in ended(trials):
+        luck = trial.repetition, trial.trial
+        acted.setdefault(luck, set()).add(trial.actions)
+        told.setdefault(luck, []).append(tuple((step.told_moved, step.told_state) for step in trial.steps[:-1]))
+    if any(len(ways) > 1 for ways in acted.values()):
+        return False
+    differing = sum(len(set(reports)) > 1 for ways in told.values() for reports in zip(*ways, strict=False))
+    return differing >= REPORTS
 
 
 @lru_cache(maxsize=1 << 17)

@@ -1,13 +1,11 @@
-"""How often does an agent that looks at nothing "loop"? The chance level that belongs beside every loop rate.
+"""The chance level of action loops: how often the trials of a blind agent hold one, by trial length.
 
-An agent that chooses blindly repeats itself by accident, and the more so the longer its trial lasts: over 4
-joints and 20 steps a uniformly random agent holds an action loop in 80 % of its trials, where the paper
-(section "Repetitive Action Loops as a Candidate Failure Mode") reports approximately 80 % as its maximum. A
-loop rate says something only against this level at the same trial length.
+Over 4 joints and 20 steps a uniformly random agent loops in 80 % of its trials. The paper (section "Repetitive Action
+Loops as a Candidate Failure Mode") reports about 80 % as its maximum. A loop rate means something only against this
+level at the same length.
 
-Most levels are exact. ``chance_table.json`` holds how many patterns (sequences up to the names of their
-actions) are loop-free, made by ``scripts/make_chance_table.py``; the rest is enumerated where that is cheap,
-else simulated.
+Most levels are exact. ``chance_table.json``, made by ``scripts/make_chance_table.py``, counts loop-free patterns
+(sequences up to the names of their actions). Other levels are enumerated where that is cheap, else simulated.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ ENUMERABLE = 2**18
 """Sequences up to which all are looked at."""
 
 CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
-"""Simulated are 20 times 20 000 sequences; of long trials fewer, but 20 times 5 at least."""
+"""20 chunks of 20 000 sequences are simulated; of long trials fewer, but at least 5 in each chunk."""
 
 CELLS = CHUNK * 70**2
 """Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
@@ -75,8 +73,8 @@ def chance_level(
     """The chance level of an action loop, given the length of the trial.
 
     Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
-    5: 20, 6: 19, 7: 18, more: 17), for every case of at most 262 144 sequences, and wherever it is 0 or 1.
-    Otherwise from simulated sequences, the same ones at every call: 400 000 up to length 40, fewer beyond.
+    5: 20, 6: 19, 7: 18, more: 17), for at most 262 144 sequences, and wherever it is 0 or 1. Otherwise from the same
+    simulated sequences at every call: 400 000 up to length 40, fewer beyond.
 
     Args:
         length: Steps in the trial (at least 0).
@@ -107,7 +105,7 @@ def chance_level(
 
 
 def _check(length: int, actions: int, null: Null, min_length: int) -> None:
-    """Refuses what has no chance level."""
+    """Refuse settings without a chance level."""
     if null not in get_args(Null):
         raise BadValue("null", null, " or ".join(get_args(Null)))
     if length < 0:
@@ -119,7 +117,6 @@ def _check(length: int, actions: int, null: Null, min_length: int) -> None:
 
 
 def _exact(looping: int, total: int) -> Chance:
-    """A counted chance level."""
     return Chance(probability=looping / total, method="exact", error=0.0)
 
 
@@ -179,10 +176,10 @@ def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: b
 
 
 def decisive_length(actions: int, min_length: int) -> int:
-    """Steps within which a blind agent's trial holds a loop but for one in a thousand million.
+    """Steps after which a blind agent's trial has no loop with a probability below 1e-9.
 
-    Of n steps about n^2 / 2 pairs of words meet, each with a probability of 1 / actions^min_length at least, so
-    the probability of no loop falls as exp(-n^2 / 2 actions^min_length).
+    About n^2 / 2 pairs of words match with a probability of at least 1 / actions^min_length each, so the probability
+    of no loop falls as exp(-n^2 / 2 actions^min_length).
     """
     return 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
 
@@ -190,7 +187,7 @@ def decisive_length(actions: int, min_length: int) -> int:
 def first_loops(
     sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
 ) -> NDArray[np.int64]:
-    """As :func:`onset_batch`, for trials of which most loop early: 20 steps are looked at, then 40, 80 ...
+    """As :func:`onset_batch`, faster for trials that mostly loop early: it looks at 20 steps, then 40, 80 ...
 
     Args:
         sequences: Actions as integers, shape (trials, n).

@@ -1,4 +1,4 @@
-"""Shares and means of trials that come in clusters, such as the trials of one repetition, or of one person."""
+"""Shares and means of clustered trials, with design effects and clustered standard errors."""
 
 from __future__ import annotations
 
@@ -27,16 +27,15 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClusteredProportion:
-    """A pooled share with a 95 % interval that knows of clusters.
+    """A pooled share with its clustered 95 % interval.
 
     Attributes:
-        count: How many.
-        n: Of how many.
-        clusters: How many clusters with a trial.
+        count: Successes.
+        n: Trials.
+        clusters: Clusters with a trial.
         value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
-        design_effect: How much larger the variance is than that of ``n`` independent trials, >= 1.
-        low: Lower end, [0, 1]; 0 if there are fewer than two clusters, since their spread is then unknown.
-        high: Upper end, [0, 1]; 1 if there are fewer than two clusters.
+        design_effect: Variance over that of ``n`` independent trials, >= 1.
+        low, high: Ends of the interval; 0 and 1 with fewer than two clusters, whose spread is unknown.
     """
 
     count: int
@@ -50,13 +49,12 @@ class ClusteredProportion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClusteredDifference:
-    """How far two shares lie apart, of trials that come in clusters of two kinds.
+    """The difference of two shares of trials in clusters of two kinds.
 
     Attributes:
         value: Second less first, [-1, 1].
-        low: Lower end of the interval, [-1, 1]; -1 where there are too few clusters.
-        high: Upper end.
-        interval_p: The p-value that belongs to the interval: below 0.05 if one at 95 % leaves out 0.
+        low, high: Ends of the interval; -1 and 1 with too few clusters.
+        interval_p: The p-value of the interval: below 0.05 if one at 95 % leaves out 0.
     """
 
     value: float
@@ -71,9 +69,8 @@ class ClusteredMean:
 
     Attributes:
         value: The mean; not a number without trials.
-        low: 2.5th percentile over resamples; None with fewer than two clusters.
-        high: 97.5th percentile.
-        clusters: How many there are.
+        low, high: 2.5th and 97.5th percentile over resamples; None with fewer than two clusters.
+        clusters: Number of clusters.
     """
 
     value: float
@@ -88,15 +85,13 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
     With k clusters of c_i successes in n_i trials and the pooled share s: the variance of s as a ratio is
     ``k / (k - 1) sum (c_i - s n_i)^2 / n^2``, the design effect is that over ``s (1 - s) / n`` and at least 1, and the
     interval is Wilson's with ``n / design_effect`` trials and Student's t of k - 1 degrees of freedom in place of z.
-    Where nearly all or nearly none succeed, few clusters or none show whether failures (the rarer outcome) come by
-    whole clusters. So the design effect is at least what it would be with half a cluster more, wholly of the
-    rarer outcome: where all or none succeed a cluster counts as one trial, and 120 of 120 in 30 clusters have the
-    interval of 30 of 30; the more failures there are, the less the half cluster weighs.
+    Near 0 or 1 the data do not show whether the rarer outcome comes by whole clusters. The design effect is therefore
+    at least that with half a cluster more, wholly of the rarer outcome: 120 of 120 in 30 clusters have the interval of
+    30 of 30.
 
-    With 10 trials per cluster, true shares of 0.1 to 0.5 and correlations within clusters of 0 to 0.5 it held the truth
-    in 99.7-100 % of 1500 samples of 3 clusters, 96.6-99.9 % of 10 and 96.0-99.6 % of 30. With three clusters it is
-    wide: 0.75 to 0.87 on average. Near the ceiling, ``benchmarks/ceiling_coverage.py``: it is as good as Wilson's
-    interval of as many trials as there are clusters.
+    Coverage of 1500 samples with 10 trials per cluster, true shares of 0.1 to 0.5 and intraclass correlations of 0 to
+    0.5: 99.7-100 % with 3 clusters (mean width 0.75 to 0.87), 96.6-99.9 % with 10 and 96.0-99.6 % with 30. Near the
+    ceiling it equals Wilson's interval of as many trials as clusters (``benchmarks/ceiling_coverage.py``).
 
     Args:
         counts: Successes per cluster, shape (clusters,).
@@ -111,14 +106,14 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
 
 
 def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, second: ArrayLike) -> ClusteredProportion:
-    """The same where trials come in clusters of two kinds at once, such as of one person and of equal luck.
+    """The same for trials in clusters of two kinds at once, such as players and luck.
 
-    The variance is that of :func:`crossed_spread`, and Student's t has one degree of freedom less than there are
-    clusters of the kind that has fewer. The design effect is at least that of half a cluster more of either kind.
+    The variance is that of :func:`crossed_spread`. Student's t has one degree of freedom less than the kind with fewer
+    clusters has clusters. The design effect is at least that of half a cluster more of either kind.
 
     Args:
         counts: Successes of each trial, shape (trials,).
-        sizes: Of how many, of the same shape; where that is 0 a trial does not count.
+        sizes: Attempts of each trial, of the same shape; a trial with 0 does not count.
         first: Its cluster of one kind, of the same shape.
         second: Its cluster of the other kind, of the same shape.
     """
@@ -136,14 +131,14 @@ def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, se
 def clustered_difference(
     happened: ArrayLike, later: ArrayLike, first: ArrayLike, second: ArrayLike, *, choices: int = 1
 ) -> ClusteredDifference:
-    """How far the share of one group lies above that of another, with trials of two kinds of clusters in both.
+    """The difference between the shares of two groups of trials in clusters of two kinds.
 
-    The variance is that of :func:`crossed_spread`, and never less than that of independent trials with one more of
-    each kind (Agresti and Caffo 2000), about whose difference the interval lies; Student's t has two degrees of
-    freedom less than there are clusters of the kind that has fewer.
+    The variance is that of :func:`crossed_spread`, and at least that of independent trials with one more of each
+    outcome (Agresti and Caffo 2000), whose difference is the centre of the interval. Student's t has two degrees of
+    freedom less than the kind with fewer clusters has clusters.
 
     Args:
-        happened: Whether it happened, shape (trials,); both groups have a trial at least.
+        happened: Whether it happened, shape (trials,); both groups have at least one trial.
         later: Whether the trial is of the second group, of the same shape.
         first: Its cluster of one kind, of the same shape.
         second: Its cluster of the other kind, of the same shape.
@@ -185,15 +180,14 @@ def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proport
 
 
 def crossed_spread(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:
-    """Variance of a sum of trials that come in clusters of two kinds (Cameron, Gelbach and Miller 2011).
+    """Two-way clustered variance of a sum of trials (Cameron, Gelbach and Miller 2011).
 
-    That of clusters of one kind and that of the other, less that of single trials, which both hold. It is at least
-    as large as either of the two, since less than nothing cannot come of being alike.
+    The sum of both one-way variances less that of single trials, and at least either of them.
 
     Args:
-        residuals: How far each trial lies from what is expected of it, shape (trials,).
-        first: Its cluster of one kind, of the same shape; at least two of them.
-        second: Its cluster of the other kind, of the same shape; at least two of them.
+        residuals: Each trial less its expectation, shape (trials,).
+        first: Its cluster of one kind, of the same shape; at least two clusters.
+        second: Its cluster of the other kind, of the same shape; at least two clusters.
     """
     rest = np.asarray(residuals, dtype=np.float64)
     one, two = (_spread(rest, np.unique(kind, return_inverse=True)[1].reshape(-1)) for kind in (first, second))
@@ -206,10 +200,7 @@ def _spread(residuals: NDArray[np.float64], place: NDArray[np.int64]) -> float:
 
 
 def _least_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
-    """The design effect with half a cluster of mean size more that is wholly of the rarer outcome, at least 1.
-
-    The mean size is that of a trial's cluster, so that larger clusters count for more.
-    """
+    """The design effect, >= 1, with half a cluster more of the rarer outcome, of the mean size over trials."""
     solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
     n = float(trials.sum())
     if not n:
@@ -222,7 +213,7 @@ def _least_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
 
 
 def _wilson(count: int, n: int, k: int, variance: float, least: float) -> ClusteredProportion:
-    """Wilson's interval of a share with that variance, of as many trials as carry it, by the design effect or more."""
+    """Wilson's interval with the effective number of trials: by the design effect, at least ``least``."""
     share = count / n if n else math.nan
     if k < 2:
         return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=1.0, low=0.0, high=1.0)
@@ -242,15 +233,15 @@ def cluster_bootstrap(
 ) -> ClusteredMean:
     """The mean of all trials with a percentile interval; whole clusters are drawn with replacement.
 
-    With few clusters the interval is too short. For shares of 0.1 to 0.5, 10 trials per cluster and correlations of 0
-    to 0.5 it held the truth in 46-86 % of samples of 3 clusters, 77-92 % of 10 and 91-94 % of 30. The paper's three
-    repetitions are too few for it.
+    With few clusters, such as the paper's three repetitions, the interval is too short. Its coverage for shares of 0.1
+    to 0.5, 10 trials per cluster and correlations of 0 to 0.5: 46-86 % with 3 clusters, 77-92 % with 10, 91-94 % with
+    30.
 
     Args:
         values: One number per trial, shape (trials,).
         clusters: The cluster of each trial, for example its repetition, of the same shape.
         rng: The stream of the bootstrap.
-        resamples: How many to draw.
+        resamples: Number of resamples.
     """
     numbers, place = np.asarray(values, dtype=np.float64), np.unique(np.asarray(clusters), return_inverse=True)[1]
     k = int(place.max()) + 1 if len(place) else 0

@@ -1,4 +1,4 @@
-"""One agent under one condition in numbers, and two of its conditions held against each other."""
+"""The results of one agent under one condition, and the contrast of two conditions."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class ConditionSummary:
         name: Name of the condition.
         agent: Agent spec.
         modality: How the box was shown.
-        p: Where it stands on the axis that is looked at: the flip probability, [0, 1], or another dose.
-        success: Solved trials of those that ended as solved or out of budget; of people those of one person together.
+        p: Its dose on the axis of the analysis: the flip probability, [0, 1], or another.
+        success: Solved trials of those that ended as solved or out of budget; players are clusters.
         errors: Trials that ended as error, by boundary; in no other number.
         curve: Success by step.
         relative: The same between a random agent and the optimum; None where the box is not known.
         behaviour: Loops, redundancy, entropy.
         persistence: Whether loops are left, and blocked joints tried again.
         claims: Misinterpretations.
-        rationality: Its actions before two ideal observers; empty where the box is too large for a prior.
+        rationality: Its actions judged by two ideal observers; empty where the box is too large for a prior.
         points: One per repetition.
     """
 
@@ -60,15 +60,15 @@ class ConditionSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrast:
-    """The condition with the fewest flips against the one whose success differs from it most clearly.
+    """The condition with the fewest flips against the condition whose success differs most clearly.
 
     Attributes:
         baseline: The lower p.
         other: The p with the smallest p-value; of several the farthest.
-        difference: Success at ``other`` less success at ``baseline`` in one sample, corrected for the choice.
+        difference: Success at ``other`` less success at ``baseline``, corrected for the choice.
         choices: Number of conditions that ``other`` was chosen from.
         farthest: Whether no other p differs by more.
-        fisher: Fisher's exact test of the same sample, which takes the two as independent; not corrected.
+        fisher: Fisher's exact test of the same trials as independent; not corrected.
     """
 
     baseline: ConditionSummary
@@ -80,7 +80,7 @@ class Contrast:
 
     @property
     def detectable(self) -> bool:
-        """Whether the difference is more than chance and the choice of the best would explain."""
+        """Whether the difference is significant after correction for the choice."""
         return self.difference.p_value < ALPHA
 
     @property
@@ -114,7 +114,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
 
 
 def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:
-    """The lowest p against the one that differs from it most clearly; None where no two can be compared."""
+    """The lowest p against the p that differs most clearly; None where no two can be compared."""
     found = tested.clearest
     if found is None:
         return None

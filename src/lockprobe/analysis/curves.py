@@ -1,8 +1,7 @@
-"""How many trials were solved, and when: success by step, held against chance and the optimum (paper, Fig. 3).
+"""Cumulative success by step (one minus Kaplan-Meier), against chance and the optimum (paper, Fig. 3).
 
-A trial that runs out of budget is *censored*: it was not solved by then, and nobody knows what would have come
-after. So success by step is one minus the Kaplan-Meier estimate, which is the plain share solved as long as all
-trials have the same budget. Trials that ended as ``error`` are in no count; they are counted apart.
+A trial that runs out of budget is *censored*. With equal budgets the curve is the plain share solved. Trials that ended
+as ``error`` are counted apart.
 """
 
 from __future__ import annotations
@@ -38,9 +37,8 @@ class SuccessCurve:
         n: Trials that ended as solved or out of budget.
         errors: Trials that ended as error; in none of the shares.
         solved_at: Steps of the solved trials, ascending.
-        share: Share solved by step 0, 1, ... up to the largest budget, one minus Kaplan-Meier, [0, 1].
-        low: Lower end of the pointwise 95 % band of :class:`Incidence`.
-        high: Upper end.
+        share: Share solved by step 0, 1, ... up to the largest budget, [0, 1].
+        low, high: Ends of the pointwise 95 % band of :class:`Incidence`.
         area: Mean share solved over steps 1 to the largest budget; None without a trial.
     """
 
@@ -58,14 +56,11 @@ class SuccessCurve:
         return tuple(range(len(self.share)))
 
     def steps_to(self, share: float = 0.8) -> int | None:
-        """The first step by which at least this share of the trials is solved; None if that never happens."""
+        """The first step by which at least this share of the trials is solved; None if none is."""
         return _first(self.share, share)
 
     def steps_to_interval(self, share: float = 0.8) -> tuple[int | None, int | None]:
-        """The 95 % interval of :meth:`steps_to`: where the upper end of the band reaches the share, and the lower.
-
-        None stands for "not within the budget".
-        """
+        """The 95 % interval of :meth:`steps_to`, from the ends of the band; None stands for beyond the budget."""
         return _first(self.high, share), _first(self.low, share)
 
     @property
@@ -80,15 +75,12 @@ class SuccessCurve:
 
     @property
     def median_steps(self) -> float | None:
-        """Median steps of the trials that were solved; None if none was.
-
-        It improves when slow trials fail instead of being solved late: compare agents by :attr:`km_median`.
-        """
+        """Median steps of solved trials; None without any. Failures improve it: compare by :attr:`km_median`."""
         return float(median(self.solved_at)) if self.solved_at else None
 
     @property
     def mean_steps(self) -> float | None:
-        """Mean steps of the trials that were solved; None if none was. As misleading as :attr:`median_steps`."""
+        """Mean steps of solved trials; None without any. As misleading as :attr:`median_steps`."""
         return sum(self.solved_at) / len(self.solved_at) if self.solved_at else None
 
 
@@ -112,11 +104,9 @@ class Relative:
     """An agent between chance and the optimum on the same box.
 
     Attributes:
-        value: Area of its curve: 0 as a uniformly random agent, 1 as the shortest plan; negative if worse than
-            random. The shortest plan is known only to one who sees the interlock: nobody who has to find it out
-            can be held to 1.
-        low: Lower end of the 95 % interval.
-        high: Upper end.
+        value: Area of its curve: 0 as a uniformly random agent, 1 as the shortest plan; negative if worse than random.
+            An agent that has to find out the interlock cannot reach 1.
+        low, high: Ends of the 95 % interval.
         steps: Mean steps, an unsolved trial counted with the whole budget.
         random_steps: The same of the random agent, exact.
         optimal_steps: Steps of the shortest plan.
@@ -131,7 +121,7 @@ class Relative:
 
 
 def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
-    """Cumulative success by step over the trials of one condition; those of one person count together in its band."""
+    """Cumulative success by step over the trials of one condition; its band takes players as clusters."""
     counted = ended(trials)
     budget = max((trial.budget for trial in trials), default=0)
     steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
@@ -163,8 +153,7 @@ def _first(values: Sequence[float], share: float) -> int | None:
 def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "gehan"] = "log-rank") -> LogRank | None:
     """Log-rank test of steps to solve between two or more groups of trials; unsolved trials are censored.
 
-    Groups are taken as independent. Where they share their luck the test is conservative, as far as that luck acts
-    alike in all of them.
+    Groups are taken as independent. Luck that they share and that acts alike in all makes the test conservative.
 
     Args:
         groups: Trials of one condition each; error trials are left out.
@@ -172,8 +161,8 @@ def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "geh
             is stronger where curves differ early and meet late.
 
     Returns:
-        None where nothing can be told apart: fewer than two groups with trials that were still running when the
-        first one was solved, or no step at which some but not all of the running trials were solved.
+        None with fewer than two groups that still ran when the first trial was solved, or without a step at which
+        some but not all running trials were solved.
     """
     from scipy.stats import chi2
     from statsmodels.duration.survfunc import survdiff

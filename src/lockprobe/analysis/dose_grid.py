@@ -1,10 +1,9 @@
-"""Doses of two interventions that are crossed: a grid of conditions, and whether each does what it does alone.
+"""Crossed doses of two interventions: a grid of conditions, and the interaction of both doses.
 
-The interaction is one contrast of all cells, *trend by trend*: with a model that has a level for every row and every
-column, the slope over both doses at once, by least squares. It is told over the whole range of both: how much more the
-highest dose of one changes success at the highest than at the lowest dose of the other, on straight lines. In a grid of
-two by two it is the difference of differences. It is worked out within each block of equal luck, of blocks that have a
-trial in every cell.
+The interaction is one contrast of all cells, *trend by trend*: the least-squares slope over the product of both doses
+in a model with a level for every row and column. It is scaled to the whole range: how much more the highest dose of one
+changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is the difference of
+differences. It is computed within blocks of equal luck that have a trial in every cell.
 """
 
 from __future__ import annotations
@@ -29,14 +28,12 @@ __all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
-    """Conditions that differ in the doses of two interventions alone.
+    """Conditions that differ only in the doses of two interventions.
 
     Attributes:
-        rows: The dose of the first intervention.
-        columns: That of the second.
-        row_doses: Ascending; 0 is where the first is missing.
-        column_doses: The same of the second.
-        conditions: (Dose of the first, dose of the second) -> condition; combinations that are not played are missing.
+        rows, columns: The axes of the first and the second intervention.
+        row_doses, column_doses: Their doses, ascending; at 0 the intervention is missing.
+        conditions: (Row dose, column dose) -> condition; combinations that are not played are missing.
         modality: How the box is shown in all of them.
     """
 
@@ -54,7 +51,7 @@ class Grid:
 
     @property
     def name(self) -> str:
-        """What is crossed, as sentences and figures call it."""
+        """Both doses, as sentences and figures name them."""
         return f"{self.rows.name} \N{MULTIPLICATION SIGN} {self.columns.name}"
 
 
@@ -63,8 +60,7 @@ class GridCell:
     """One combination of doses.
 
     Attributes:
-        row: Dose of the first intervention.
-        column: Dose of the second.
+        row, column: Doses of the first and the second intervention.
         condition: Name of the condition.
         success: Share of trials solved, with its 95 % Wilson interval.
     """
@@ -77,14 +73,14 @@ class GridCell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridSummary:
-    """A grid of one agent in numbers.
+    """The results of one agent on a grid.
 
     Attributes:
         grid: The doses and conditions.
         cells: Those that are played, by row, then by column.
-        interaction: Trend by trend over both ranges, in shares; None where a combination is not played, or no block of
-            luck has a trial in every cell. Its P value exchanges signs of whole blocks, and is corrected, as the
-            interval is, for the number of grids.
+        interaction: Trend by trend over both ranges, in shares, tested by exchange of signs of whole blocks; interval
+            and p-value are corrected for ``choices``. None where a combination is not played, or no block of luck has a
+            trial in every cell.
         choices: Grids of this agent.
     """
 
@@ -95,17 +91,16 @@ class GridSummary:
 
     @property
     def detectable(self) -> bool:
-        """Whether an interaction is concluded: the test rejects and the interval leaves out 0."""
+        """Whether the test rejects and the interval leaves out 0."""
         found = self.interaction
         return found is not None and found.p_value is not None and found.p_value < ALPHA and found.clear
 
 
 def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
-    """Every two interventions with doses that were played together, in the order in which the conditions stand.
+    """Every pair of interventions with at least two doses each that were played together, in the order of conditions.
 
     Args:
-        arms: The conditions of a study; those of different modalities, or with different others beside, are different
-            grids. Below two doses of each there is none.
+        arms: The conditions of a study; another modality, or other interventions in all cells, make another grid.
     """
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:
@@ -145,19 +140,14 @@ def _grid(members: Sequence[tuple[SeriesArm, int, int]], known: Mapping[tuple[st
 
 
 def contrast(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
-    """The weights of all cells in trend by trend, as whole numbers, and what they are to be multiplied by.
+    """The weights of all cells in trend by trend, as whole numbers, and their common factor.
 
     >>> contrast((0, 0.4), (0, 0.1))
     ([1, -1, -1, 1], Fraction(1, 1))
     >>> contrast((0, 0.1, 0.2), (0, 0.1))
     ([1, -1, 0, 0, -1, 1], Fraction(1, 1))
 
-    Args:
-        row_doses: At least two, ascending.
-        column_doses: The same.
-
-    Returns:
-        Weights by row, then by column, and the factor.
+    Weights are by row, then by column. Doses are ascending, at least two.
     """
     (rows, one), (columns, other) = _trend(row_doses), _trend(column_doses)
     return [row * column for row, column in product(rows, columns)], one * other
@@ -175,13 +165,7 @@ def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
 
 
 def grid_summary(grid: Grid, trials: Mapping[str, Outcomes], choices: int = 1) -> GridSummary:
-    """The numbers of one agent's trials.
-
-    Args:
-        grid: The doses and conditions.
-        trials: Condition -> its ended trials; those without any are missing.
-        choices: Number of grids that are looked at, for which P value and interval are corrected.
-    """
+    """The results of one agent, from condition -> its ended trials; ``choices`` is the number of grids."""
     cells = tuple(
         GridCell(row=row, column=column, condition=name, success=proportion(int(one.solved.sum()), len(one)))
         for (row, column), name in grid.conditions.items()

@@ -1,7 +1,7 @@
-"""Every condition against the control, crossed ones, and grids of crossed doses, for one agent.
+"""The effects of interventions on one agent: against the control, crossed, and as dose grids.
 
-Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its P value
-are of the trials that both conditions have, corrected for the number of conditions that are compared with the control.
+Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its p-value
+rest on the trials that both conditions have, corrected for the number of comparisons with the control.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ class Effect:
 
     @property
     def detectable(self) -> bool:
-        """Whether it is more than chance and the number of conditions looked at would explain."""
+        """Whether it is significant after correction for the number of conditions."""
         return self.difference.p_value < ALPHA
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interplay:
-    """Whether an intervention does something else where another one acts too.
+    """The interaction of two crossed interventions.
 
     Attributes:
         crossing: The four conditions.
-        change: What the second does beside the first, less what it does alone, over blocks of equal luck, [-2, 2]. Its
-            P value is by exchange of signs of whole blocks; that and the interval are not corrected.
+        change: The effect of the second with the first, less its effect alone, over blocks of equal luck, [-2, 2]. The
+            p-value exchanges signs of whole blocks; p-value and interval are not corrected.
     """
 
     crossing: Crossing
@@ -56,21 +56,21 @@ class Interplay:
 
     @property
     def detectable(self) -> bool:
-        """Whether it is concluded: the test rejects and the interval leaves out 0."""
+        """Whether the test rejects and the interval leaves out 0."""
         return self.change.p_value is not None and self.change.p_value < ALPHA and self.change.clear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effects:
-    """What the conditions of one modality do to one agent.
+    """The effects of the conditions of one modality on one agent.
 
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
         control: The condition that the others are compared with.
-        effects: The others, in the order of the study; those without a trial that the control has too are left out.
+        effects: The others, in the order of the study; those without a trial in common with the control are left out.
         interplays: Every crossing of two interventions that was played.
-        grids: Every two interventions of which several doses were crossed.
+        grids: Every pair of interventions with several crossed doses.
     """
 
     agent: str
@@ -82,7 +82,7 @@ class Effects:
 
     @property
     def alone(self) -> tuple[Interplay, ...]:
-        """The crossings that stand in no grid which has an interaction of its own."""
+        """The crossings outside of grids that have an interaction."""
         told = {name for one in self.grids if one.interaction for name in one.grid.conditions.values()}
         return tuple(one for one in self.interplays if one.crossing.both not in told)
 

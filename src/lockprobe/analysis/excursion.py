@@ -1,11 +1,11 @@
 """What one false report changes: causal excursion effects from the records of a flip study.
 
 Every report of a flip study was inverted by a coin of known probability, so a study with 0 < p < 1 is a
-micro-randomised trial (Klasnja et al. 2015; Boruvka, Almirall, Witkiewitz and Murphy 2018). A *decision point* is a report after which
-the trial goes on. The effect of one lie there, with the other reports as they come in the study, is estimated by least
-squares of an outcome on a few covariates and on the centred coin, flip - p. The covariates only make it more precise:
-the estimate is right whatever they miss, since the coin depends on nothing. Standard errors are clustered by luck, with
-the residuals corrected for their leverage (Mancl and DeRouen 2001), and Student's distribution.
+micro-randomised trial (Klasnja et al. 2015; Boruvka, Almirall, Witkiewitz and Murphy 2018). A *decision point* is a
+report after which the trial goes on. The effect of one lie there, with the other reports as they come in the study, is
+estimated by least squares of an outcome on a few covariates and on the centred coin, flip - p. The covariates only make
+it more precise: the estimate is right whatever they miss, since the coin depends on nothing. Standard errors are
+clustered by luck, with residuals corrected for their leverage (Mancl and DeRouen 2001), and Student's distribution.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
-"""Simulated trials of a blind agent with an agent's own action habits, on the agent's own box.
+"""The habit baseline: simulated trials of a blind agent with an agent's own action habits, on its box.
 
-A blind agent ignores every report. On a box its success still goes with its loops: an action that comes back may find
-the box as it was, and a habit that brings all joints in turn solves the box in its second round. What the odds of
-solving after a loop are on this box with these habits, and no more than these, is the null hypothesis of the question
-whether loops do harm (:mod:`lockprobe.analysis.inference.hazard`).
+A blind agent ignores every report. Its success still correlates with its loops, because of the box: a repeated action
+may meet an unchanged box, and a habit of taking all joints in turn solves the box in the second round. The odds of
+solving after a loop with these habits on this box are the null hypothesis of whether loops do harm
+(:mod:`lockprobe.analysis.inference.hazard`).
 
-A *habit* is which action comes first, and which follows which: a first-order Markov chain at each p, as for the null
-``markov`` of loop rates. Labels and their order in the list are shuffled from trial to trial, so an agent may have its
-habits in one of three ways: of the joints themselves, of the labels, of places in the list. Each way has as many
-parameters as the others, and the one of greatest likelihood is taken.
+*Habits* are a first-order Markov chain of actions at each p, as in the null ``markov`` of loop rates. Labels and their
+listing are shuffled between trials, so habits can concern joints, labels, or places in the list. The three models have
+equally many parameters; the one of greatest likelihood is used.
 """
 
 from __future__ import annotations
@@ -42,8 +41,8 @@ class Actions:
     Attributes:
         p: Flip probability of each trial, [0, 1], shape (trials,).
         joints: The joints that each trial attempted, by place in the box, at least one.
-        ways: Which joint each symbol of a habit stands for, shape (3, trials, n): symbols are joints, labels in
-            alphabetical order, places in the list.
+        ways: The joint of each symbol, shape (3, trials, n): symbols are joints, labels in alphabetical order, or
+            places in the list.
         budget: Steps of a trial.
     """
 
@@ -63,13 +62,7 @@ class _Chain:
 
 
 def blind_twin(trials: Sequence[Trial], box: Lockbox | None, rng: np.random.Generator) -> Outcomes | None:
-    """Trials of a blind agent with the habits of the one that played these; None where the box is not known.
-
-    Args:
-        trials: Of one agent.
-        box: The box.
-        rng: The stream of the simulation.
-    """
+    """Simulated trials of a blind agent with the habits of these trials; None where the box is not known."""
     if box is None or any(set(trial.joints) != set(box.names) for trial in trials):
         return None
     return blind_trials(actions_of(trials, box), box, rng)
@@ -98,12 +91,7 @@ def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
 def blind_trials(actions: Actions, box: Lockbox, rng: np.random.Generator) -> Outcomes | None:
     """Trials of a blind agent with these habits on the same box, in the same shares over p; None without trials.
 
-    The box moves by its rules; of a robot that fails nothing is simulated.
-
-    Args:
-        actions: Of one agent.
-        box: The box.
-        rng: The stream of the simulation.
+    The box follows its rules; failures of a robot are not simulated.
     """
     if not actions.joints:
         return None
@@ -119,7 +107,7 @@ def blind_trials(actions: Actions, box: Lockbox, rng: np.random.Generator) -> Ou
 
 
 def played_out(joints: Whole, p: NDArray[np.float64], box: Lockbox) -> Outcomes:
-    """What becomes of actions that are settled beforehand, by the rules of the box; every trial has luck of its own.
+    """The outcomes of fixed action sequences by the rules of the box; no two trials share luck.
 
     Args:
         joints: Joints attempted until the box is solved, by place in the box, shape (trials, budget).
@@ -149,7 +137,7 @@ def played_out(joints: Whole, p: NDArray[np.float64], box: Lockbox) -> Outcomes:
 
 
 def _fitted(actions: Actions, way: Whole) -> tuple[dict[float, _Chain], float]:
-    """The chain at each p, and the log-likelihood of all actions, where symbols mean that in each trial."""
+    """The chain at each p, and the log-likelihood of all actions, with ``way`` as the meaning of symbols."""
     symbols = [meant.argsort()[joints] for meant, joints in zip(way, actions.joints, strict=True)]
     chains, likelihood = {}, 0.0
     for at in np.unique(actions.p).tolist():

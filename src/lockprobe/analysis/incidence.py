@@ -1,4 +1,4 @@
-"""The share to which something has happened by a step, where some trials end before it could (Kaplan-Meier)."""
+"""Cumulative incidence by step with censored trials (one minus Kaplan-Meier), its band and its area."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ __all__ = ["Area", "Incidence", "incidence"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """Mean share to which it has happened over steps 1 to the horizon: 1 if to all by the first step, 0 if to none.
+    """Mean incidence over steps 1 to the horizon: 1 if all trials have the event by step 1, 0 if none has.
 
     Attributes:
         value: [0, 1].
-        low: Lower end of the 95 % interval.
-        high: Upper end.
+        low, high: Ends of the 95 % interval.
         se: Standard error (Greenwood's).
     """
 
@@ -33,16 +32,14 @@ class Area:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Incidence:
-    """Share to which something has happened by a step, one minus Kaplan-Meier.
+    """Share of trials with the event by each step, one minus Kaplan-Meier.
 
-    The band is Wilson's interval for as many trials as carry the same Greenwood variance (Rothman 1978). Without
-    early censoring that is Wilson's interval of a plain share, exactly. Unlike the log-log band it exists where
-    nothing or everything has happened, and it is no wider than it must be with ten trials.
+    The band is Wilson's interval for as many trials as carry the same Greenwood variance (Rothman 1978). Without early
+    censoring it is exactly Wilson's interval of a plain share. Unlike the log-log band it exists at shares of 0 and 1.
 
     Attributes:
         share: By step 0, 1, ... up to the horizon, [0, 1].
-        low: Lower end of the pointwise 95 % band.
-        high: Upper end.
+        low, high: Ends of the pointwise 95 % band.
         area: Mean share over steps 1 to the horizon; None without a trial or a step.
     """
 
@@ -55,13 +52,13 @@ class Incidence:
 def incidence(
     steps: NDArray[np.integer[Any]], happened: NDArray[np.bool_], horizon: int, design_effect: float = 1.0
 ) -> Incidence:
-    """One minus Kaplan-Meier on a grid of steps, in whole numbers: plain shares come out to the last digit.
+    """One minus Kaplan-Meier on a grid of steps, in whole numbers: plain shares are exact.
 
     Args:
-        steps: The step of the event, or the last one that was played without it, shape (trials,).
+        steps: The step of the event, or the last step played without it, shape (trials,).
         happened: Whether it was an event, of the same shape.
         horizon: Last step of the curve.
-        design_effect: How much larger the variance is than that of independent trials, >= 1, as for trials of people.
+        design_effect: Variance over that of independent trials, >= 1.
     """
     left = np.bincount(steps, minlength=horizon + 1)[: horizon + 1]
     running = (len(steps) - np.cumsum(left) + left).tolist()
@@ -98,11 +95,7 @@ def _wilson(share: float, n: float) -> tuple[float, float]:
 
 
 def _area(share: NDArray[np.float64], greenwood: NDArray[np.float64], n: float) -> Area:
-    """Agresti and Coull's interval carried over from shares to means of scores in [0, 1].
-
-    The scores are joined by ``Z**2`` trials more, half of them solved at once and half never, so that the interval
-    is not a single point where all trials went alike.
-    """
+    """Agresti and Coull's interval for means of scores in [0, 1]: ``Z**2`` trials more, half of score 1, half of 0."""
     value = float(np.mean(share[1:]))
     beyond = np.cumsum((1 - share)[::-1])[::-1] / (len(share) - 1)
     variance = float(np.sum(beyond**2 * greenwood))

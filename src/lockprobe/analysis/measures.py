@@ -1,8 +1,7 @@
-"""Measures: a number or a yes or no of one trial, and their means over the trials of a condition.
+"""Measures of single trials, shipped or from packages, and their means over the trials of a condition.
 
-A measure is a function of a trial. It returns a number, True or False, or None where it does not apply. What ships
-stands in :data:`MEASURES`. An installed package adds to it by an entry point in the group ``lockprobe.measures``, whose
-name is the measure's; ``python:module:name?option=value`` names a function directly, on the command line and in Python.
+:data:`MEASURES` holds the shipped ones. An installed package adds a measure by an entry point of its name in the group
+``lockprobe.measures``; ``python:module:name?option=value`` names a function directly.
 """
 
 from __future__ import annotations
@@ -90,8 +89,8 @@ class NamedMeasure:
     Attributes:
         name: Its spec; of a function, its name.
         what: The first line of its description.
-        of: The function; None where it does not apply.
-        plugin: Where it is from, if Lockprobe does not have it itself.
+        of: The function.
+        plugin: Its origin, if it does not ship.
     """
 
     name: str
@@ -126,15 +125,13 @@ class Measured:
 
     Attributes:
         name: Its spec.
-        what: What it is, in a line.
+        what: Its description in a line.
         kind: ``share`` of a yes or no; ``mean`` of a number.
         n: Trials to which it applies.
         left_out: Trials that ended as solved or out of budget and to which it does not apply.
         value: The mean over the ``n`` trials; None without one.
-        low: Lower end of its 95 % interval. Of a share Wilson's, on the effective number of trials where they come in
-            clusters. Of a mean Student's t over clusters; None with fewer than two, or where all values are the same,
-            since their spread is then unknown.
-        high: Upper end.
+        low, high: Ends of its 95 % interval: of a share Wilson's, on the effective number of trials; of a mean
+            Student's t over clusters. None for a mean with fewer than two clusters, or if all values are equal.
     """
 
     name: str
@@ -151,8 +148,8 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
     """The measure that a spec names, or a function as one.
 
     Args:
-        measure: A name, ``python:module:name?option=value``, or a function of a trial. Options in a spec are arguments
-            that the function gets beside the trial; of a class, those it is made with.
+        measure: A name, ``python:module:name?option=value``, or a function of a trial. Options are further arguments
+            of the function, or the arguments of a class.
 
     Raises:
         UnknownName: If there is none, or it has no such option.
@@ -183,7 +180,7 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
 
 
 def _bound(plugin: Plugin, found: Callable[..., object], options: Mapping[str, str]) -> dict[str, object]:
-    """The arguments of a function beside its first, the trial."""
+    """The arguments of a function after its first, the trial."""
     with plugin.guarded():
         return arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1])
 
@@ -193,15 +190,15 @@ def measured(
 ) -> tuple[Measured, ...]:
     """The mean of each measure over some trials, with a 95 % interval, in the order of the measures.
 
-    Trials of equal luck (repetition and trial) are a cluster, and so are those of one person; where every trial is a
-    cluster of its own, a share has Wilson's interval.
+    Trials of equal luck (repetition and trial) are a cluster, and so are those of one player. Without clusters of
+    several trials a share has Wilson's interval.
 
     Args:
-        trials: Of one agent under one condition; people count as one agent.
+        trials: Of one agent under one condition.
         measures: Specs, or functions of a trial.
 
     Raises:
-        UserMistake: As :func:`find_measure`, and if a measure returns what is none, or numbers of one trial and yes or
+        UserMistake: As :func:`find_measure`, and if a measure returns another type, or numbers of one trial and yes or
             no of another.
     """
     counted = ended(trials)
@@ -233,32 +230,32 @@ _Interval = tuple[float | None, float | None, float | None]
 
 
 def _clusters(trials: Sequence[Trial]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Of each trial the clusters to which it belongs, from 0: its luck, and its person or else its luck again."""
+    """The clusters of each trial, from 0: its luck, and its player or else its luck again."""
     luck = [f"{trial.repetition}/{trial.trial}" for trial in trials]
     player = [trial.player or f"/{same}" for trial, same in zip(trials, luck, strict=True)]
     one, two = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, player))
     return one, two
 
 
-def _share(values: NDArray[np.float64], luck: NDArray[np.int64], person: NDArray[np.int64]) -> _Interval:
-    if len(np.unique(luck)) == len(np.unique(person)) == len(values):
+def _share(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[np.int64]) -> _Interval:
+    if len(np.unique(luck)) == len(np.unique(player)) == len(values):
         alone = proportion(int(values.sum()), len(values))
         return alone.value, alone.low, alone.high
-    if np.array_equal(luck, person):
+    if np.array_equal(luck, player):
         found = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
     else:
-        found = crossed_proportion(values, np.ones(len(values)), luck, person)
+        found = crossed_proportion(values, np.ones(len(values)), luck, player)
     return found.value, found.low, found.high
 
 
-def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], person: NDArray[np.int64]) -> _Interval:
+def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[np.int64]) -> _Interval:
     mean = float(values.mean())
-    clusters = min(len(np.unique(luck)), len(np.unique(person)))
+    clusters = min(len(np.unique(luck)), len(np.unique(player)))
     if clusters < 2 or np.ptp(values) == 0:
         return mean, None, None
     from scipy.stats import t
 
-    second = np.arange(len(values)) if np.array_equal(luck, person) else person
+    second = np.arange(len(values)) if np.array_equal(luck, player) else player
     error = math.sqrt(crossed_spread(values - mean, luck, second)) / len(values)
     half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
     return mean, mean - half, mean + half

@@ -1,15 +1,12 @@
-"""What agents say their action did, held against what they were told and against what was true (Sec. 3.1, Table 1).
+"""Agents' claims about their last action, against the report and the truth (paper, Sec. 3.1, Table 1).
 
-Three errors, and only the first is the agent's misreading:
+- *misinterpretation*: the claim contradicts the report (the paper's "incorrect assessment of a state change").
+- *false report*: the report contradicts the truth. The channel causes it.
+- *false belief*: the claim contradicts the truth. A false report that is misread leaves a true belief.
 
-- *misinterpretation*: said is not told. The paper's, an "incorrect assessment of a state change".
-- *false report*: told is not true. The channel's doing.
-- *false belief*: said is not true. It comes of a false report that was understood, or of a true one that was not;
-  a false report that was misread leaves a belief that is true.
-
-The claim about step t stands in the decision of step t+1. Steps without a claim (the last one of every trial, and
-all steps of agents that are not asked) have none to count. The paper does not say whether its rates are per step or
-per assessment; here the denominator is the claims made.
+The claim about step t stands in the decision of step t+1. The last step of a trial, and all steps of agents that are
+not asked, have no claim. The paper does not say whether its rates are per step or per assessment; here they are per
+claim.
 """
 
 from __future__ import annotations
@@ -31,13 +28,13 @@ __all__ = ["Claim", "ClaimCount", "Misinterpretations", "TrialClaims", "claims",
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """What an agent said of one step.
+    """An agent's claim about one step.
 
     Attributes:
-        step: The step it spoke of, from 1.
-        claimed: What it said had happened.
-        told: What it had been told.
-        truth: What had really happened.
+        step: From 1.
+        claimed: The outcome as claimed.
+        told: The outcome as reported.
+        truth: The true outcome.
     """
 
     step: int
@@ -47,12 +44,12 @@ class Claim:
 
     @property
     def misinterpreted(self) -> bool:
-        """Whether the claim contradicts what was told: the paper's misinterpretation."""
+        """Whether the claim contradicts the report: the paper's misinterpretation."""
         return self.claimed != self.told
 
     @property
     def falsely_told(self) -> bool:
-        """Whether what was told contradicts the truth: a false report."""
+        """Whether the report contradicts the truth."""
         return self.told != self.truth
 
     @property
@@ -63,14 +60,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClaimCount:
-    """How many claims were of one of the eight kinds.
-
-    Attributes:
-        claimed: What was said.
-        told: What had been told.
-        truth: What had really happened.
-        count: Claims of that kind.
-    """
+    """The number of claims of one of the eight kinds; fields as in :class:`Claim`."""
 
     claimed: Outcome
     told: Outcome
@@ -80,7 +70,7 @@ class ClaimCount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialClaims:
-    """One trial: what was said in it.
+    """The claims of one trial.
 
     Attributes:
         key: Its readable name.
@@ -96,7 +86,7 @@ class TrialClaims:
 
     @property
     def misinterpreted(self) -> int:
-        """Claims that contradict what was told."""
+        """Claims that contradict the report."""
         return sum(claim.misinterpreted for claim in self.claims)
 
     @property
@@ -117,10 +107,10 @@ class TrialClaims:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misinterpretations:
-    """One row of the paper's Table 1, and what it takes to check it.
+    """One row of the paper's Table 1, and pooled rates.
 
-    Table 1 has ``mean_rate`` ± ``sd_rate``, ``total``, and ``affected`` of ``trials``. The rates below are pooled
-    over trials; claims of one trial belong together, so all intervals but the first two take the trial as a cluster.
+    Table 1 has ``mean_rate`` ± ``sd_rate``, ``total``, and ``affected`` of ``trials``. The other rates are pooled over
+    trials. All intervals but ``pooled`` and ``against_truth`` take the trial as a cluster.
 
     Attributes:
         trials: Trials with at least one claim.
@@ -160,17 +150,17 @@ class Misinterpretations:
 
     @property
     def believed(self) -> int:
-        """False reports that were believed: said as told, and untrue."""
+        """False reports that were believed."""
         return self._count(misread=False, false=True)
 
     @property
     def undone(self) -> int:
-        """False reports undone by a misreading: said otherwise than told, and true."""
+        """False reports that were misread, so that the claim is true."""
         return self._count(misread=True, false=True)
 
     @property
     def misread(self) -> int:
-        """True reports that were misread: said otherwise than told, and untrue."""
+        """True reports that were misread."""
         return self._count(misread=True, false=False)
 
     def _count(self, *, misread: bool, false: bool) -> int:

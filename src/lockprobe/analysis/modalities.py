@@ -1,10 +1,10 @@
-"""Does it matter how one agent is shown the box (paper, Sec. 3.1, Fig. 3 and Table 1)?
+"""The effect of the modality on one agent (paper, Sec. 3.1, Fig. 3, Table 1).
 
-The paper orders its modalities by fidelity: pictures, pictures with depth, the state itself. Trials of equal repetition
-and trial share their luck over modalities (labels, listing, an agent's draws), so they are taken as clusters or pairs.
+The paper orders its modalities by fidelity: RGB, RGB-D, ground truth. Trials of equal repetition and trial share their
+luck over modalities, so they are clusters or pairs.
 
-Rejections of the trend at .05 where nothing is, in 4000 studies of 3 modalities with luck shared by none and by half of
-the trials of ``human-inspired``: .017 and .002 with 10 trials each, .043 and .042 with 30
+False-positive rates of the trend at .05 in 4000 studies of 3 modalities, with luck shared by none and by half of the
+trials of ``human-inspired``: .017 and .002 with 10 trials each, .043 and .042 with 30
 (``benchmarks/modality_rates.py``).
 """
 
@@ -37,7 +37,7 @@ class ModalityPair:
         first: The one of lower fidelity.
         second: The other.
         hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
-        p_value: Log-rank, two-sided, trials that share their luck kept together; None with too few of them.
+        p_value: Log-rank, two-sided, clustered by luck; None with too few clusters.
         p_adjusted: Corrected for the number of pairs (Holm).
         final: Success at the end, second minus first, over trials that both have.
     """
@@ -52,17 +52,17 @@ class ModalityPair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModalityEffect:
-    """What the way in which the box is shown does to one agent.
+    """The effect of the modality on one agent.
 
     Attributes:
         agent: Agent spec.
         p: Flip probability, [0, 1].
         modalities: Compared, from low to high fidelity.
         direction: 1 if the box is solved sooner at higher fidelity, -1 if later or more rarely, else 0.
-        p_value: Of a trend over fidelity in equal steps, log-rank, two-sided, trials that share their luck kept
-            together; None with six clusters of luck or fewer, which could never be significant, and where fewer than
-            two fidelities are compared. Variants of a modality (``rgbd?depth=gray``) are of equal fidelity.
-        p_all: Whether all modalities are alike, log-rank; None with too few clusters of luck.
+        p_value: Log-rank test of a trend over fidelity in equal steps, two-sided, clustered by luck. Variants of a
+            modality (``rgbd?depth=gray``) have equal fidelity. None with fewer than two fidelities, or with six
+            clusters or fewer, which could never be significant.
+        p_all: Log-rank test of any difference; None with too few clusters.
         pairs: Every two of them.
     """
 
@@ -76,12 +76,12 @@ class ModalityEffect:
 
     @property
     def differs_in_fidelity(self) -> bool:
-        """Whether there is more than one fidelity, so that a trend can be asked for."""
+        """Whether at least two fidelities are compared, so that a trend is defined."""
         return len({_fidelity(modality) for modality in self.modalities} - {None}) > 1
 
     @property
     def detectable(self) -> bool:
-        """Whether there is a trend over fidelity that is more than chance."""
+        """Whether the trend over fidelity is significant."""
         return self.p_value is not None and self.p_value < ALPHA
 
 
@@ -111,11 +111,7 @@ def _fidelity(modality: str) -> int | None:
 
 
 def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
-    """Compare the modalities of one agent; None with fewer than two that have a trial that ended.
-
-    Args:
-        groups: Trials of one agent at one p, a group for each modality.
-    """
+    """Compare one agent's trials at one p, a group for each modality; None if fewer than two have ended trials."""
     ordered = sorted((group for group in groups if group), key=lambda group: by_fidelity(group[0].modality))
     found = [(group[0].modality, counted) for group in ordered if len(counted := outcomes(group))]
     if len(found) < 2:
@@ -138,7 +134,7 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
 
 
 def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:
-    """Whether events come sooner from fidelity to fidelity (Tarone 1975); what has no fidelity is left out."""
+    """Direction and p-value of the trend over fidelity (Tarone 1975); modalities without fidelity are left out."""
     ranked = [(rank, group) for modality, group in found if (rank := _fidelity(modality)) is not None]
     if len({rank for rank, _ in ranked}) < 2:
         return 0, None

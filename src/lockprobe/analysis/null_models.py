@@ -1,13 +1,12 @@
-"""How many of these very trials would hold a loop if only ... ? Chance levels that a condition's own trials set.
+"""Null models of loop rates: the chance levels of a condition's own trials.
 
-A null keeps something of the agent and leaves the rest to chance; a loop rate above it is more than that something
-explains. All are conditional on the length of every trial, because loops come with length alone:
+A null keeps a property of the agent and leaves the rest to chance; a loop rate above it is more than that property
+explains. All nulls are conditional on the length of every trial:
 
 * ``uniform``, ``no-repeat``: nothing but the lengths; any action, or any but the one before (:mod:`.chance`).
 * ``permutation``: how often each trial took each action, in any order.
-* ``markov``: which action follows which, pooled over the trials. An agent that always goes round A B C has a habit
-  of one step, which this null explains: a rate at its level does not say that there are no loops, only that they
-  need no memory beyond the last action. Orders that differ from trial to trial are mixed, and not explained.
+* ``markov``: which action follows which, pooled over the trials. A loop rate at this level needs no memory beyond the
+  last action. Orders that differ from trial to trial are mixed, and not explained.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from lockprobe.seeds import generator
 __all__ = ["TrialNull", "chain_walks", "expected_loop_rate", "markov_chain"]
 
 TrialNull = Literal["uniform", "no-repeat", "markov", "permutation"]
-"""What is left to chance."""
+"""The null models, by name."""
 
 CHAINS = 4_000
 """Trials simulated from a fitted chain."""
@@ -67,9 +66,8 @@ def expected_loop_rate(
 
     Args:
         sequences: The actions of each trial (at least one trial).
-        null: What is left to chance.
-        actions: Actions to choose from; ``markov`` and ``permutation`` use only those that the trials hold,
-            at most ``MOST_ACTIONS``.
+        null: The null model.
+        actions: Number of actions; ``markov`` and ``permutation`` use those of the trials, at most ``MOST_ACTIONS``.
         overlap: Whether the two copies of a loop may share actions.
         min_length: Fewest actions in a loop.
         seed: Of the simulations for ``markov`` and ``permutation``; the other nulls have their own.
@@ -107,8 +105,8 @@ def expected_loop_rate(
 def markov_chain(sequences: Sequence[Sequence[Hashable]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The first-order Markov chain of greatest likelihood, over the K actions that the trials hold.
 
-    Counts are pooled over trials and not smoothed. An action that only ever ends a trial has no successor of its
-    own; it is followed by the trials' actions in their overall shares.
+    Counts are pooled over trials and not smoothed. An action that only ever ends a trial is followed by the actions in
+    their overall shares.
 
     Returns:
         Probabilities of the first action, shape (K,), and of each action after each, shape (K, K), in order of
@@ -158,7 +156,7 @@ def _markov(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_lengt
 
 
 def _permutation(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_length: int, seed: int) -> Chance:
-    """Shuffled alike are trials that took their actions equally often, whatever the actions are called."""
+    """Trials of equal action counts share their shuffles, whatever the actions are called."""
     shapes = Counter(tuple(sorted(Counter(sequence).values(), reverse=True)) for sequence in sequences)
     levels = {shape: _every_order(shape, min_length, overlap=overlap) for shape in shapes if _enumerable(shape)}
     if long := sorted(shape for shape in shapes if shape not in levels):
@@ -170,10 +168,9 @@ def _permutation(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_
 
 
 def _shuffled(shapes: Sequence[Shape], min_length: int, *, seed: int) -> NDArray[np.integer[Any]]:
-    """Shuffled trials of each shape, shape (shapes, shuffles, steps): actions drawn one by one and not put back.
+    """Shuffled trials of each shape, drawn without replacement, shape (shapes, shuffles, steps).
 
-    Of long trials only the beginning is drawn. Beyond its end a trial goes on with actions that stand nowhere else,
-    which make no loop.
+    Only the beginning of long trials is drawn. Beyond its end a trial goes on with unique actions, which make no loop.
     """
     steps = max(min(sum(shape), decisive_length(len(shape), min_length)) for shape in shapes)
     shuffles = min(SHUFFLES, max(20, CELLS // steps**2))
@@ -192,14 +189,14 @@ def _shuffled(shapes: Sequence[Shape], min_length: int, *, seed: int) -> NDArray
 
 
 def _enumerable(shape: Shape) -> bool:
-    """Whether a trial's actions can stand in so few orders that all are looked at."""
+    """Whether all orders of a trial's actions are few enough to enumerate."""
     length = sum(shape)
     return length <= LONGEST and factorial(length) // prod(map(factorial, shape)) <= ENUMERABLE
 
 
 @lru_cache(maxsize=4096)
 def _every_order(shape: Shape, min_length: int, *, overlap: bool) -> Chance:
-    """The exact level, from all orders: each beginning goes on with every action that it has left."""
+    """The exact level, from all orders."""
     orders, left = np.zeros((1, 0), dtype=np.int64), np.array([shape])
     for _ in range(sum(shape)):
         which, action = np.nonzero(left)
@@ -211,7 +208,7 @@ def _every_order(shape: Shape, min_length: int, *, overlap: bool) -> Chance:
 
 
 def _mean(levels: Sequence[tuple[int, Chance]], *, independent: bool) -> Chance:
-    """The mean of levels that stand for so many trials each. Dependent errors add up, independent ones by squares."""
+    """The mean of levels, weighted by trials. Dependent errors add up, independent ones by squares."""
     trials = sum(count for count, _ in levels)
     errors = [count * level.error / trials for count, level in levels]
     return Chance(

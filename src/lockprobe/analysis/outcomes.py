@@ -1,4 +1,4 @@
-"""What the tests look at: the ended trials of one agent as columns, and its repetitions as points."""
+"""The ended trials of one agent as columns and clusters, and its repetitions as points."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Outcomes:
 
     @property
     def luck(self) -> NDArray[np.int64]:
-        """The cluster of each trial from 0: equal repetition and trial share their luck over all p, shape (trials,)."""
+        """The block of luck of each trial, from 0: equal repetition and trial, whatever p is, shape (trials,)."""
         keys = np.column_stack([self.repetition, self.trial])
         return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
 
@@ -87,15 +87,8 @@ class Outcomes:
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
-        return Outcomes(
-            p=self.p[chosen],
-            repetition=self.repetition[chosen],
-            trial=self.trial[chosen],
-            length=self.length[chosen],
-            solved=self.solved[chosen],
-            onset=self.onset[chosen],
-            player=self.player[chosen] if self.crossed else self.player,
-        )
+        columns = {name: getattr(self, name) for name in Outcomes.__slots__}
+        return Outcomes(**{name: column[chosen] if len(column) else column for name, column in columns.items()})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +111,7 @@ class Point:
 
 
 def ended(trials: Iterable[Trial]) -> list[Trial]:
-    """The trials that count: solved, or out of budget. An error is not a failure to solve."""
+    """The trials that are solved or out of budget. An error is not a failure to solve."""
     return [trial for trial in trials if trial.ending != "error"]
 
 
@@ -128,7 +121,7 @@ def onset(trial: Trial) -> int:
 
 
 def numbered(trial: Trial) -> tuple[int, ...]:
-    """The actions numbered in order of first use, which no loop depends on, so that equal shapes meet in a cache."""
+    """The actions numbered in order of first use: loops do not depend on names, so equal shapes share a cache entry."""
     first: dict[str, int] = {}
     return tuple(first.setdefault(joint, len(first)) for joint in trial.actions)
 
@@ -144,7 +137,7 @@ def outcomes(trials: Sequence[Trial]) -> Outcomes:
 
 
 def broken_off(trials: Sequence[Trial]) -> Outcomes:
-    """The same columns of the trials that ended as error, as far as they were played."""
+    """The same columns of the trials that ended as error, up to the error."""
     return _columns([trial for trial in trials if trial.ending == "error"])
 
 
@@ -165,8 +158,7 @@ def appended(first: Outcomes, second: Outcomes) -> Outcomes:
     """Trials of the same agent, one group after the other."""
     if not len(first) or not len(second):
         return first if len(first) else second
-    columns = {name: np.concatenate([getattr(group, name) for group in (first, second)]) for name in Outcomes.__slots__}
-    return Outcomes(**columns)
+    return _stacked([first, second])
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
@@ -180,9 +172,11 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
         )
         for i, group in enumerate(groups)
     ]
-    return Outcomes(
-        **{name: np.concatenate([getattr(group, name) for group in numbered]) for name in Outcomes.__slots__}
-    )
+    return _stacked(numbered)
+
+
+def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
+    return Outcomes(**{name: np.concatenate([getattr(one, name) for one in groups]) for name in Outcomes.__slots__})
 
 
 def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
@@ -199,11 +193,11 @@ def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
 
 
 def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
-    """Whether each trial was solved in both of two groups, of trials that both have, which share their luck.
+    """Whether trials of equal luck were solved under each of two conditions.
 
     Args:
-        first: Trials of equal condition, so that repetition and trial name each once.
-        second: The same under another condition.
+        first: Trials of one condition.
+        second: Trials of another.
 
     Returns:
         Shape (pairs, 2), by repetition and trial.

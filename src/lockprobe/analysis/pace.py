@@ -1,4 +1,4 @@
-"""Which of two agents solves the box sooner (paper, Fig. 3)?"""
+"""The speed of two agents: hazard ratio and log-rank tests (paper, Fig. 3)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ class Pace:
     """Two agents, or one agent shown the box in two ways, at one p.
 
     Attributes:
-        first: Agent spec and modality.
-        second: Agent spec and modality.
+        first, second: Agent spec and modality of each.
         p: Flip probability, [0, 1].
         hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
-        p_value: Log-rank, two-sided, with trials that share their luck kept together, and those of one person.
-        independent: Log-rank as if all trials were independent; None where nothing can be told apart.
+        p_value: Log-rank, two-sided, clustered by luck, or by player.
+        independent: Log-rank as if all trials were independent; None where it is not defined.
         gehan: The same with Gehan-Wilcoxon weights, stronger where curves differ early and meet late.
     """
 
@@ -37,12 +36,7 @@ class Pace:
 
 
 def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
-    """Compare two conditions of the same p; None if one of them has no trial that ended.
-
-    Args:
-        first: Trials of one agent at one p.
-        second: Trials of another. Trials of equal repetition and trial share their luck between agents too.
-    """
+    """Compare the trials of two agents at one p, which share their luck; None if one has no trial that ended."""
     one, two = outcomes(first), outcomes(second)
     if not len(one) or not len(two):
         return None

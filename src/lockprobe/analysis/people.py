@@ -1,7 +1,7 @@
-"""People beside agents on the same boxes.
+"""Human participants in a study: success, steps, and agents' steps relative to theirs.
 
-People play as one agent, each trial of the study by one person. A person plays several boxes and may learn from box to
-box, which agents cannot; so the first boxes stand apart.
+People count as one agent. A person plays several boxes and may learn from box to box, which agents cannot, so first
+boxes are also counted apart.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ __all__ = ["AtPosition", "People", "PeopleAt", "people"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeopleAt:
-    """People under one condition, or shown the box in one way under all.
+    """People under one condition, or in one modality under all.
 
     Attributes:
         modality: How the box was shown.
         p: Flip probability, [0, 1]; None for all together.
-        people: How many played.
-        success: Trials solved, of people and of luck taken together.
+        people: Number of people.
+        success: Trials solved, clustered by player and luck.
         steps: Steps that they needed.
     """
 
@@ -42,11 +42,11 @@ class PeopleAt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AtPosition:
-    """All first boxes of people, or all second ones, and so on.
+    """The boxes that people played at one position.
 
     Attributes:
-        position: Which of their boxes, from 1.
-        success: Share solved; Wilson's interval, since everybody has one.
+        position: From 1.
+        success: Share solved, with Wilson's interval: each person has one box.
     """
 
     position: int
@@ -58,17 +58,16 @@ class People:
     """All people of a study.
 
     Attributes:
-        people: How many have a trial that ended.
-        trials: How many ended.
-        fewest: Trials of the person who has the fewest.
-        most: Of the one who has the most.
+        people: People with a trial that ended.
+        trials: Trials that ended.
+        fewest, most: Fewest and most trials of one person.
         success: Solved over all conditions.
-        first: Of their first boxes alone. What they had learnt from other boxes is in all others.
-        positions: By position, as far as it is known.
+        first: Solved first boxes, without learning from other boxes.
+        positions: By position, where it is known.
         at: By modality and p.
         over: By modality, over all p.
         relative: Agents' steps, by agent, modality and p, each with all p together last.
-        saw: What they played on, by fact of the record (view, language, feedback and so on): how many trials.
+        saw: Trials by fact of the record that describes the display (view, language, feedback and so on).
     """
 
     people: int
@@ -85,15 +84,11 @@ class People:
 
 
 _SAW = ("view", "history", "feedback", "design", "words", "page")
-"""Facts of a person's trial that say what was played on."""
+"""Facts of a person's trial that describe the display."""
 
 
 def people(trials: Sequence[Trial]) -> People | None:
-    """People and agents of one study; None where no trial of people has ended.
-
-    Args:
-        trials: Of one study; those that ended as error are left out.
-    """
+    """The results of people in the trials of one study; None where none of their trials has ended."""
     counted = ended(trials)
     own = [trial for trial in counted if trial.player]
     if not own:

@@ -1,13 +1,13 @@
-"""Do agents go on with what has got them nowhere: with a loop, or with joints that were just reported blocked?
+"""Persistence: whether agents leave loops, and repeat joints that were reported blocked.
 
-The paper says of loops that the agent "eventually breaks out" of them, and that a state which stays unchanged gives no
-signal "to drive exploration toward alternative actions" (Sec. 3.3). Both are counted here beside what a uniformly
-random choice would do in the same places.
+The paper says that the agent "eventually breaks out" of loops, and that an unchanged state gives no signal "to drive
+exploration toward alternative actions" (Sec. 3.3). Both counts are compared with uniformly random choices at the same
+steps.
 
-- *A loop is left* if, after the first loop of a trial is complete, some action differs from the one that the loop has
-  there: with copies d steps apart, from the action d steps before. A loop with no step after it is not counted.
-- *An action is repeated* if it is one of the joints reported blocked since something was last reported to move. Only
-  actions that follow such a report count, and only while at least one joint is left that was not among them.
+- *A loop is left* if, after the first loop of a trial is complete, some action differs from the action d steps before,
+  where d is the distance of the loop's copies. A loop with no step after it is not counted.
+- *An action is repeated* if its joint was reported blocked since the last report of a move. Only actions that follow
+  such a report count, and only while another joint is left.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ _LOOP = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Persistence:
-    """The trials of one condition. Trials are clusters, of people all that one person played.
+    """Persistence in the trials of one condition. Clusters are trials, or all trials of one player.
 
     Attributes:
         left: Trials in which the first loop was left, of those that went on after it.
         left_by_chance: The share expected of uniformly random actions in as many steps, [0, 1]; None without a loop.
-        repeated: Actions that repeat a joint just reported blocked, of those that could have been another.
-        repeated_by_chance: The share expected of uniformly random actions in the same places, [0, 1].
-        repeated_p_value: Of the difference between the two, Student's t over clusters, two-sided; None with fewer
-            than seven clusters.
+        repeated: Actions that repeat a joint just reported blocked, of those with an alternative.
+        repeated_by_chance: The share expected of uniformly random actions at the same steps, [0, 1].
+        repeated_p_value: Student's t test of their difference over clusters, two-sided; None with fewer than seven
+            clusters.
         repeated_direction: 1 if more is repeated than by chance, -1 if less, 0 if equally much.
     """
 
@@ -54,7 +54,7 @@ class Persistence:
 def persistence(trials: Sequence[Trial]) -> Persistence:
     """Measure the trials of one condition; error trials are left out."""
     counted = ended(trials)
-    owner = np.unique([_owner(trial) for trial in counted], return_inverse=True)[1].reshape(-1)
+    owner = np.unique([trial.player or trial.key for trial in counted], return_inverse=True)[1].reshape(-1)
     went_on = [(i, found) for i, trial in enumerate(counted) if (found := loop_left(trial)) is not None]
     places = [(i, again, share) for i, trial in enumerate(counted) for again, share in repeats(trial)]
     who = owner[[i for i, _, _ in places]] if places else np.empty(0, np.int64)
@@ -84,19 +84,14 @@ def loop_left(trial: Trial) -> tuple[bool, float] | None:
 
 
 def repeats(trial: Trial) -> list[tuple[bool, float]]:
-    """Of every action that counts whether it repeats a joint just reported blocked, and how likely by chance."""
+    """For every action that counts: whether it repeats a joint just reported blocked, and the chance of that."""
     found, tried = [], set[str]()
     for step in trial.steps:
         if 0 < len(tried) < len(trial.joints):
             found.append((step.joint in tried, len(tried) / len(trial.joints)))
-        if step.told_moved is not None:  # of a step that was not reported it knows nothing
+        if step.told_moved is not None:  # a step without a report tells nothing
             tried = set() if step.told_moved else tried | {step.joint}
     return found
-
-
-def _owner(trial: Trial) -> str:
-    """The cluster: the trial itself, or the person who played it."""
-    return trial.player or trial.key
 
 
 def _share(owner: NDArray[np.int64], happened: Sequence[float]) -> ClusteredProportion:
@@ -104,7 +99,7 @@ def _share(owner: NDArray[np.int64], happened: Sequence[float]) -> ClusteredProp
 
 
 def _p_value(beyond: NDArray[np.float64]) -> float | None:
-    """Whether sums over clusters have mean 0; where all are the same, of as many coins that fall alike."""
+    """Student's t test that sums over clusters have mean 0; a sign test where all are equal."""
     if len(beyond) < 7:
         return None
     if np.ptp(beyond) < 1e-9:

@@ -1,4 +1,4 @@
-"""Shares, how sure they are, and how far two of them lie apart."""
+"""Shares with their intervals, and the difference, ratio and pairing of two shares."""
 
 from __future__ import annotations
 
@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 __all__ = [
     "Difference",
-    "ExactTests",
     "Paired",
     "Proportion",
     "Ratio",
     "difference",
-    "exact_tests",
     "paired",
     "proportion",
     "ratio",
@@ -39,11 +37,10 @@ class Proportion:
     """A share with its 95 % interval, Wilson's unless asked otherwise.
 
     Attributes:
-        count: How many.
-        n: Of how many.
+        count: Successes.
+        n: Trials.
         value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
-        low: Lower end, [0, 1]; 0 if ``n`` is 0.
-        high: Upper end, [0, 1]; 1 if ``n`` is 0.
+        low, high: Ends of the interval; 0 and 1 if ``n`` is 0.
     """
 
     count: int
@@ -55,12 +52,11 @@ class Proportion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """How far two independent proportions lie apart.
+    """The difference of two independent proportions.
 
     Attributes:
         value: Second minus first, [-1, 1].
-        low: Lower end of the 95 % interval (Newcombe's, from the two Wilson intervals).
-        high: Upper end.
+        low, high: Ends of Newcombe's 95 % interval, from the two Wilson intervals.
         p_value: Two-sided Fisher's exact test.
     """
 
@@ -72,12 +68,11 @@ class Difference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ratio:
-    """How many times the first of two independent proportions the second is.
+    """The ratio of two independent proportions.
 
     Attributes:
         value: Second over first, >= 0.
-        low: Lower end of the 95 % interval.
-        high: Upper end.
+        low, high: Ends of the 95 % interval.
     """
 
     value: float
@@ -86,32 +81,15 @@ class Ratio:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExactTests:
-    """Two-sided exact p-values for two independent proportions.
-
-    Attributes:
-        fisher: Given both margins; errs on the safe side.
-        boschloo: Given the two sample sizes, with Fisher's p-value as statistic: never larger than Fisher's one-sided
-            test doubled.
-        barnard: Given the two sample sizes, with the pooled z as statistic.
-    """
-
-    fisher: float
-    boschloo: float
-    barnard: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Paired:
-    """Trials met twice with the same luck, where the two outcomes differ.
+    """Pairs of trials with the same luck under two conditions.
 
     Attributes:
-        only_first: Pairs solved the first time alone.
-        only_second: Pairs solved the second time alone.
+        only_first: Pairs solved under the first condition alone.
+        only_second: Pairs solved under the second condition alone.
         n: Pairs.
-        value: Share solved the second time less the first, [-1, 1]; not a number without pairs.
-        low: Lower end of the interval of the difference, second less first (Agresti & Min 2005), [-1, 1].
-        high: Upper end.
+        value: Share solved under the second condition less the first, [-1, 1]; not a number without pairs.
+        low, high: Ends of the interval of ``value`` (Agresti & Min 2005), [-1, 1].
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
     """
 
@@ -155,15 +133,11 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
 
 
 def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Difference | None:
-    """How far the second proportion lies above the first; None if one of them has no trials.
+    """The second proportion less the first, taken as independent; None if one of them has no trials.
 
-    The two are taken as independent. Conditions of one study share their luck (common random numbers), which
-    makes the interval and the test wider than they need be, not narrower, where that luck acts alike in both.
-
-    Args:
-        first: Success under one condition.
-        second: Success under another.
-        choices: Number of conditions that the second was chosen from; the interval has the level 1 - 0.05 / choices.
+    Conditions of one study share their luck (common random numbers). Where that luck acts alike in both, interval and
+    test are conservative. The interval has the level 1 - 0.05 / ``choices``, the number of conditions that the second
+    was chosen from.
     """
     if first.n == 0 or second.n == 0:
         return None
@@ -183,35 +157,11 @@ def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Di
     )
 
 
-def exact_tests(first: Proportion, second: Proportion) -> ExactTests | None:
-    """Whether two independent proportions differ; None if one of them has no trials.
-
-    >>> tests = exact_tests(proportion(7, 30), proportion(20, 30))
-    >>> round(tests.fisher, 4), round(tests.boschloo, 4), round(tests.barnard, 4)
-    (0.0016, 0.0008, 0.0008)
-    """
-    if first.n == 0 or second.n == 0:
-        return None
-    if first.count + second.count in {0, first.n + second.n}:
-        return ExactTests(fisher=1.0, boschloo=1.0, barnard=1.0)
-    from scipy.stats import barnard_exact, boschloo_exact, fisher_exact
-
-    table = np.array([[second.count, first.count], [second.n - second.count, first.n - first.count]])
-    return ExactTests(
-        fisher=float(fisher_exact(table).pvalue),
-        boschloo=min(1.0, float(boschloo_exact(table).pvalue)),
-        barnard=min(1.0, float(barnard_exact(table).pvalue)),
-    )
-
-
 def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"] = "score") -> Ratio | None:
-    """How many times the first proportion the second is; None where that, or the log interval, is not finite.
+    """The second proportion over the first; None where the ratio, or the log interval, is not finite.
 
-    Args:
-        first: Success under one condition.
-        second: Success under another.
-        method: Miettinen & Nurminen's score interval, or Katz's normal interval of the logarithm, which is narrower
-            and needs a success on either side.
+    The interval is Miettinen & Nurminen's score interval, or Katz's normal interval of the logarithm, which is narrower
+    and needs a success on either side.
     """
     if first.n == 0 or second.n == 0 or first.count == 0 or (method == "log" and second.count == 0):
         return None
@@ -230,7 +180,7 @@ def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"]
 
 
 def _ratio_score(first: Proportion, second: Proportion, value: float) -> float:
-    """How far the second proportion lies above ``value`` times the first, in standard errors under that ratio."""
+    """The second proportion less ``value`` times the first, in standard errors under that ratio."""
     total, solved = first.n + second.n, first.count + second.count
     square, linear = total * value, second.n * value + second.count + first.n + first.count * value
     base = (linear - math.sqrt(max(0.0, linear**2 - 4 * square * solved))) / (2 * square)
@@ -241,7 +191,7 @@ def _ratio_score(first: Proportion, second: Proportion, value: float) -> float:
 
 
 def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int = 1) -> Paired:
-    """Whether two outcomes of the same trials differ, and how far, whatever luck they share.
+    """The difference between two outcomes of the same trials, whatever luck they share.
 
     Args:
         first: Whether each trial was solved under one condition, shape (pairs,).

@@ -1,7 +1,7 @@
-"""What the paper publishes in figures, as counts where they can be told from its text.
+"""The paper's published results, as counts where its text implies them.
 
-23.3 % of 30 trials are 7, and 20 is the only whole number near 2.85 times that. Loop rates are taken as 24 and 16 of
-30, which fits "approximately 80 %" and a drop of "more than 26 %", if that is in points: this is a reconstruction.
+23.3 % of 30 trials are 7, and 20 is the only whole number near 2.85 times that. Loop rates are reconstructed as 24 and
+16 of 30, which fits "approximately 80 %" and a drop of "more than 26 %" in points.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SOLVED_AT_0, SOLVED_AT_40 = proportion(7, 30), proportion(20, 30)
 LOOPS_AT_0, LOOPS_AT_40 = proportion(24, 30), proportion(16, 30)
 REFERENCE, MODALITY = proportion(10, 10), proportion(8, 10)
 CORRELATION, CORRELATION_POINTS = -0.69, 21
-"""Fig. 5a, over repetitions of conditions, if that is what its points are."""
+"""Fig. 5a, presumably over repetitions of conditions."""
 
 STEPS_TO_80: Mapping[str, int] = {"rgb": 11, "symbolic": 15}
 """Sec. 3.1: steps after which GPT o1 had solved 80 % of the trials, by modality."""
@@ -63,7 +63,7 @@ class MisreadRate:
 
     @property
     def steps(self) -> int:
-        """Steps in all that the row implies, if the mean of the rates is that of all steps together."""
+        """Steps in all that the row implies, if the mean rate is the pooled rate."""
         return round(self.total / self.mean)
 
 

@@ -1,34 +1,33 @@
-"""How rational was each action, given what the agent had been told?
+"""Rationality of actions: each step judged by an ideal observer who was told the same as the agent.
 
-Every step is held against an ideal observer who was told the same: what it would know before the step, what each
-attempt would tell it, and how many more steps each would cost. Two observers judge, both under a stated prior
-(:mod:`lockprobe.beliefs.structures`):
+Two observers judge, both under a stated prior (:mod:`lockprobe.beliefs.structures`):
 
 * ``naive`` believes every report. Its expected steps are exact. At p = 0 it is right.
 * ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's: as if
-  all were known after the next attempt. They are lower bounds and credit no attempt with what it would tell.
+  all were known after the next attempt. They are lower bounds and give no credit for information.
 
-An agent that is shown pictures is judged as one who reads them without error: what a picture shows counts as told, as
-in words that tell positions alone (``symbolic?tell=state``), and a misreading counts against the agent.
+Pictures are judged as if they were read without error: what a picture shows counts as told, as in words that tell
+positions alone (``symbolic?tell=state``), and a misreading counts against the agent.
 
-An action is *optimal* if no other costs fewer expected steps; its *regret* is what it costs more. Beside each share
-stands that of a uniformly random choice in the same situations: where several joints are equally good, chance is
-optimal often. A regret is in steps that the observer expects, under its prior, not on the box that was played.
+An action is *optimal* if no other costs fewer expected steps; its *regret* is its extra cost, in steps that the
+observer expects under its prior, not on the box that was played. Each share is compared with that of a uniformly
+random choice in the same situations, which is often optimal where several joints are equally good.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 from itertools import accumulate
 from statistics import fmean
 
 import numpy as np
 
 from lockprobe.analysis.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
-from lockprobe.analysis.observing import JudgedMoment, moment
 from lockprobe.analysis.outcomes import ended
-from lockprobe.beliefs.posterior import ReportedAttempt, begin, noise_model
+from lockprobe.beliefs.planning import expected_steps, information, least
+from lockprobe.beliefs.posterior import Belief, ReportedAttempt, begin, entropy, noise_model, opened, update
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
@@ -36,11 +35,15 @@ from lockprobe.seeds import generator
 __all__ = [
     "ACTIONS",
     "JUDGED",
+    "MANY",
     "OBSERVERS",
+    "JudgedMoment",
     "JudgedStep",
     "JudgedTrial",
     "Rationality",
+    "Worth",
     "judge",
+    "moment",
     "prior_for",
     "rationality",
 ]
@@ -49,27 +52,33 @@ OBSERVERS = ("naive", "aware")
 """The noise models of the observers that judge."""
 
 JUDGED, ACTIONS = 100, 5000
-"""So many trials of a condition are judged at most, the first by repetition and trial, and no more after so many
-actions."""
+"""The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
+further trial is judged."""
+
+MANY = 1 << 14
+"""Moments that are cached; each takes a few kilobytes."""
+
+_NOTHING = 1e-9
+"""Bits below which an attempt tells nothing."""
 
 Told = tuple[int, ReportedAttempt | None]
-"""The number of the joint attempted, and what was told of it; None if the box opened."""
+"""The number of the joint attempted, and its report; None if the box opened."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedStep:
-    """One action, and what a uniformly random choice in its place would come to on average.
+    """One action, compared with a uniformly random choice in the same situation.
 
     Attributes:
         step: From 1.
-        entropy: Bits that the observer did not know of the interlock before the step.
-        gained: Bits by which the step reduced that; below 0 if what was told confused it.
-        expected: Bits that the action was expected to give.
-        best: Bits that the most telling action was expected to give.
+        entropy: The observer's entropy over interlocks before the step, in bits.
+        gained: Bits by which the step reduced it; below 0 if the report confused the observer.
+        expected: Expected information of the action, bits.
+        best: Expected information of the most informative action, bits.
         optimal: Whether no other action costs fewer expected steps.
-        regret: Expected steps that the action costs more than the best, from 0.
+        regret: Expected steps more than those of the best action, >= 0.
         uninformative: Whether it could neither tell anything nor open the box.
-        by_chance: ``expected``, ``optimal``, ``regret`` and ``uninformative`` of the random choice, by name.
+        by_chance: Means of ``expected``, ``optimal``, ``regret`` and ``uninformative`` of the random choice.
     """
 
     step: int
@@ -85,15 +94,15 @@ class JudgedStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedTrial:
-    """The actions of one trial.
+    """The judged actions of one trial.
 
     Attributes:
         key: Its readable name.
         prior: Name of the prior.
         noise: Noise model of the observer.
         steps: The actions.
-        entropy_left: Bits that the observer does not know of the interlock after the last report.
-        restarts: How often what was told was impossible to the observer, so that it began again.
+        entropy_left: The observer's entropy over interlocks after the last report, bits.
+        restarts: Reports that were impossible to the observer, so that it began again.
     """
 
     key: str
@@ -106,26 +115,24 @@ class JudgedTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rationality:
-    """The actions of one condition before one observer. Shares and means are over all its actions.
+    """The actions of one condition, judged by one observer. Shares and means are over all its actions.
 
     Intervals take the trial as a cluster. Error trials are left out.
 
     Attributes:
         prior: Name of the prior.
-        interlocks: How many interlocks it has.
+        interlocks: Number of its interlocks.
         noise: Noise model of the observer.
         trials: Trials judged.
         steps: Actions judged.
-        not_judged: Trials that ended but were not judged, being beyond :data:`JUDGED` or :data:`ACTIONS`.
+        not_judged: Trials that ended but lie beyond :data:`JUDGED` or :data:`ACTIONS`.
         optimal: Share of optimal actions.
         regret: Mean regret in expected steps.
         uninformative: Share of actions that could neither tell anything nor open the box.
-        gained: Mean bits gained per action.
-        expected: Mean bits that the actions were expected to give.
-        best: Mean bits that the most telling action in their place was expected to give.
-        by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice in their place.
-        entropy_left: Mean bits unknown at the end of a trial.
-        restarts: How often what was told was impossible to the observer, per trial.
+        gained, expected, best: Means of these fields of :class:`JudgedStep`, bits.
+        by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice.
+        entropy_left: Mean entropy at the end of a trial, bits.
+        restarts: Mean restarts per trial.
     """
 
     prior: str
@@ -187,13 +194,13 @@ def _condition(
 
 
 def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
-    """Those that are judged."""
+    """The trials that are judged."""
     before = accumulate((len(trial.steps) for trial in trials[:JUDGED]), initial=0)
     return [trial for trial, actions in zip(trials[:JUDGED], before, strict=False) if actions < ACTIONS]
 
 
 def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
-    """Hold every action of a trial, of any agent, against an observer who was told the same.
+    """Judge every action of a trial, of any agent, by an observer who was told the same.
 
     Args:
         trial: With at least one step.
@@ -219,7 +226,7 @@ def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> Judged
 
 
 def _told(trial: Trial) -> list[Told]:
-    """Every attempt in numbers, and what was told of it."""
+    """Every attempt and its report, with joints as numbers."""
     numbers, shown = _numbers(trial), _shown(trial)
     positions = {told: _positions(trial, numbers, told) for told in set(shown)}
     found: list[Told] = [
@@ -245,16 +252,16 @@ def _shown(trial: Trial) -> list[str | None]:
 
 
 def _numbers(trial: Trial) -> dict[str, int]:
-    """The number of every joint: the target is 0, the others follow in the order in which they were first attempted.
+    """The number of every joint: the target is 0, the others follow in the order of first attempts.
 
-    The priors treat all joints but the target alike, so trials that differ in names only meet in a cache.
+    The priors treat all joints but the target alike, so trials that differ only in names share cache entries.
     """
     order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
     return {joint: number for number, joint in enumerate(order)}
 
 
 def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> int | None:
-    """The joints told to be away from where they were at the start."""
+    """The joints reported away from their start, as bits."""
     if told is None:
         return None
     pairs = zip(trial.joints, told, trial.steps[0].state, strict=True)
@@ -274,3 +281,76 @@ def _judged(step: int, joint: int, now: JudgedMoment, gained: float) -> JudgedSt
         uninformative=values.uninformative[joint],
         by_chance=values.by_chance,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Worth:
+    """The value of each attempt to an observer; tuples hold one value for each of the n joints.
+
+    Attributes:
+        bits: Expected information, bits.
+        best, optimal, regret, uninformative, by_chance: As in :class:`JudgedStep`.
+    """
+
+    bits: tuple[float, ...]
+    best: float
+    optimal: tuple[bool, ...]
+    regret: tuple[float, ...]
+    uninformative: tuple[bool, ...]
+    by_chance: Mapping[str, float]
+
+
+class JudgedMoment:
+    """A belief of an observer with its consequences, each computed once."""
+
+    def __init__(self, belief: Belief) -> None:
+        self._belief = belief
+        self._after: dict[ReportedAttempt | None, tuple[JudgedMoment, int]] = {}
+
+    @cached_property
+    def entropy(self) -> float:
+        """Entropy over interlocks, in bits, >= 0."""
+        return entropy(self._belief)
+
+    @cached_property
+    def worth(self) -> Worth:
+        """The value of each attempt."""
+        belief = self._belief
+        bits, steps = information(belief), expected_steps(belief)
+        optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
+        uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
+        values = {"expected": bits, "optimal": optimal, "regret": regret, "uninformative": uninformative}
+        return Worth(
+            bits=tuple(bits.tolist()),
+            best=float(bits.max()),
+            optimal=tuple(optimal.tolist()),
+            regret=tuple(regret.tolist()),
+            uninformative=tuple(uninformative.tolist()),
+            by_chance={name: float(found.sum()) / len(bits) for name, found in values.items()},
+        )
+
+    def after(self, report: ReportedAttempt | None) -> tuple[JudgedMoment, int]:
+        """The moment after a report, or after the box has opened (None), and the restarts of the observer."""
+        found = self._after.get(report)
+        if found is None:
+            belief = opened(self._belief) if report is None else update(self._belief, report)
+            again = belief.restarts - self._belief.restarts
+            # Scaled weights of equal beliefs differ in their last digits.
+            scaled = report is None or (again and report.joint == 0)
+            found = self._after[report] = (JudgedMoment if scaled else moment)(belief), again
+        return found
+
+
+def moment(belief: Belief) -> JudgedMoment:
+    """The moment of a belief, the same object for equal beliefs.
+
+    Once there are :data:`MANY`, all are forgotten, since each holds its successors.
+    """
+    if _moment.cache_info().currsize >= MANY:
+        _moment.cache_clear()
+    return _moment(belief)
+
+
+@cache
+def _moment(belief: Belief) -> JudgedMoment:
+    return JudgedMoment(belief)

@@ -1,22 +1,22 @@
-"""What a box gives to one who knows nothing, and to one who knows all: between them lies every agent."""
+"""Exact reference curves of a box: random agents and the shortest plan."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.solve import optimum, random_curve, random_no_repeat_curve
+from lockprobe.lockbox.solve import optimum, random_curve
 
 __all__ = ["Reference", "reference_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """What the box gives to one who knows nothing, and to one who knows all. Exact.
+    """Success of random agents and the shortest plan, exact.
 
     Attributes:
         random: Share solved by step 0, 1, ... up to the budget by a uniformly random agent.
-        no_repeat: The same by one that never attempts a joint twice in a row.
+        no_repeat: The same by a random agent that never attempts a joint twice in a row.
         optimum: The fewest steps that solve the box; None if nothing does.
     """
 
@@ -28,5 +28,5 @@ class Reference:
 def reference_of(box: Lockbox, budget: int) -> Reference:
     """The references of a box to this budget, in steps."""
     return Reference(
-        random=random_curve(box, budget), no_repeat=random_no_repeat_curve(box, budget), optimum=optimum(box)
+        random=random_curve(box, budget), no_repeat=random_curve(box, budget, repeats=False), optimum=optimum(box)
     )

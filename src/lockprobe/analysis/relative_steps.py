@@ -1,7 +1,7 @@
-"""How many steps people need, and agents for each of theirs: medians over all trials, on the same boxes.
+"""Steps that people need, and agents' steps relative to theirs on the same trials: ratios of medians.
 
-The median is Kaplan and Meier's: a trial that was not solved is censored at its budget, so that an agent that fails
-often cannot look fast. A ratio of 2 is twice the steps of people. ARC-AGI-3 scores the inverse, squared.
+The median is Kaplan-Meier's: an unsolved trial is censored at its budget, so failures do not look fast. A ratio of 2 is
+twice the steps of people. ARC-AGI-3 scores the inverse, squared.
 """
 
 from __future__ import annotations
@@ -30,9 +30,8 @@ class Steps:
     """Steps to open a box over all trials of people, an unsolved one censored at its budget.
 
     Attributes:
-        median: Kaplan and Meier's; None if fewer than half were solved.
-        low: Lower end of its 95 % interval; None if that is beyond the budget, or cannot be told.
-        high: Upper end; None alike.
+        median: Kaplan-Meier's; None if fewer than half were solved.
+        low, high: Ends of its 95 % interval; None if beyond the budget or unknown.
         mean: Mean, an unsolved trial counted with its whole budget.
     """
 
@@ -53,14 +52,12 @@ class RelativeSteps:
         trials: Trials that both finished.
         steps: The agent's median (Kaplan-Meier); None if it solved fewer than half.
         people: The human median on the same trials; None if people solved fewer than half.
-        ratio: The first over the second: 1 as people, 2 for twice the steps; None where either is missing.
-        least: Where only the agent's median lies beyond the budget, the ratio is at least this; else None.
-        most: Where only the human median lies beyond the budget, the ratio is at most this; else None.
-        low: Lower end of the ratio's 95 % interval; None where it is open downwards, or cannot be told.
-        high: Upper end; None where it is open upwards, or cannot be told.
-        mean_ratio: Ratio of mean steps, unsolved trials counted with their whole budget; exists always.
-        mean_low: Lower end of its 95 % interval; None with fewer than two people.
-        mean_high: Upper end.
+        ratio: ``steps`` over ``people``; None where either is missing.
+        least: Lower bound of the ratio where only the agent's median lies beyond the budget; else None.
+        most: Upper bound where only the human median lies beyond the budget; else None.
+        low, high: Ends of the ratio's 95 % interval; None where it is open or unknown.
+        mean_ratio: Ratio of mean steps, unsolved trials counted with their whole budget; always exists.
+        mean_low, mean_high: Ends of its 95 % interval; None with fewer than two people.
     """
 
     agent: str
@@ -80,13 +77,7 @@ class RelativeSteps:
 
 
 def steps_of(trials: Sequence[Trial], modality: str, p: float | None) -> Steps:
-    """Steps that people needed.
-
-    Args:
-        trials: Ended trials of people, at least one.
-        modality: How the box was shown.
-        p: Flip probability; None for several together.
-    """
+    """Steps that people needed in ended trials, at least one, of a modality and p (None for several together)."""
     reached, budget = _reached(trials)
     shares = reached.mean(axis=0)
     drawn = _drawn(trials, _stream(trials[0], trials[0].group, modality, p), [reached])
@@ -99,7 +90,7 @@ def steps_of(trials: Sequence[Trial], modality: str, p: float | None) -> Steps:
 
 
 def labels(trials: Sequence[Trial]) -> tuple[Labels, Labels]:
-    """Who played each, and which luck it had, numbered from 0."""
+    """The player and the luck of each trial, numbered from 0."""
     names = [trial.agent for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
     person, luck = (np.unique(of, return_inverse=True)[1].reshape(-1).astype(np.int64) for of in names)
     return person, luck
@@ -108,13 +99,13 @@ def labels(trials: Sequence[Trial]) -> tuple[Labels, Labels]:
 def relative_steps(
     counted: Sequence[Trial], own: Sequence[Trial], conditions: Iterable[tuple[str, float]]
 ) -> Iterable[RelativeSteps]:
-    """Every agent beside people, for each way of showing the box: by p, then over all p where there are several.
+    """Every agent's steps relative to people's, for each modality: by p, then over all p where there are several.
 
-    Steps are compared on the very trials that people finished: the same panel, labels and false reports.
+    Steps are compared on the trials that people finished: the same panel, labels and false reports.
 
     Args:
-        counted: Ended trials of all.
-        own: Of them, those of people.
+        counted: All ended trials.
+        own: The trials of people among them.
         conditions: Modalities and p that people played.
     """
     agents = dict.fromkeys(trial.group for trial in counted if not trial.player)
@@ -165,7 +156,7 @@ def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, p
 
 
 def _intervals(drawn: Sequence[Sequence[Array]], budget: int) -> tuple[float | None, ...]:
-    """Ends of the ratio of medians and of that of means; open where a median lies beyond the budget too often."""
+    """Ends of the ratios of medians and of means; open where a median lies beyond the budget too often."""
     if not drawn:
         return None, None, None, None
     lows, highs, means = [], [], []
@@ -191,15 +182,14 @@ def _reached(trials: Sequence[Trial]) -> tuple[Array, int]:
 
 
 def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[Array]) -> list[list[Array]]:
-    """Shares solved by each step had other people played, and had there been other luck: two bootstraps.
+    """Shares solved by each step in two cluster bootstraps: of people, and of luck.
 
-    Of trials in clusters of two kinds no bootstrap keeps both. So each kind is drawn by itself, and an interval is as
-    wide as the wider of the two.
+    No bootstrap keeps clusters of two kinds, so each kind is resampled alone. An interval takes the wider of the two.
 
     Args:
         theirs: The trials of people.
         rng: The stream of the draws.
-        groups: What goes with them, shape (trials, steps).
+        groups: Values of these trials, each of shape (trials, steps).
 
     Returns:
         For each kind, and each group, shares of shape (resamples, steps); nothing with a single person or luck.

@@ -1,7 +1,6 @@
-"""The bootstrap of a study: what its shares would be had other trials been drawn.
+"""The cluster bootstrap of a study: whole clusters of trials are drawn with replacement.
 
-A trial shares its luck (labels, flips, draws) with the same trial of the same repetition at every other p. Those
-trials are therefore drawn together, as one cluster, within their repetition. Of people a cluster is one person.
+Trials of equal luck over all p are drawn together, within their repetition; so are all trials of one player.
 """
 
 from __future__ import annotations
@@ -34,13 +33,7 @@ class Resamples:
 
 
 def times_drawn(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Array | None:
-    """How often each cluster of luck is drawn, shape (resamples, clusters); None if a repetition has a single one.
-
-    Args:
-        counted: The trials of one agent.
-        rng: The stream of the bootstrap.
-        resamples: How many to draw.
-    """
+    """How often each cluster is drawn, shape (resamples, clusters); None if a repetition has a single cluster."""
     cluster, stratum = counted.cluster, counted.stratum
     times = np.zeros((resamples, int(cluster.max(initial=-1)) + 1))
     for number in np.unique(stratum):
@@ -58,7 +51,7 @@ def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp]
         times: How often each cluster was drawn, shape (resamples, clusters).
         luck: The cluster of each trial, shape (trials,).
         column: The column that each trial belongs to, from 0, of the same shape.
-        happened: What is shared, of the same shape.
+        happened: The event, of the same shape.
     """
     present, counts = np.zeros((2, times.shape[1], int(column.max(initial=-1)) + 1))
     np.add.at(present, (luck, column), 1.0)
@@ -68,12 +61,7 @@ def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp]
 
 
 def resample(counted: Outcomes, rng: np.random.Generator) -> Resamples:
-    """Draw clusters of trials with replacement, within every repetition.
-
-    Args:
-        counted: The trials of one agent.
-        rng: The stream of the bootstrap.
-    """
+    """Draw the clusters of one agent's trials with replacement, within every repetition."""
     keys = np.column_stack([counted.p, counted.repetition])
     kinds, point = np.unique(keys, axis=0, return_inverse=True)
     times = times_drawn(counted, rng)

@@ -1,4 +1,4 @@
-"""How long people take for a choice: medians and quartiles, since times are skewed to the right."""
+"""Response times of people: medians and quartiles, since times are skewed to the right."""
 
 from __future__ import annotations
 
@@ -15,17 +15,14 @@ __all__ = ["ResponseTimes", "response_times"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTimes:
-    """Choices of people under one condition, or shown the box in one way under all.
+    """Response times under one condition, or in one modality under all.
 
     Attributes:
         modality: How the box was shown.
         p: Flip probability, [0, 1]; None for all together.
-        choices: How many there are times of.
-        low: Lower quartile, ms.
-        median: Median, ms.
-        high: Upper quartile, ms.
-        first: Median of the first choices of boxes, before which there is a panel to look at, ms; None if no time of
-            one is known.
+        choices: Choices with a time.
+        low, median, high: Quartiles, ms.
+        first: Median of the first choices of boxes, which include looking at the panel, ms; None without any.
     """
 
     modality: str
@@ -38,10 +35,10 @@ class ResponseTimes:
 
 
 def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], float]) -> tuple[ResponseTimes, ...]:
-    """For each way of showing the box: by p, ascending, then over all p where there are several.
+    """For each modality: by p, ascending, then over all p where there are several.
 
     Args:
-        trials: Of one study; those of people that did not end as error count.
+        trials: Of one study; agents' trials and errors are left out.
         times: By key of the trial and step from 1, ms.
     """
     own = [trial for trial in ended(trials) if trial.player]

@@ -1,4 +1,4 @@
-"""What a robot took to have happened, held against what had: its verdicts come from force and way, and can be wrong."""
+"""A robot's verdicts on its attempts, from force and path, against the truth."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ __all__ = ["Verdicts", "verdicts"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdicts:
-    """A robot's verdicts over all trials. Agents are told the truth, not these.
-
-    Trials of equal repetition and trial share their luck; the interval takes them as one cluster.
+    """A robot's verdicts over all trials. Agents are told the truth, not these. Trials of equal luck are a cluster.
 
     Attributes:
         attempts: Steps with a verdict.
-        failed: Of these, steps at which the robot did not get hold of the handle, or could not tell.
+        failed: Of these, steps without a grip on the handle or without a conclusion.
         wrong: Verdicts moved or blocked that contradict the truth, over all that say moved or blocked.
         moved_for_blocked: Of the wrong ones, those that say moved.
         blocked_for_moved: Of the wrong ones, those that say blocked.

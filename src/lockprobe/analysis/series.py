@@ -1,4 +1,4 @@
-"""Which conditions of a study differ in one dose alone, and which are crossed, as their specs tell it."""
+"""Dose series and crossings among the conditions of a study, from their specs."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from lockprobe.spec import Spec, spec_name
 __all__ = ["Crossing", "Series", "SeriesArm", "control_of", "crossings", "series_of", "series_of_agents"]
 
 _FEWEST = 3
-"""Doses, 0 among them, that make a series; two are a difference."""
+"""Fewest doses, 0 included, that make a series."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeriesArm:
-    """A condition as its specs tell it.
+    """A condition and its specs.
 
     Attributes:
         label: Its name.
-        specs: The specs of what acts, in order.
+        specs: The specs of its interventions, in order.
         doses: For each the option that is its dose; empty text where it has none.
         modality: How the box is shown.
     """
@@ -34,15 +34,15 @@ class SeriesArm:
 
     @property
     def acting(self) -> tuple[int, ...]:
-        """The places of what acts; what has dose 0 does not, unless its other options change reports."""
+        """The places of interventions that act. One at dose 0 does not, unless its other options change reports."""
         return tuple(i for i in range(len(self.specs)) if self._dose(i) != 0 or "outcome-only" in self.specs[i])
 
     def without(self, *places: int) -> tuple[str, ...]:
-        """The specs of what acts but for those at some places."""
+        """The specs of acting interventions, except at some places."""
         return tuple(self.specs[i] for i in self.acting if i not in places)
 
     def dose(self, place: int) -> float:
-        """The dose of what acts at a place; not a number where it has none."""
+        """The dose of the intervention at a place; not a number where it has none."""
         found = self._dose(place)
         return float("nan") if found is None else found
 
@@ -51,7 +51,7 @@ class SeriesArm:
         return float(options[dose]) if dose and dose in options else None
 
     def family(self, place: int) -> tuple[str, str, tuple[tuple[str, str], ...], tuple[str, ...], str]:
-        """What conditions have in common that differ in the dose at a place alone."""
+        """The key that conditions share if they differ only in the dose at a place."""
         spec = Spec.parse(self.specs[place], "intervention")
         others = tuple(sorted(spec.without([self.doses[place]]).options.items()))
         return spec.full_name, self.doses[place], others, self.without(place), self.modality
@@ -59,13 +59,13 @@ class SeriesArm:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series:
-    """Conditions that differ in one dose alone, or agents that differ in one option alone.
+    """Conditions that differ only in one dose, or agents that differ only in one option.
 
     Attributes:
-        axis: What they differ in.
-        doses: Condition -> its dose, ascending; 0 for the condition in which it is missing. Of agents: spec -> value.
+        axis: The dose or option.
+        doses: Condition, or agent spec -> its dose, ascending; 0 for the condition without the intervention.
         modality: How the box is shown in all of them.
-        agent: Of agents: their spec without the option; else empty.
+        agent: For agents their spec without the option; else empty.
     """
 
     axis: Axis
@@ -76,14 +76,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Crossing:
-    """Four conditions that cross two interventions.
-
-    Attributes:
-        neither: The condition without both.
-        first: That with the first.
-        second: That with the second.
-        both: That with both.
-    """
+    """The names of four conditions that cross two interventions."""
 
     neither: str
     first: str
@@ -92,7 +85,7 @@ class Crossing:
 
 
 def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:
-    """What the conditions of a modality are compared with: the truth, or the first where there is none."""
+    """The control of a modality: the condition without interventions, or else the first."""
     shown = [arm for arm in arms if arm.modality == modality]
     return next((arm for arm in shown if not arm.acting), shown[0] if shown else None)
 
@@ -120,7 +113,7 @@ def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
 
 
 def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
-    """Every series of at least three agents that differ in one number alone, such as their temperature."""
+    """Every series of at least three agents that differ only in one number, such as their temperature."""
     families: dict[tuple[str, str], dict[str, float]] = {}
     for agent in agents:
         spec = Spec.parse(agent)
@@ -147,7 +140,7 @@ def _number(text: str) -> float | None:
 
 
 def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
-    """Every two interventions that were played alone, together, and not at all, beside the same others."""
+    """Every two interventions that were played alone, together, and not at all, with the same others."""
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:
         known.setdefault((arm.modality, arm.without()), arm.label)

@@ -1,4 +1,4 @@
-"""A study in numbers: one row per condition, trends and tests per agent."""
+"""The results of a study: one row per condition, trends and tests per agent."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, groupby
 from operator import call
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from lockprobe.analysis.agent_comparison.leaderboard import Entrant, comparisons
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standing
 from lockprobe.analysis.agent_comparison.pair import Comparison
 from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.analysis.behaviour import ignores_reports
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.habit_baseline import blind_twin
-from lockprobe.analysis.heeding import ignores_reports
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
 from lockprobe.analysis.inference.course import course_kind, levels
@@ -47,19 +47,11 @@ __all__ = [
 ]
 
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
-"""Agents that stand in a study to be compared with, by the head of their spec."""
+"""The kinds of agents that are baselines."""
 
 
-_Job = TypeVar("_Job")
-_Done = TypeVar("_Done")
-
-
-class Each(Protocol):
-    """Does the same work on several jobs: ``map``, or a pool of processes, which leaves the first job to this one."""
-
-    def __call__(self, work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> Iterable[_Done]:
-        """The results, in the order of the jobs."""
-        ...
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,17 +61,17 @@ class AgentSummary:
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
-        shown: The same in words, where it has to be said; empty for reports if it was shown nothing else.
-        reference: Whether it is there to be compared with.
-        blind: Whether its trials are the same at every p, so that its conditions are copies of each other.
+        shown: The modality, unless it is the only default one, and ``axis.rest``, in words.
+        reference: Whether it is a baseline.
+        blind: Whether it ignores reports, so that its conditions are copies of each other.
         conditions: By dose, ascending.
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
-        peak: Where success is highest, and how sure that is.
+        peak: The p of highest success, with its uncertainty.
         inference: The tests, the valid ones and the paper's.
-        contrast: Success at the lowest p against the p farthest from it; None with one p, or if blind.
-        axis: What its conditions differ in.
+        contrast: Success at the lowest p against the p that differs most clearly; None with one p, or if blind.
+        axis: The dose in which its conditions differ.
     """
 
     agent: str
@@ -98,7 +90,7 @@ class AgentSummary:
 
     @property
     def name(self) -> str:
-        """Its spec, and how the box was shown where that has to be said."""
+        """Its spec, and ``shown`` in brackets."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
 
     @property
@@ -118,14 +110,14 @@ class StudySummary:
 
     Attributes:
         agents: In the order in which they first appear in the trials.
-        paces: Every two agents at their common lowest p: who is faster.
+        paces: The speed of every two agents at their common lowest p.
         comparisons: Every two agents that the study is about, and each with the baselines, on the same boxes.
         standings: Every agent over all p, the highest success first.
-        reference: What blind agents and the shortest plan reach on the box; None where the box is not known.
-        modalities: What the way of showing the box does, for every agent that was shown it in several.
-        verdicts: What a robot took for true; None without a robot.
-        people: Who of people played, and agents beside them; None without people.
-        axis: What conditions differ in.
+        reference: Success of random agents and the shortest plan on the box; None where the box is not known.
+        modalities: The effect of the modality on every agent with several.
+        verdicts: The robot's verdicts; None without a robot.
+        people: The results of people; None without people.
+        axis: The dose in which conditions differ.
     """
 
     agents: tuple[AgentSummary, ...]
@@ -156,10 +148,9 @@ def summarise(
 
     Args:
         trials: Of one box; those that ended as ``error`` are counted apart.
-        box: The box, for what blind agents and the optimum reach on it, and for the odds ratio after a loop that a
-            blind agent with the same action habits has on it.
+        box: The box, for the reference curves and the habit baseline.
         each: Works on one agent after the other, or on several at once.
-        axis: What the conditions differ in; each trial stands at its dose.
+        axis: The dose in which conditions differ.
 
     Raises:
         BadValue: If the trials are of several boxes, or a flip rate is no probability.
@@ -200,7 +191,7 @@ def summarise(
 
 
 def _courses_corrected(agents: tuple[AgentSummary, ...]) -> tuple[AgentSummary, ...]:
-    """Of several agents that heed reports, courses at levels corrected for their number."""
+    """Courses at levels corrected for the number of agents that heed reports."""
     heeds = [not agent.blind and agent.inference.course is not None for agent in agents]
     if sum(heeds) < 2:
         return agents
@@ -232,7 +223,7 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
 
 
 def is_reference(agent: str) -> bool:
-    """Whether an agent stands in a study to be compared with."""
+    """Whether an agent is a baseline."""
     return spec_kind(agent) in _REFERENCES
 
 
@@ -261,7 +252,7 @@ def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
 def _agent(
     trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None, axis: Axis, *, several: bool
 ) -> AgentSummary:
-    """One agent, shown the box in one way; and whether others of its trials were shown it in another."""
+    """One agent in one modality; ``several`` if other trials of it have another."""
     first = trials[0]
     conditions = tuple(
         condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.dose)

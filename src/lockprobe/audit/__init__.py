@@ -1,1 +1,1 @@
-"""Is each test right? Simulated agents with known truth go through the whole pipeline."""
+"""Error rates and power of every test, on simulated agents with known truth."""

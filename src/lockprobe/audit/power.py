@@ -1,4 +1,4 @@
-"""How many trials does a design need? The power of every test at a stated effect, by simulation."""
+"""Power of every test at a stated effect, and the trials that a design needs, by simulation."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class Needed:
 
     Attributes:
         world: The effect.
-        question: What the test asks.
+        question: The question of the test.
         test: Its name.
         recommended: Whether the report concludes from it.
         measured: Its power at every number of trials, ascending.
-        trials: Trials per p at which the target is reached, interpolated; None if it never was.
-        low: Lower end of its 95 % interval: where the upper ends of the Wilson intervals of power reach the target.
-            None where they do at the smallest number measured already.
-        high: Upper end: where the lower ends do; None where they never do.
-        below: Whether the smallest number measured reached it already.
+        trials: Trials per p at which the target is reached, interpolated; None if it is not.
+        low: Lower end of its 95 % interval: where the upper ends of the Wilson intervals of power reach the target;
+            None if the smallest number does.
+        high: Upper end: where the lower ends do; None if they do not.
+        below: Whether the smallest number measured reaches the target.
     """
 
     world: str
@@ -55,7 +55,7 @@ class Needed:
 def default_worlds() -> tuple[World, ...]:
     """A rise and fall of success like the paper's (Fig. 4), and an agent that loops trap (Sec. 3.3).
 
-    The text of the paper gives 0.23 at p = 0 and 2.85 times that at 0.4; the other values are supposed.
+    The paper's text gives 0.23 at p = 0 and 2.85 times that at 0.4; the other values are assumptions.
     """
     return WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
 
@@ -94,7 +94,7 @@ def stated_world(
 
 
 def _check_p(p: Sequence[float]) -> None:
-    """Refuses flip probabilities that make no design; of nearly equal ones no trend can be fitted."""
+    """Refuse flip probabilities that make no design; nearly equal ones allow no trend."""
     if list(p) != sorted(set(p)) or len(p) < 2 or not all(0 <= value <= 1 for value in p):
         raise BadValue("p", ",".join(f"{value:g}" for value in p), "two values or more from 0 to 1, ascending")
     if any(round(high - low, 9) < 1e-6 for low, high in pairwise(p)):
@@ -102,7 +102,7 @@ def _check_p(p: Sequence[float]) -> None:
 
 
 def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> frozenset[Question]:
-    """The questions whose answer is yes. Where loops hurt, success follows from the trap as well."""
+    """The questions whose answer is yes. Where loops hurt, the trap changes success too."""
     traps = len(set(trap)) > 1
     found: set[Question] = set()
     if len(set(success)) > 1 or (traps and harm < 1):
@@ -130,14 +130,13 @@ def power(
 ) -> list[Needed]:
     """Power of every test whose question has the answer yes, and the trials per p that it needs.
 
-    The simulated trials share no luck over p, as those of a model that is sampled. Of an agent that acts alike in some
-    trials whatever p is, differences of success need fewer trials, and those of speed and loops other numbers.
+    Simulated trials share no luck over p, like those of a sampled model. With shared luck, differences of success need
+    fewer trials, and tests of speed and loops need other numbers.
 
     Args:
         worlds: Effects; each gives success at every ``p``.
         p: Flip probabilities.
-        trials: Trials per p to measure at, 2 to ``MOST_TRIALS``; rounded up to whole repetitions, of which
-            there are three.
+        trials: Trials per p to measure at, 2 to ``MOST_TRIALS``; rounded up to three whole repetitions.
         target: Power to be reached, (0, 1).
         studies: Studies per world and number of trials.
         seed: Seed of everything.
@@ -164,7 +163,7 @@ def power(
 
 
 def needed(measured: Sequence[Rate], target: float) -> Needed:
-    """Where one test's power first reaches the target; linear in the logarithm of the number of trials between."""
+    """The trials at which one test's power first reaches the target, interpolated linearly in their logarithm."""
     first = measured[0]
     trials = [rate.trials for rate in measured]
     shares = [proportion(rate.rejected, rate.studies) for rate in measured]
@@ -183,7 +182,7 @@ def needed(measured: Sequence[Rate], target: float) -> Needed:
 
 
 def _crossing(trials: Sequence[int], power_at: Sequence[float], target: float) -> int | None:
-    """The first number of trials at which a line through powers reaches the target; None if it never does."""
+    """The first number of trials at which interpolated power reaches the target; None if none does."""
     if power_at[0] >= target:
         return trials[0]
     for (n, low), (more, high) in pairwise(zip(trials, power_at, strict=True)):

@@ -1,29 +1,34 @@
-"""How often does each test reject, where there is something to find and where there is nothing?
+"""False-positive rates and power of every test, over many simulated studies with known truth.
 
-Many studies of every world go from their records through the same tests as a user's study. Where the truth is *no*, a
-test may reject in 5 % of the studies; where it is *yes*, the share that it rejects is its power.
+Studies go from their records through the same tests as a user's. Where the truth is *no*, a test may reject in 5 % of
+the studies; where it is *yes*, its share of rejections is its power. ``measured.json`` ships the rates of this release:
+the output of ``lockprobe audit --studies 1000 --json``.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
 from multiprocessing import get_context
+from typing import Any
 
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate, simulate_columns
-from lockprobe.audit.simulated_agents import Design, World
+from lockprobe.audit.simulated_agents import WORLDS, Design, World
 from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
 
-__all__ = ["Progress", "Rate", "measure", "within_error"]
+__all__ = ["Progress", "Rate", "as_data", "false_positives", "measure", "measured", "shipped", "within_error"]
 
 BATCH = 10
 """Studies that a process plays before it reports."""
@@ -39,13 +44,13 @@ class Rate:
     Attributes:
         world: Name of the world.
         trials: Trials per p in each study.
-        question: What the test asks.
+        question: The question of the test.
         test: Name of the test.
         recommended: Whether the report concludes from it.
         truth: The true answer; False makes the rate one of false positives, True makes it power.
         studies: Studies played.
-        rejected: Those in which it rejected at 0.05; one that cannot be computed does not reject.
-        early: How many of these are among the first 20, which are quickly measured again.
+        rejected: Studies in which it rejected at 0.05; a test that cannot be computed does not reject.
+        early: Rejections among the first 20 studies, which are quick to repeat.
     """
 
     world: str
@@ -65,7 +70,7 @@ class Rate:
 
     @property
     def error(self) -> float:
-        """Monte Carlo standard error of the rate, with one more study that rejects and one more that does not."""
+        """Monte Carlo standard error of the rate, with one more study of each outcome."""
         smooth = (self.rejected + 1) / (self.studies + 2)
         return math.sqrt(smooth * (1 - smooth) / self.studies)
 
@@ -76,7 +81,7 @@ class Rate:
 
 
 def within_error(rejected: int, studies: int) -> bool:
-    """Whether so many rejections, or more, come from a rate of 0.05 more often than once in a thousand times."""
+    """Whether so many rejections, or more, have a probability above 0.001 at a rate of 0.05."""
     from scipy.stats import binom
 
     return bool(binom.sf(rejected - 1, studies, ALPHA) > 0.001)
@@ -110,13 +115,13 @@ def measure(
     records: bool = True,
     progress: Progress = lambda done, of: None,
 ) -> list[Rate]:
-    """Play studies of every world and count what each test makes of them.
+    """Play studies of every world and count the rejections of each test.
 
     Args:
         worlds: Simulated agents with known truth.
         studies: Studies per world and design, at least 1.
         seed: Seed of everything; the number of processes changes nothing.
-        designs: How much a study plays; by default what its world says.
+        designs: The designs of a study; by default that of its world.
         processes: Worker processes.
         records: Whether studies are written and read as records; False is quicker and gives the same.
         progress: Told how many studies are done.
@@ -162,7 +167,7 @@ def measure(
 
 
 def _played(jobs: list[_Job], processes: int) -> Iterator[list[Verdict]]:
-    """The verdicts in the order of the jobs, from as many processes as asked for."""
+    """The verdicts in the order of the jobs."""
     if processes == 1:
         yield from map(_batch, jobs)
         return
@@ -175,7 +180,7 @@ def _played(jobs: list[_Job], processes: int) -> Iterator[list[Verdict]]:
 
 
 def _batch(job: _Job) -> list[Verdict]:
-    """What every test makes of each study: name, question, recommended, rejects."""
+    """The verdict of every test on each study: name, question, recommended, rejects."""
     verdicts = []
     for number in range(job.first, job.end):
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
@@ -188,3 +193,35 @@ def _batch(job: _Job) -> list[Verdict]:
         tests = infer(found, generator(*place, "tests"), broken=broken).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
     return verdicts
+
+
+def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
+    """The audit as JSON holds it."""
+    return {
+        "seed": seed,
+        "worlds": {name: WORLDS[name].says for name in dict.fromkeys(rate.world for rate in rates)},
+        "rates": [asdict(rate) | {"rate": rate.rate, "error": rate.error, "valid": rate.valid} for rate in rates],
+    }
+
+
+@cache
+def shipped() -> dict[str, Any]:
+    """The shipped audit as JSON holds it; not to be changed."""
+    found: dict[str, Any] = json.loads(files("lockprobe.audit").joinpath("measured.json").read_text(encoding="utf-8"))
+    worlds = {name: WORLDS[name].says if name in WORLDS else says for name, says in found["worlds"].items()}
+    return found | {"worlds": worlds}
+
+
+@cache
+def measured() -> tuple[Rate, ...]:
+    """The shipped audit."""
+    derived = ("rate", "error", "valid")
+    return tuple(
+        Rate(**{name: value for name, value in row.items() if name not in derived}) for row in shipped()["rates"]
+    )
+
+
+def false_positives(test: str) -> tuple[Rate, Rate] | None:
+    """The lowest and the highest false-positive rate of a test over the worlds where it should find nothing."""
+    found = sorted((rate for rate in measured() if rate.test == test and not rate.truth), key=lambda rate: rate.rate)
+    return (found[0], found[-1]) if found else None

@@ -1,7 +1,7 @@
-"""Trials of a simulated agent, as records or as columns.
+"""Simulated trials of an agent with known truth, as records or as columns.
 
-It acts without immediate repeats; the box opens by a clock of its own, from the fourth step on with an equal chance at
-every step, so that solved trials are shorter whether or not loops matter. The joint that opens it counts as the target.
+It acts without immediate repeats. From the fourth step on the box opens with an equal chance at every step, whatever
+the joint, so that solved trials are shorter whether or not loops matter. The joint that opens it counts as the target.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ESCAPE = 0.1
 PERIODS = (3, 4)
 
 LOST_TRAP, LOST_SUCCESS = 0.4, 0.2
-"""What is true of an agent that is lost, at every p."""
+"""Trap and success of a lost agent, at every p."""
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -58,22 +58,13 @@ class _Played:
 
 
 def simulate(truth: World, design: Design, rng: np.random.Generator) -> list[Trial]:
-    """One study of a simulated agent.
-
-    Args:
-        truth: The world.
-        design: Which p, and how many trials.
-        rng: The stream of this study.
-
-    Returns:
-        Trials by p, repetition and trial.
-    """
+    """One study of a simulated agent: its trials by p, repetition and trial."""
     played = _play(truth, design, rng)
     return [_trial(truth, design, played, place) for place in range(len(played.solved))]
 
 
 def simulate_outcomes(truth: World, design: Design, rng: np.random.Generator) -> Outcomes:
-    """The same study as columns: ``outcomes(simulate(...))``, without the records between."""
+    """The same study as columns: ``outcomes(simulate(...))`` without the records."""
     return simulate_columns(truth, design, rng)[0]
 
 
@@ -95,7 +86,7 @@ def simulate_columns(truth: World, design: Design, rng: np.random.Generator) -> 
 
 
 def _player(truth: World, design: Design, place: int) -> str:
-    """Who plays a trial: each of the people at one p has equally many there, one after the other."""
+    """The player of a trial: at each p every player has equally many trials, one after the other."""
     condition, cluster = divmod(place, design.clusters)
     return participant_spec(f"{condition}-{cluster * truth.people // design.clusters}")
 
@@ -122,7 +113,7 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
 
 
 def _by_player(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:
-    """Each trial's chance, given how good the person is who plays it; the mean over people is as stated."""
+    """Each trial's chance, given its player's skill; the mean over players is as stated."""
     from scipy.special import ndtr, ndtri
 
     names = np.array([_player(truth, design, place) for place in range(len(success))])
@@ -163,7 +154,7 @@ def _actions(trap: Floats, luck: Floats) -> Integers:
 
 
 def _solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> Integers:
-    """The step at which each trial is solved, 0 if it is not. A loop that is complete at t tells from t + 1 on."""
+    """The step at which each trial is solved, 0 if it is not. A loop that is complete at t acts from t + 1 on."""
     steps = np.arange(1, BUDGET + 1)
     hazard = (1 - (1 - success) ** (1 / (BUDGET - FIRST + 1)))[:, None] * (steps >= FIRST)
     looped = (onset[:, None] > 0) & (onset[:, None] < steps)
@@ -175,7 +166,7 @@ _DECISIONS = tuple(Decision(joint=joint) for joint in JOINTS)
 
 
 def _trial(truth: World, design: Design, played: _Played, place: int) -> Trial:
-    """One record. The box opens at the joint attempted last, which therefore is the target."""
+    """One record. The joint attempted last opens the box, so it is the target."""
     condition, cluster = divmod(place, design.clusters)
     repetition, trial = (number + 1 for number in divmod(cluster, design.trials))
     actions = played.actions[place, : played.length[place]].tolist()

@@ -1,8 +1,7 @@
-"""Simulated agents whose truth is known, and how much they play.
+"""Simulated agents with known truth (worlds), and their designs.
 
-A *world* says what is true: how often the box is solved at each p, how readily the agent falls into a cycle, and
-whether a loop, once complete, makes solving less likely. Nothing else differs between conditions. How they play is
-:mod:`lockprobe.audit.simulate`.
+A *world* states the success at each p, the agent's tendency to fall into cycles, and whether a complete loop makes
+solving less likely. Nothing else differs between conditions. :mod:`lockprobe.audit.simulate` plays them.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ MANY_P = tuple(i / 20 for i in range(21))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """How much is played; the paper's flip study by default (Sec. 3.2).
+    """The size of a study; the paper's flip study by default (Sec. 3.2).
 
     Attributes:
         p: Flip probabilities, ascending.
-        repetitions: Times the whole is repeated.
+        repetitions: Repetitions of the whole.
         trials: Trials per repetition and p.
     """
 
@@ -41,7 +40,7 @@ class Design:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class World:
-    """What is true of a simulated agent. ``success`` and ``trap`` are given at each p of the design, ascending.
+    """The truth about a simulated agent. ``success`` and ``trap`` are given at each p of the design, ascending.
 
     Attributes:
         name: Its name.
@@ -50,15 +49,12 @@ class World:
         trap: Chance per step to fall into a cycle of three or four actions, [0, 1]; 0 acts at random throughout.
         harm: Factor on the chance to solve once a loop is complete; 1 if loops are irrelevant, below 1 if they hurt.
         shared: Share of trials that have the same luck at every p, [0, 1].
-        apart: Whether the lowest p has a luck of its own all the same: success is equal at every p, and not in the
-            same trials.
-        people: People who play at each p, every one at a single p; 0 for an agent.
-        likeness: How alike the trials of one person are: the share of the variance behind an outcome that is the
-            person's, [0, 1).
-        breaks: Chance that a call fails and ends the trial as error, at each p, [0, 1).
-        lost: Share of trials in which the agent is lost: it falls into cycles and hardly ever solves the box, whatever
-            p is, [0, 1].
-        design: How much is played.
+        apart: Whether the lowest p has other luck even so: success is equal at every p, but not in the same trials.
+        people: People who play at each p, each at a single p; 0 for an agent.
+        likeness: Intraclass correlation of one person's trials, on the latent scale, [0, 1).
+        breaks: Chance per step that a call fails and ends the trial as error, at each p, [0, 1).
+        lost: Share of trials in which the agent falls into cycles and hardly ever solves the box, at any p, [0, 1].
+        design: The default design.
         truths: Questions whose true answer is yes: ``success``, ``speed``, ``shape``, ``looping``, ``harm``.
     """
 
@@ -190,7 +186,7 @@ WORLDS: Mapping[str, World] = {
         ),
     )
 }
-"""The paper's design, but where a world has its own."""
+"""Worlds by name, in the paper's design unless a world states another."""
 
 
 def world(name: str) -> World:

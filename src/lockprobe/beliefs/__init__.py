@@ -1,1 +1,1 @@
-"""What one can know of a box who knows only what was told: stated priors, the exact posterior, and plans by it."""
+"""Priors over interlocks, the exact posterior given reports, and plans under it."""

@@ -1,14 +1,13 @@
-"""Exact planning where every report is true.
+"""Exact planning where every report is true: fewest expected steps by branch and bound.
 
-A belief is then a set of interlocks that are still possible and a configuration. Attempts that surely move lead between
-configurations of the same set, others split it, and the fewest expected steps are exact::
+A belief is a configuration and the set of interlocks that are still possible. Attempts that surely move keep the set,
+others split it::
 
     V(set, c) = min over joints of 1 + f V(set that moves, c') + (1 - f) V(set that does not, c)
 
-with f the share of the set that lets the joint move, and nothing more to come when the target moves. The mean distance
-over the set, as if the interlock were known, bounds V from below; what cannot be the best by it is not looked at. From
-the start that leaves 151 of 6400 beliefs under ``single-parent`` over 4 joints and 6251 of 271 498 under
-``any-literal``.
+with f the share of the set that lets the joint move; V is 0 once the target moves. The mean distance over the set, as
+if the interlock were known, bounds V from below. From the start the bound leaves 151 of 6400 beliefs under
+``single-parent`` over 4 joints and 6251 of 271 498 under ``any-literal``.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ def can_plan(interlocks: Interlocks) -> bool:
 
 @cache
 def planner(interlocks: Interlocks) -> Planner:
-    """The planner of these interlocks, which remembers what it has found.
+    """The planner of these interlocks, with a memory of its results.
 
     Raises:
         BadValue: If there are too many.
@@ -56,9 +55,9 @@ class _Split(NamedTuple):
     """An attempt whose outcome is uncertain.
 
     Attributes:
-        bound: Lower bound of the expected steps by way of it.
-        steps: Steps up to and with it.
-        share: Of the interlocks that let the joint move.
+        bound: Lower bound of the expected steps through it.
+        steps: Steps up to and including it.
+        share: Share of the interlocks that let the joint move.
         moved: Those interlocks and the configuration after it; None if the box is open then.
         blocked: The other interlocks and the configuration.
     """
@@ -71,10 +70,10 @@ class _Split(NamedTuple):
 
 
 class Planner:
-    """Fewest expected steps where every report is true, for sets of interlocks as numbers with bit s for interlock s.
+    """Fewest expected steps where every report is true. A set of interlocks is a number with bit s for interlock s.
 
     Args:
-        interlocks: Those of a prior. A set has to be of some that can be solved from the configuration given with it.
+        interlocks: Those of a prior. Every set given must be solvable from the configuration given with it.
     """
 
     def __init__(self, interlocks: Interlocks) -> None:
@@ -85,7 +84,7 @@ class Planner:
         ]
 
     def __len__(self) -> int:
-        """How many beliefs it has valued."""
+        """Number of beliefs in its memory."""
         return len(self._best)
 
     def values(self, alive: int, configuration: int) -> tuple[float, ...]:

@@ -1,9 +1,8 @@
-"""What to attempt next: expected steps to solve the box, and what an attempt would tell.
+"""Planning under a belief: the expected steps and the expected information of each attempt.
 
-Where every report is true the expected steps are exact (:mod:`lockprobe.beliefs.exact`). Where reports may be false the
-value of an attempt is QMDP's (Littman, Cassandra and Kaelbling 1995): one more step, and from there on the distance
-averaged over the posterior, as if all were known after this attempt. It is a lower bound of the expected steps and
-gives no credit for what an attempt would tell.
+Where every report is true the expected steps are exact (:mod:`lockprobe.beliefs.exact`). Where reports may be false
+they are QMDP's (Littman, Cassandra and Kaelbling 1995): one step, then the distance averaged over the posterior, as if
+all were known after this attempt. That is a lower bound and gives no credit for information.
 """
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ from lockprobe.beliefs.posterior import Belief, entropy
 __all__ = ["PlanGoal", "best_joints", "expected_steps", "information", "least", "next_false", "qmdp"]
 
 _KNOWN = 0.95
-"""An interlock that is as probable as this is known."""
+"""Posterior probability from which an interlock counts as known."""
 
 PlanGoal = Literal["steps", "information"]
-"""What an attempt should do: lead to the open box soon, or tell much of the interlock."""
+"""The aim of an attempt: fewest expected steps, or most expected information about the interlock."""
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +29,7 @@ Floats = NDArray[np.float64]
 def expected_steps(belief: Belief) -> Floats:
     """Expected steps to solve the box if each joint is attempted next, shape (n,).
 
-    Exact for a naive observer; QMDP's lower bound for one who thinks that reports may be false.
+    Exact for a naive observer; QMDP's lower bound for others.
 
     Raises:
         BadValue: If the observer is naive and its prior too large to plan exactly.
@@ -55,8 +54,8 @@ def qmdp(belief: Belief) -> Floats:
 def information(belief: Belief) -> Floats:
     """Expected bits about the interlock that attempting each joint next would give, shape (n,), from 0.
 
-    What is seen of an attempt: whether the box opens; else the outcome told, or where none is told the position of the
-    attempted joint, and the positions that are news.
+    An attempt shows whether the box opens; else the outcome told, or the position of the attempted joint where no
+    outcome is told, and new positions.
     """
     held = belief.possible.any(axis=0)
     weights, moves = belief.weights[held], belief.interlocks.may_move(belief.configuration)[held]
@@ -67,7 +66,7 @@ def information(belief: Belief) -> Floats:
     goes_on = np.ones(moves.shape)
     goes_on[:, 0] = ~moves[:, 0]
     false = next_false(belief)[held, None]
-    told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", and beside them those of "blocked"
+    told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", then of "blocked"
     told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
     told[:, n:] = goes_on - told[:, :n]
     if belief.states_only:
@@ -88,11 +87,11 @@ def next_false(belief: Belief) -> Floats:
 
 
 def _by_position(told: Floats, configuration: NDArray[np.int64]) -> Floats:
-    """The probabilities of either outcome told as those of either position told of the attempted joint.
+    """Probabilities of the position told of the attempted joint, from those of the outcome told.
 
     Args:
-        told: Of "moved" to each joint and beside them of "blocked", shape (interlocks, 2n).
-        configuration: Where each interlock has the box, shape (interlocks,).
+        told: Of "moved" for each joint, then of "blocked", shape (interlocks, 2n).
+        configuration: The configuration under each interlock, shape (interlocks,).
     """
     n = told.shape[1] // 2
     away = (configuration[:, None] >> np.arange(n) & 1).astype(bool)
@@ -101,9 +100,9 @@ def _by_position(told: Floats, configuration: NDArray[np.int64]) -> Floats:
 
 
 def _news(belief: Belief) -> NDArray[np.int64]:
-    """What would be shown of where the box was before each attempt, shape (kinds, interlocks, n).
+    """The positions before each attempt that a report would show, shape (kinds, interlocks, n).
 
-    Of the attempted joint that is known only from its position with the outcome told.
+    The attempted joint's follows only from its position and the outcome told.
     """
     where, bit = belief.configuration[:, None], 1 << np.arange(belief.interlocks.joints)
     found = np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
@@ -114,15 +113,15 @@ def _news(belief: Belief) -> NDArray[np.int64]:
 
 
 def _gained(mass: Floats, news: NDArray[np.int64]) -> Floats:
-    """Entropy of what is shown minus entropy of that and the interlock together, unnormalised, shape (2n,).
+    """Entropy of the observation minus its joint entropy with the interlock, unnormalised, shape (2n,).
 
     Args:
-        mass: Probability of each kind, interlock and either outcome told, shape (kinds, interlocks, 2n).
-        news: What is shown then, shape (kinds, interlocks, n).
+        mass: Probability of each kind, interlock and outcome told, shape (kinds, interlocks, 2n).
+        news: The positions shown, shape (kinds, interlocks, n).
     """
     columns = mass.shape[-1]
     news = np.concatenate((news, news), axis=-1)
-    if len(mass) > 1:  # shown alike under both kinds: one and the same observation
+    if len(mass) > 1:  # equal under both kinds: one observation
         alike = news[0] == news[1]
         mass[0] += mass[1] * alike
         mass[1] *= ~alike
@@ -141,7 +140,7 @@ def _bits(share: Floats) -> Floats:
 def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
     """The joints that are best by a plan, shape (n,).
 
-    With ``information`` an interlock of posterior probability 0.95 counts as known.
+    With ``information`` a known interlock (posterior probability 0.95) is planned for fewest steps.
 
     Raises:
         BadValue: If the plan is ``steps``, the observer naive and its prior too large to plan exactly.
@@ -156,6 +155,6 @@ def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
 
 
 def least(values: Floats) -> NDArray[np.bool_]:
-    """Which of the values are the least, apart from rounding, shape (n,)."""
+    """Whether each value is the least, within rounding, shape (n,)."""
     chosen: NDArray[np.bool_] = values <= values.min() + SAME
     return chosen

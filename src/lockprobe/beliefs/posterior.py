@@ -1,24 +1,22 @@
-"""What follows from what was told: the exact posterior over interlocks, configurations and flip probabilities.
+"""The exact posterior over interlocks, configurations and flip probabilities, given the reports.
 
-Under any one interlock the attempts decide where the box is, so every interlock has one configuration, and one count of
-the reports that were false if it is the true one. The posterior is the prior times the probability of these counts:
+Under each interlock the attempts determine the configuration and the number of false reports. The posterior is the
+prior times the probability of these counts:
 
 * ``naive``: every report is true; only interlocks without a false report are left.
 * a number p: every report is false with probability p, independently; k false ones of t have p^k (1 - p)^(t - k).
 * ``aware``: p is unknown, with equal density over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
 
-What a report shows depends on how flips are told (:mod:`lockprobe.interventions.flip`). In each kind the position told
-of the attempted joint, with the outcome told, gives where that joint was before. ``transient`` reports also show
-where all others are; ``sticky`` ones repeat what was told of them before, which is no news; where no positions are told
-there is the outcome alone. Where positions are told and no outcomes (``tell=state``), a report is false if the position
-told of the attempted joint is, whatever comparing it with the last report says. A single report does not say of which
-kind it is. An observer who was not told infers it as well, from equal odds; a naive one takes every position told as
-true. And a trial that goes on shows that the target has not moved, whatever was reported, because its end is decided by
-the truth.
+The content of a report depends on the kind of flip (:mod:`lockprobe.interventions.flip`). In each kind the position
+told of the attempted joint, with the outcome told, gives its position before. ``transient`` reports also show the
+positions of all others; ``sticky`` ones repeat what was told of them before. Without positions there is the outcome
+alone. With positions and no outcomes (``tell=state``) a report is false if the position told of the attempted joint is,
+whatever comparing it with the last report says. An observer who was not told the kind infers it, from equal odds; a
+naive one takes every position as true. A trial that goes on shows that the target has not moved, whatever was reported.
 
-Where no interlock of the prior allows what was told, the observer keeps only the last report: it begins again from the
-prior at the configuration told before it (or believed, where none was told), and if that is impossible too at the
-configuration told after it. Interlocks that cannot be solved from there are left out. These restarts are counted.
+If no interlock of the prior allows the reports, the observer keeps only the last one. It begins again from the prior at
+the configuration told before it (or believed, where none was told), and if that is impossible too, at the configuration
+told after it. Interlocks that cannot be solved from there are left out. These restarts are counted.
 """
 
 from __future__ import annotations
@@ -37,19 +35,19 @@ from lockprobe.errors import BadValue
 __all__ = ["Belief", "Noise", "Persistence", "ReportedAttempt", "begin", "entropy", "noise_model", "opened", "update"]
 
 Persistence = Literal["unknown", "transient", "sticky"]
-"""What becomes of a false position in later reports, as far as an observer was told."""
+"""Whether a false position stays in later reports, as far as an observer was told."""
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Noise:
-    """How an observer thinks that reports come about.
+    """An observer's model of reports.
 
     Attributes:
-        name: As it was asked for: ``naive``, ``aware`` or a number.
+        name: ``naive``, ``aware`` or a number.
         p: Probability that a report is false, [0, 1]; None if it is inferred.
-        kinds: The kinds of flip that are thought possible.
+        kinds: The possible kinds of flip.
     """
 
     name: str
@@ -67,7 +65,7 @@ def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
 
     Args:
         name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
-        persistence: What was said of false positions; without meaning to a naive observer.
+        persistence: What the observer was told of false positions; a naive one ignores it.
 
     Raises:
         BadValue: If it is none of these.
@@ -84,11 +82,11 @@ def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
 
 @dataclass(frozen=True, slots=True)
 class ReportedAttempt:
-    """One report, in numbers.
+    """One report, with joints as numbers.
 
     Attributes:
         joint: The joint attempted.
-        moved: Whether it moved, as told, or as comparing positions says.
+        moved: Whether it moved, as told, or as positions imply.
         positions: The configuration as told afterwards; None where positions are not told.
         states_only: Whether positions are told and no outcomes.
     """
@@ -101,21 +99,20 @@ class ReportedAttempt:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Belief:
-    """What is known at one moment. Beliefs are equal from which the same follows, however they came about.
+    """An observer's knowledge at one moment. Beliefs with the same consequences are equal, whatever their history.
 
     Attributes:
         interlocks: Those of the prior.
-        noise: How reports are thought to come about.
-        possible: Whether the reports could have come about, by kind of flip and interlock, shape (kinds, interlocks).
-        configuration: Where the box is under each interlock, shape (interlocks,).
-        false: How many reports were false under it, of the same shape.
+        noise: The model of reports.
+        possible: Whether the reports are possible, by kind of flip and interlock, shape (kinds, interlocks).
+        configuration: The configuration under each interlock, shape (interlocks,).
+        false: The number of false reports under it, of the same shape.
         weights: The posterior probability of every interlock, of the same shape.
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
-        states_only: Whether the last report told positions and no outcome. Before the first report it makes no
-            difference: the box is where it starts.
+        states_only: Whether the last report told positions and no outcome; False before the first.
         moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
-        restarts: How often what was told was impossible.
+        restarts: Number of impossible reports.
     """
 
     interlocks: Interlocks
@@ -157,13 +154,13 @@ class Belief:
 
 def begin(interlocks: Interlocks, noise: Noise) -> Belief:
     """What is known before the first report: the prior, at the start."""
-    return _anew(interlocks, noise, 0)
+    return _prior_at(interlocks, noise, 0)
 
 
-def _anew(
+def _prior_at(
     interlocks: Interlocks, noise: Noise, configuration: int, positions: int | None = 0, restarts: int = 0
 ) -> Belief:
-    """The prior at a configuration, with what was told of it."""
+    """The prior at a configuration, with the positions told of it."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
         interlocks=interlocks,
@@ -189,7 +186,7 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
 
 def _again(belief: Belief, configuration: int) -> Belief:
     """Begin again from the prior."""
-    return _anew(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
+    return _prior_at(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
 
 
 def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
@@ -217,7 +214,7 @@ def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
 
 
 def _said(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
-    """Whether the joint moved as told; if positions alone are told, as each interlock would have it."""
+    """Whether the joint moved as told; if positions alone are told, under each interlock."""
     if not report.states_only or report.positions is None:
         return report.moved
     moved: NDArray[np.bool_] = (belief.configuration ^ report.positions) >> report.joint & 1 == 1
@@ -225,7 +222,7 @@ def _said(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
 
 
 def _shown(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
-    """Whether the positions told are as each kind and interlock would have it, shape (kinds, interlocks)."""
+    """Whether each kind and interlock allows the positions told, shape (kinds, interlocks)."""
     if report.positions is None:
         return np.ones_like(belief.possible)
     bit = 1 << report.joint
@@ -259,9 +256,9 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
 
 
 def _afterwards(again: Belief, before: int, report: ReportedAttempt) -> Belief:
-    """The prior where the report says that the box is now; the target stays where it was."""
+    """The prior at the configuration told; the target stays in place."""
     now = before ^ (report.moved << report.joint) & ~1
-    fresh = _anew(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
     return _only(fresh, opens=False) or fresh if report.joint == 0 else fresh
 
@@ -273,7 +270,7 @@ def opened(belief: Belief) -> Belief:
 
 
 def _only(belief: Belief, *, opens: bool) -> Belief | None:
-    """The belief if it is known whether the target moves when attempted; None if that is impossible."""
+    """The belief, given whether an attempt moves the target; None if that is impossible."""
     moves = belief.interlocks.may_move(belief.configuration)[:, 0]
     possible = belief.possible & (moves == opens)
     weights = belief.weights * (moves == opens)
@@ -282,6 +279,6 @@ def _only(belief: Belief, *, opens: bool) -> Belief | None:
 
 
 def entropy(belief: Belief) -> float:
-    """How much is unknown of the interlock, in bits, from 0."""
+    """Entropy over interlocks, in bits, >= 0."""
     sure = belief.weights[belief.weights > 0.0]
     return float(-(sure * np.log2(sure)).sum()) + 0.0

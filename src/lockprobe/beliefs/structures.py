@@ -1,8 +1,7 @@
-"""Stated priors: which interlocks one thinks possible before anything was told. Each has equal weight.
+"""Priors over interlocks, all of equal weight: chains, single parents, any literal.
 
-Joints are numbers here, the target is joint 0. A configuration is a number whose bit j says that joint j is away from
-where it was at the start: "open". Every interlock of these priors lets a joint move always, or under the position of
-one other joint:
+Joints are numbers, the target is joint 0. A configuration is a number; bit j says that joint j is "open": away from its
+start. Every interlock lets a joint move always, or under the position of one other joint:
 
 * ``chains``: the target needs another joint open, that one the next, and so on through all; the last is free. The
   orders of the only public code of this lineage (Baum et al., IROS 2017), 6 for 4 joints.
@@ -10,7 +9,7 @@ one other joint:
 * ``any-literal``: every joint is free or needs one other in one of its two positions; 2152 for 4 joints.
 
 Interlocks under which the target can never move are left out (114 of 256, 249 of 2401). A box with two conditions on
-one joint is in none of these priors; an observer meets reports there that none of its interlocks allows.
+one joint is in none of these priors; its reports can be impossible to an observer.
 """
 
 from __future__ import annotations
@@ -29,13 +28,13 @@ from lockprobe.errors import BadValue, UnknownName
 __all__ = ["MOST_INTERLOCKS", "PRIORS", "Interlocks", "Masks", "as_mask", "interlocks"]
 
 MOST_INTERLOCKS = 20_000
-"""More than these are not held in mind."""
+"""The largest prior that is built."""
 
 NEVER = 255
 """The distance from where the target can never move."""
 
 Need = tuple[int, int] | None
-"""Another joint and the position in which it has to be; None for a joint that is free."""
+"""The other joint that a joint needs, and its position; None for a joint that is free."""
 
 Masks = tuple[tuple[int, ...], ...]
 """For every configuration and joint a set of interlocks, bit s for interlock s."""
@@ -43,14 +42,14 @@ Masks = tuple[tuple[int, ...], ...]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Interlocks:
-    """The interlocks of one prior over so many joints.
+    """The interlocks of one prior over n joints.
 
     Attributes:
         prior: Name of the prior.
         joints: Number of joints n.
-        needs: What every joint needs, one tuple of n per interlock.
-        asks: The bit that a joint's condition asks for, shape (interlocks, n); 0 for a joint that is free.
-        finds: The bits that it has to find there, of the same shape.
+        needs: The need of every joint, one tuple of n per interlock.
+        asks: The bit that a joint's condition reads, shape (interlocks, n); 0 for a joint that is free.
+        finds: The value that this bit must have, of the same shape.
         distance: Fewest steps that solve the box from every configuration, shape (interlocks, 2**n); 255 where
             nothing does.
     """
@@ -66,7 +65,7 @@ class Interlocks:
         return len(self.needs)
 
     def may_move(self, configuration: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Whether each joint may move where each interlock has the box.
+        """Whether each joint may move in the configuration under each interlock.
 
         Args:
             configuration: One configuration per interlock, shape (interlocks,).
@@ -112,7 +111,7 @@ _COUNTS: Mapping[str, Callable[[int], int]] = {
     "single-parent": lambda n: n**n,
     "any-literal": lambda n: (2 * n - 1) ** n,
 }
-"""Interlocks of each prior over n joints, with those that cannot be solved."""
+"""Interlocks of each prior over n joints, unsolvable ones included."""
 
 _LISTS: Mapping[str, Callable[[int], list[tuple[Need, ...]]]] = {
     "chains": _chains,
@@ -126,11 +125,7 @@ PRIORS = tuple(_LISTS)
 
 @cache
 def interlocks(prior: str, joints: int) -> Interlocks:
-    """All interlocks of a prior that can be solved from the start.
-
-    Args:
-        prior: One of :data:`PRIORS`.
-        joints: Number of joints, from 2.
+    """All interlocks of a prior over 2 or more joints that can be solved from the start.
 
     Raises:
         UnknownName: If there is no such prior.
@@ -162,7 +157,7 @@ def interlocks(prior: str, joints: int) -> Interlocks:
 
 
 def _distances(asks: NDArray[np.int64], finds: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Fewest steps that move the target, by Bellman's sweeps over all interlocks and configurations at once."""
+    """Fewest steps that move the target, by value iteration over all interlocks and configurations."""
     joints = asks.shape[1]
     every = np.arange(1 << joints, dtype=np.int64)
     allowed = [(every & asks[:, [joint]]) == finds[:, [joint]] for joint in range(joints)]

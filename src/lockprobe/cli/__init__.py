@@ -51,7 +51,7 @@ _SMALL = ("box", "loops")
 """Commands that do little with numbers, and start no process."""
 
 STUDIES = ("flips", "modalities", "why", "mechanisms.toml")
-"""Studies that somebody may type where a command belongs."""
+"""Studies that a user may type in place of a command."""
 
 
 def build(names: Iterable[str]) -> Typer:

@@ -50,14 +50,10 @@ def interventions(json: AsJson = False) -> None:
 
 
 def list_all(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packaged: bool = True) -> None:
-    """Print what there is of a kind, a line each.
+    """Print one line per entry of a kind.
 
-    Args:
-        kind: The kind.
-        known: What Lockprobe has itself: spec -> what it is.
-        width: Columns of the spec.
-        json: Whether lines are JSON.
-        packaged: Whether what installed packages add is listed too.
+    ``known`` maps Lockprobe's own specs to descriptions; ``width`` is the width of the spec column. ``packaged`` adds
+    what installed packages provide.
     """
     rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
     if packaged:

@@ -15,8 +15,7 @@ from rich.table import Table
 
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
-from lockprobe.audit.rates import Progress, Rate, measure
-from lockprobe.audit.shipped_rates import as_data
+from lockprobe.audit.rates import Progress, Rate, as_data, measure
 from lockprobe.audit.simulated_agents import WORLDS, P, world
 from lockprobe.cli.printing import new_table, plain_console, print_table
 from lockprobe.errors import BadValue, UnknownName

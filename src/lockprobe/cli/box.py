@@ -23,6 +23,7 @@ from lockprobe.lockbox.generate import generate as make
 from lockprobe.lockbox.layouts import LayoutName
 from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.lockbox.state_space import space_of
 from lockprobe.lockbox.structures import FAMILIES
 from lockprobe.plugins import listed_plugins
 from lockprobe.storage.atomic_file import write_file
@@ -63,7 +64,7 @@ def list_boxes(json: AsJson = False) -> None:
 
 def _row(name: str, box: Lockbox) -> str:
     return (
-        f"{name:16} {len(box.joints):6}  {optimum(box):7}  {undone(box):6}"
+        f"{name:16} {len(box.joints):6}  {optimum(box):7}  {undone(space_of(box)):6}"
         f"  {random_success(box):6.3f}  {random_no_repeat_success(box):9.3f}"
     )
 

@@ -147,7 +147,7 @@ class LiveDisplay(Plain):
         self._console.print(Text(printable(text)))
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """An agent's turn comes: a table of its own."""
+        """An agent begins, with a new table."""
         self.close()
         super().agent(source, owed)
         self._playing.clear()
@@ -177,31 +177,6 @@ class LiveDisplay(Plain):
         if trial.error is not None:
             self.say(f"  {trial.key}  error at {trial.error.boundary}: {trial.error.message}")
 
-    def interrupted(self, directory: Path) -> None:
-        """Say how to go on after Ctrl-C."""
-        self.close()
-        super().interrupted(directory)
-
-    def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
-        """Say that the budget is spent."""
-        self.close()
-        super().stopped(reached, owed, trials)
-
-    def broke(self) -> None:
-        """Say that not one trial of the run ended."""
-        self.close()
-        super().broke()
-
-    def invalid(self, found: Sequence[Invalid]) -> None:
-        """Say which conditions have no valid trial."""
-        self.close()
-        super().invalid(found)
-
-    def reported(self, path: Path | None) -> None:
-        """Name the report, if there is one."""
-        self.close()
-        super().reported(path)
-
     def _table(self) -> Group:
         table = Table(box=None, padding=(0, 2, 0, 0))
         for column in ("", "solved", "played"):
@@ -218,14 +193,7 @@ class LiveDisplay(Plain):
 
 @contextmanager
 def watch(*, json: bool, batch: bool = False, budget: Budget | None = None, report: bool = True) -> Iterator[Plain]:
-    """The display that fits where the output goes.
-
-    Args:
-        json: Whether machines read it.
-        batch: Whether providers' batch interfaces are used.
-        budget: What the study may cost.
-        report: Whether the run writes its report.
-    """
+    """The display that fits the output: JSON lines, plain lines, or a live table on a terminal."""
     if json:
         yield JsonLines(batch=batch, budget=budget, report=report)
     elif not sys.stdout.isatty():

@@ -17,7 +17,7 @@ from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
 from lockprobe.install import advice
 from lockprobe.plants.catalogue import require_mujoco
-from lockprobe.plants.rendering.choose_renderer import VARIABLE, automatic, probe
+from lockprobe.plants.rendering.choose_renderer import VARIABLE, decide, probe
 
 __all__ = ["Finding", "doctor", "examine"]
 
@@ -68,7 +68,7 @@ def _renderers() -> Iterator[Finding]:
             what=f"renderer {one.name}", ok=one.ok, detail=one.detail or "works everywhere, slower than OpenGL"
         )
     try:
-        taken = automatic()
+        taken = decide()
     except UserMistake as mistake:
         yield Finding(what="renderer taken", ok=False, detail=str(mistake))
         return

@@ -1,4 +1,4 @@
-"""Writes the report of a study while its run goes on, and renews it."""
+"""Writes the report of a study while its run goes on, and updates it."""
 
 from __future__ import annotations
 
@@ -22,15 +22,11 @@ FIRST_PAUSE = 60.0
 
 
 class LiveReport:
-    """Watches a run for another observer, and writes its report beside it, in a process of low priority.
+    """Passes events on to another observer, and writes the report in a process of low priority.
 
-    A report is begun when the turn of a slow agent comes, or a minute later where nothing has been played yet. Further
-    ones follow after pauses that double. At most one is being written. What such a process says goes nowhere: the run
-    writes the last report itself.
-
-    Args:
-        observer: Who is told of everything.
-        directory: Of the study; None for no report.
+    The first report starts when a slow agent begins, or a minute later if nothing has been played yet. The pauses after
+    it double. At most one process writes. Its output is discarded: the run writes the last report itself. Without a
+    directory there are no reports.
     """
 
     def __init__(self, observer: Observer, directory: Path | None) -> None:

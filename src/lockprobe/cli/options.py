@@ -62,10 +62,9 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 
 
 def with_study_options(*, without: Iterable[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options of a study, in front of its own; it gets those that were given as ``asked``.
+    """Give a command the options of a study, except ``without``, in front of its own options.
 
-    Args:
-        without: Options that it does not take.
+    The command gets those that the user gave as ``asked``.
     """
     names = [name for name in StudyOptions.model_fields if name not in {"study", *without}]
 
@@ -120,5 +119,5 @@ def _kind(annotation: Any) -> Any:
 
 
 def _bare(kind: Any) -> Any:
-    """A type without what is said of it."""
+    """A type without its annotations."""
     return get_args(kind)[0] if get_origin(kind) is Annotated else kind

@@ -1,29 +1,36 @@
-"""``lockprobe play``: one trial in the terminal, and what the player could not know after it."""
+"""``lockprobe play``: a person plays one trial at a terminal by keys, then sees what was true."""
 
 from __future__ import annotations
 
 import asyncio
+import os
+import re
 import secrets
-from collections.abc import Iterator
+import select
+import sys
+import termios
+import tty
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from types import TracebackType
+from typing import Annotated, Literal, Self
 
+import numpy as np
 import typer
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.cli.person import Ended, Keys, Left, Person, ViewKind
 from lockprobe.cli.printing import Screen
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, LockprobeError
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.lockbox.sketch import interlock_lines
+from lockprobe.lockbox.sketch import interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimum, random_curve
 from lockprobe.plan import Names, Plan
-from lockprobe.record import Trial
+from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
@@ -33,6 +40,9 @@ from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial_json import trial_to_json
 
 __all__ = ["play", "relabelled", "tell"]
+
+ViewKind = Literal["text", "panel"]
+"""How reports are shown: in words as models read them, or drawn from what is told."""
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
 """Who plays the same trial afterwards."""
@@ -91,7 +101,7 @@ def play(
 
 
 def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
-    """Not through asyncio.run: it would keep Ctrl-C to itself while a key is waited for."""
+    """Play the trial. It avoids asyncio.run, which would hold back Ctrl-C while a key is awaited."""
     loop = asyncio.new_event_loop()
     try:
         with Keys() as keys:
@@ -111,7 +121,7 @@ def _of(spec: str, asked: TrialOptions) -> Trial | None:
 
 
 def _check_record(path: Path) -> None:
-    """Refuse a file to which nothing could be appended after the trial, and leave none behind."""
+    """Refuse a file that cannot be appended to after the trial; create none."""
     if not path.absolute().parent.is_dir():
         raise BadFile(path, "its directory does not exist")
     check_regular(path)
@@ -149,13 +159,9 @@ def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:
 
 
 def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> None:
-    """Say all that the player could not know.
+    """Print everything that the player could not know.
 
-    Args:
-        screen: Where.
-        trial: What was played.
-        box: The box of this trial.
-        others: The same trial of strategies, by spec; None for one that cannot play this box.
+    ``others`` are strategies in the same trial, by spec; None for one that cannot play this box.
     """
     steps = len(trial.steps)
     screen.say()
@@ -210,3 +216,150 @@ def _standing(trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> It
 
 def _ending(trial: Trial) -> str:
     return _steps(len(trial.steps)) if trial.solved else f"not within {_steps(trial.budget)}"
+
+
+_RULES = """\
+The box has {count} joints, each in one of two positions. They lock each other in a
+hidden way: whether a joint can move depends on the positions of other joints.
+In every step you choose one joint. If it is not locked it moves to its other
+position; if it is locked, nothing happens. The box is open as soon as the
+target joint, {target}, moves. You have {budget} steps."""
+
+_TEXT = "After every step you are told whether it moved, and which joints are at position 1."
+
+_CLAIMS: dict[str, Outcome] = {"M": "moved", "N": "blocked"}
+
+
+class Left(LockprobeError):
+    """Raised when the person stops in the middle of a trial."""
+
+
+class Ended(Left):
+    """Raised when the input ends in the middle of a trial."""
+
+
+class Person:
+    """Asks at every step. The panel of ``box`` is shown, not its interlock.
+
+    ``labels`` are in panel order.
+    """
+
+    def __init__(self, box: Lockbox, labels: Sequence[str], view: ViewKind, keys: Keys, screen: Screen) -> None:
+        self._box, self._labels, self._view = box, tuple(labels), view
+        self._keys, self._screen = keys, screen
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """How it was played."""
+        return {"view": self._view, "page": "terminal"}
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """The person's choice.
+
+        Raises:
+            Left: If the person stops; as ``Ended`` if the input ends.
+        """
+        task, percept, step = situation.task, situation.percept, len(situation.past) + 1
+        if step == 1:
+            self._rules(task)
+        self._screen.say()
+        self._screen.say(f"Step {step} of {task.budget}", "bold")
+        self._show(task, percept)
+        claimed: Outcome | None = None
+        if task.assessment and percept.joint is not None:
+            claimed = _CLAIMS[self._ask("What did your last action do? m it moved, n it did not move: ", "MN", task)]
+        joints = " ".join(label + "*" * (label == task.target) for label in task.joints)
+        return Decision(joint=self._ask(f"Which joint? {joints}: ", task.joints, task), claimed=claimed)
+
+    def _rules(self, task: Task) -> None:
+        for line in _RULES.format(count=len(task.joints), target=task.target, budget=task.budget).splitlines():
+            self._screen.say(line)
+        legend = panel_lines(self._box, positions=[None] * len(self._labels))[-1]
+        self._screen.say(f"The panel: {legend}." if self._view == "panel" else _TEXT)
+        self._screen.say("Keys: the letter of a joint; ? for help; q to stop.", "dim")
+
+    def _show(self, task: Task, percept: Percept) -> None:
+        if self._view == "text":
+            self._screen.say(percept.text)
+            return
+        if percept.joint is not None:
+            self._screen.say(
+                f"{percept.joint} moved." if percept.outcome == "moved" else f"{percept.joint} did not move."
+            )
+        told = dict(zip(task.joints, percept.positions or [None] * len(task.joints), strict=True))
+        positions = [told[label] for label in self._labels]
+        for line in panel_lines(self._box, labels=self._labels, positions=positions)[:-1]:
+            self._screen.say(line)
+
+    def _ask(self, question: str, choices: Sequence[str], task: Task) -> str:
+        while True:
+            self._screen.say(question, end="")
+            key = self._keys.next()
+            self._screen.say(key.strip() if key is not None else "")
+            if key is None:
+                raise Ended("nothing more comes")
+            if key == "Q":
+                raise Left("stopped")
+            if key == "?":
+                self._rules(task)
+            elif key in choices:
+                return key
+            else:
+                self._screen.say(f"Not a choice here; press {', '.join(choices)}, ? for help, q to stop.", "yellow")
+
+
+_END = "\x04"
+"""Ctrl-D, as a terminal sends it."""
+
+_SEQUENCE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]?|O?.?)", re.DOTALL)
+"""What arrows and the like send; they choose nothing."""
+
+_PATIENCE = 0.02
+"""Seconds in which the rest of an arrow key or the like comes."""
+
+_HEED = 0.2
+"""Seconds after which Ctrl-C is heeded where it came just before the wait for a key: such a wait is not interrupted."""
+
+
+class Keys:
+    """Standard input as keys, while it is open. On exit the terminal gets its settings back."""
+
+    def __init__(self) -> None:
+        self._terminal = sys.stdin.fileno() if sys.stdin is not None and sys.stdin.isatty() else None
+        self._before: list[object] = []
+        self._pressed: list[str] = []
+
+    def __enter__(self) -> Self:
+        if self._terminal is not None:
+            self._before = termios.tcgetattr(self._terminal)
+            tty.setcbreak(self._terminal)  # Ctrl-C stays what it is
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._terminal is not None:
+            termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)  # type: ignore[arg-type] # what was got
+
+    def next(self) -> str | None:
+        """The next key in capitals; of a line its first character. None at the end of input and for Ctrl-D."""
+        if self._terminal is not None:
+            return self._press(self._terminal)
+        for line in sys.stdin or ():
+            if line.strip():
+                return line.strip()[0].upper()
+        return None
+
+    def _press(self, terminal: int) -> str | None:
+        while not self._pressed:
+            while not select.select([terminal], [], [], _HEED)[0]:
+                pass
+            read = os.read(terminal, 1024)
+            if not read:
+                return None
+            while _SEQUENCE.search(read.decode("utf-8", "replace")) and select.select([terminal], [], [], _PATIENCE)[0]:
+                read += os.read(terminal, 1024)
+            plain = _SEQUENCE.sub("", read.decode("utf-8", "replace"))
+            self._pressed = [key.upper() for key in plain if not key.isspace()]
+        key = self._pressed.pop(0)
+        return None if key == _END else key

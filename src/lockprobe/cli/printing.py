@@ -22,21 +22,13 @@ _GAP = 2
 
 
 def plain_console(file: IO[str] | None = None) -> Console:
-    """A console as wide as the terminal; into a file or a pipe lines are not wrapped.
-
-    Args:
-        file: Where it writes; standard output if None.
-    """
+    """A console as wide as the terminal, on standard output by default; files and pipes get unwrapped lines."""
     file = sys.stdout if file is None else file
     return Console(file=file, highlight=False, width=None if file.isatty() else _UNBOUNDED)
 
 
 def new_table(*columns: str) -> Table:
-    """An empty table; the first column is of names, the others are of numbers.
-
-    Args:
-        columns: What stands at the head of each.
-    """
+    """An empty table with these column heads; the first column holds names, the others numbers."""
     table = Table(box=None, show_edge=False, pad_edge=False, padding=(0, _GAP, 0, 0))
     for place, name in enumerate(columns):
         table.add_column(name, justify="right" if place else "left")
@@ -44,11 +36,9 @@ def new_table(*columns: str) -> Table:
 
 
 def print_table(table: Table, file: IO[str] | None = None) -> None:
-    """Print a table: at the width of a terminal, but never narrower than its words; in full into a file or a pipe.
+    """Print a table: as wide as the terminal but never narrower than its words; in full to a file or a pipe.
 
-    Args:
-        table: The table; cells and heads are markup.
-        file: Where it is written; standard output if None.
+    Cells and heads are markup. ``file`` is standard output by default.
     """
     file = sys.stdout if file is None else file
     fit_columns(table, plain_console(file).width)
@@ -59,12 +49,7 @@ def print_table(table: Table, file: IO[str] | None = None) -> None:
 
 
 def fit_columns(table: Table, width: int) -> None:
-    """Give every column its width: the widest first become narrower, until the table fits or words would be cut.
-
-    Args:
-        table: The table; its columns are changed.
-        width: Columns of the terminal.
-    """
+    """Set the widths of the columns: the widest shrink first, until the table fits or words would be cut."""
     texts = [[Text.from_markup(str(cell)).plain for cell in (one.header, *one.cells)] for one in table.columns]
     least = [max((len(word) for text in cells for word in text.split()), default=1) for cells in texts]
     widths = [max((len(line) for text in cells for line in text.splitlines()), default=1) for cells in texts]

@@ -109,6 +109,9 @@ class Plain:
         self._shown: str | None = None
         self._last = 0.0
 
+    def close(self) -> None:
+        """End a live table, where there is one."""
+
     def say(self, text: str) -> None:
         """Print one line at once."""
         print(printable(text), flush=True)
@@ -145,7 +148,7 @@ class Plain:
         self._costs(study, journal)
 
     def _costs(self, study: Study, journal: Journal) -> None:
-        """What it has cost, and what it should still cost, if somebody charges for it."""
+        """The cost so far and the expected cost, if a provider charges."""
         if not hosted(study):
             return
         self.tally.ledger, self.tally.calls = Ledger(study, read_calls(journal.directory)), journal.calls
@@ -206,17 +209,13 @@ class Plain:
 
     def interrupted(self, directory: Path) -> None:
         """Say how to go on after Ctrl-C, and what it has cost."""
+        self.close()
         self.say(f"Stopped. Every finished trial is in {directory}; run the same command again to go on.")
         self._spent()
 
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
-        """Say that the budget is spent, and how to go on.
-
-        Args:
-            reached: What was spent, and allowed.
-            owed: Trials that are still owed.
-            trials: Trials of the study.
-        """
+        """Say that the budget is spent, how many trials of the study are owed, and how to go on."""
+        self.close()
         self.say(
             f"Budget reached: {money(reached.spent)} of {money(reached.budget)} spent, too little is left for a call; "
             f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"
@@ -224,18 +223,20 @@ class Plain:
         self.tally.ledger = None  # what was spent is said
 
     def broke(self) -> None:
-        """Say that not one trial of the run ended, why, and how to go on."""
+        """Say that no trial of the run ended, why, and how to go on."""
+        self.close()
         self.say(
             f"No trial ended: {self.tally.broken_in_all} broke, the first at {self.tally.first_error}; "
             "the same command plays them again"
         )
 
     def owed_anew(self, trials: int) -> None:
-        """Say how many trials are played anew on request, though an unusable reply had ended them for good."""
+        """Say how many trials are replayed on request after an unusable reply had ended them for good."""
         self.say(f"Owed anew: {count(trials, 'trial')} that ended as an error at reply; the earlier records stay")
 
     def invalid(self, found: Sequence[Invalid]) -> None:
         """Say which conditions have no valid trial, why, and how to go on."""
+        self.close()
         self.say(invalid_in_words(found))
 
     def _spent(self) -> None:
@@ -244,6 +245,7 @@ class Plain:
 
     def reported(self, path: Path | None) -> None:
         """Say what it has cost, and name the report; None where there is none."""
+        self.close()
         self._spent()
         if self._report:
             self.say("No report: no trial has ended" if path is None else f"Report: {path}")
@@ -261,15 +263,12 @@ _LONG = 5.0
 class Tally:
     """The state of a run: what was played, solved and broken, how fast, and what it cost.
 
-    Args:
-        study: What is played; None as long as nothing is.
-
     Attributes:
-        ended_in_all: Trials of this run that ended, all agents together.
-        broken_in_all: Trials of it that something outside their agent broke.
-        first_error: Where the first of those broke, and what was said.
-        ledger: What the study has cost; None where nobody is asked.
-        calls: Its calls, as above.
+        ended_in_all: Trials of this run that ended, over all agents.
+        broken_in_all: Trials of this run that broke outside their agent.
+        first_error: Boundary and message of the first of those.
+        ledger: The cost of the study; None where no provider is asked.
+        calls: Its calls; None likewise.
     """
 
     def __init__(self, study: Study | None = None) -> None:
@@ -287,13 +286,9 @@ class Tally:
         self.agent_owed = 0
 
     def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
-        """Another agent begins; its trials of an earlier run count as solved or not, but not as played.
+        """Start counting another agent, with ``owed`` trials to play.
 
-        Args:
-            source: The agent.
-            owed: Trials that it is to play.
-            done: Trials that it has played before.
-            slow: Whether a step takes so long that one wants to see it.
+        Trials of an earlier run (``done``) count as solved or not, but not as played. ``slow`` agents show their steps.
         """
         self.agent, self.slow, self.agent_owed = source.spec, slow, owed
         self.played = self.steps = 0

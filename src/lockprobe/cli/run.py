@@ -163,10 +163,10 @@ def _owed(planned: Study, journal: Journal) -> int:
 
 
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
-    """The study of a name or file, with what was asked for on the command line before it, and its directory.
+    """The study of a name or file with the options of the command line, and its directory.
 
-    Where no agent is asked for, those of the study that is there play. A directory that an earlier release made goes on
-    with reports as they were then, unless a modality is asked for.
+    Without an agent, those of an existing study play. A directory from an earlier release keeps its reports, unless a
+    modality is given.
     """
     if name not in STUDIES and Path(name).is_dir():
         expected = f"one of {', '.join(STUDIES)}, or FILE.toml; to go on, the same command with --out {name}"
@@ -182,7 +182,7 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
 
 
 def _shown_as_before(planned: Study, there: Study) -> Study:
-    """The study, shown as that of a release in which reports told outcomes too if nobody asked otherwise."""
+    """The study with the reports of an earlier release, which told outcomes as well by default."""
     told = tuple(STATES if one == "symbolic" else one for one in there.modalities)
     if not (planned.of_flips and there.of_flips) or told != planned.modalities:
         return planned

@@ -1,8 +1,7 @@
 """The box as a Gymnasium environment, ``lockprobe/Lockbox-v0``, and its registration.
 
-Gymnasium looks names up in a registry, and since its release 1.0 no entry point fills it: the package that has an
-environment registers it when it is imported. Importing Lockprobe imports no Gymnasium: :func:`announce` registers the
-environment as soon as Gymnasium is loaded, whichever of the two is imported first.
+Gymnasium looks up names in a registry that no entry point fills since its release 1.0. Importing Lockprobe imports no
+Gymnasium: :func:`announce` registers the environment as soon as Gymnasium is loaded, in either order of imports.
 """
 
 from __future__ import annotations
@@ -15,11 +14,11 @@ from types import ModuleType
 __all__ = ["ENVIRONMENT", "announce", "register"]
 
 ENVIRONMENT = "lockprobe/Lockbox-v0"
-"""Its name in Gymnasium's registry."""
+"""Name in Gymnasium's registry."""
 
 
 def register() -> None:
-    """Enter the environment in Gymnasium's registry, if it is not there yet."""
+    """Enter the environment in Gymnasium's registry. Idempotent."""
     from gymnasium.envs import registration
 
     if ENVIRONMENT not in registration.registry:
@@ -39,12 +38,12 @@ def announce() -> None:
 
 
 class _UntilGymnasium:
-    """Waits among the finders of modules until Gymnasium has been loaded, and finds nothing else."""
+    """An import finder that waits for Gymnasium and finds nothing else."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Gymnasium as it is found anyway, with one thing to do after it is loaded."""
+        """Find Gymnasium by its path, and register the environment after it is loaded."""
         found = PathFinder.find_spec(fullname, path) if fullname == "gymnasium" else None
         if found is None or found.loader is None:
             return None

@@ -1,4 +1,4 @@
-"""A learned policy as an agent for studies. Needs no Gymnasium."""
+"""A policy learned in the environment as an agent for studies."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ __all__ = ["LearnedAgent"]
 
 
 class LearnedAgent:
-    """Plays a study by what it learned in the environment: subclass it and write :meth:`act`.
+    """An agent that plays studies with a learned policy: subclass it and write :meth:`act`.
 
-    It keeps nothing between calls, as every agent: :meth:`act` gets all observations of the trial so far. Of its last
-    action it says what it was told.
+    As every agent, it keeps nothing between calls: :meth:`act` gets all observations of the trial so far. It claims
+    the outcome that it was told. It needs no Gymnasium.
 
     Attributes:
-        facts: What it is, for the record: algorithm, training seed, file hash.
-        observation: What it learned from: ``symbolic``, where outcomes are told and, in studies that tell states
-            alone, found by comparing reports, as strategies do; ``symbolic?tell=state``, which leaves them untold; or
-            ``rgb`` or ``rgbd`` for studies of that modality.
+        facts: For the record: algorithm, training seed, file hash.
+        observation: The observation in training. ``symbolic`` holds outcomes; in studies that tell only states, it
+            infers them by comparing reports, as strategies do. ``symbolic?tell=state`` holds no outcomes. ``rgb`` and
+            ``rgbd`` are for studies of that modality.
         steps_left: Whether its observations hold the steps left.
     """
 
@@ -36,12 +36,12 @@ class LearnedAgent:
     steps_left: ClassVar[bool] = False
 
     def act(self, observations: Any, rng: np.random.Generator) -> int:
-        """The joint to attempt next, by its place in the listing.
+        """The joint to attempt next, by its index in the listing.
 
         Args:
-            observations: All of the trial so far on a first axis of their own, the newest last: vectors, shape
+            observations: All observations of the trial, stacked along a first axis, the newest last: vectors, shape
                 (1 + steps played, entries), or colours, or a mapping of colours and depth.
-            rng: The agent's stream; nothing else may be random.
+            rng: The agent's stream, the only source of randomness.
         """
         raise NotImplementedError
 
@@ -49,7 +49,7 @@ class LearnedAgent:
         """Attempt the joint that :meth:`act` chooses.
 
         Raises:
-            BadValue: If it learned from reports and is shown pictures.
+            BadValue: If it learned from reports and the study shows pictures.
         """
         joint = self.act(self._observations(situation), rng)
         return Decision(joint=situation.task.joints[int(joint)], claimed=told_outcome(situation))
@@ -63,7 +63,7 @@ class LearnedAgent:
 
 
 def _compared(situation: Situation) -> Situation:
-    """The situation with the outcomes that comparing its reports says, where none are told."""
+    """The situation with outcomes inferred by comparing reports where none are told."""
     past = tuple(
         replace(turn, percept=_with_outcome(replace(situation, past=situation.past[:done], percept=turn.percept)))
         for done, turn in enumerate(situation.past)

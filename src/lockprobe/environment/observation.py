@@ -1,17 +1,17 @@
 """Observations as arrays: reports as a short vector of whole numbers, pictures as colours and depth.
 
-They are the same for an agent that is trained and for one that plays a study; nothing here needs Gymnasium. With ``n``
-joints, numbered as they are listed to the agent, the vector holds:
+Training and studies use the same observations. Nothing here needs Gymnasium. With ``n`` joints, numbered as they are
+listed to the agent, the vector holds:
 
 =========================  ============  ==================================================================
 entry                      values        meaning
 =========================  ============  ==================================================================
 0                          0 to n - 1    the target joint
 1                          0 to n        the joint just attempted, plus one; 0 before the first attempt
-2                          0, 1, 2       nothing reported, reported as blocked, reported as moved; 0 alone where
-                                         reports tell positions and no outcomes (``symbolic?tell=state``)
-3 to n + 2                 0, 1 (, 2)    position of each joint as reported, 2 where a report is missing; absent where
-                                         no report tells any
+2                          0, 1, 2       nothing reported, reported as blocked, reported as moved; always 0 if reports
+                                         tell only positions (``symbolic?tell=state``)
+3 to n + 2                 0, 1 (, 2)    reported position of each joint, 2 if a report is missing; absent if no report
+                                         tells positions
 last                       0 to budget   steps left; absent unless asked for
 =========================  ============  ==================================================================
 """
@@ -50,11 +50,10 @@ BLOCKED, MOVED = 1, 2
 """Entry 2 of the vector."""
 
 UNTOLD = 2
-"""The position of a joint where a report is missing."""
-
+"""Position of a joint if a report is missing."""
 
 FARTHEST = 4.0
-"""Metres; what is farther away has no reading."""
+"""Largest depth with a reading, metres."""
 
 Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
 """Colours, or ``{"rgb": colours, "depth": distances}``."""
@@ -63,7 +62,7 @@ Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
 def sizes(
     joints: int, *, positions: bool, budget: int | None, outcomes: bool = True, gaps: bool = False
 ) -> tuple[int, ...]:
-    """How many values each entry of the vector can take.
+    """The number of values of each entry of the vector.
 
     Args:
         joints: Number of joints.
@@ -80,10 +79,10 @@ def vector(task: Task, percept: Percept, steps_left: int | None = None, *, posit
     """One percept as a vector, shape (entries,).
 
     Args:
-        task: What the agent knows.
-        percept: What it is told.
-        steps_left: How many it has; None if the vector does not hold them.
-        positions: Whether reports of this trial tell positions, as the first look does.
+        task: The agent's task.
+        percept: The report.
+        steps_left: Steps left; None if the vector does not hold them.
+        positions: Whether reports of this trial tell positions, as the first report does.
     """
     joint = 0 if percept.joint is None else task.joints.index(percept.joint) + 1
     outcome = 0 if percept.outcome is None else MOVED if percept.outcome == "moved" else BLOCKED
@@ -93,7 +92,7 @@ def vector(task: Task, percept: Percept, steps_left: int | None = None, *, posit
 
 
 def so_far(situation: Situation, *, steps_left: bool = False) -> Vector:
-    """All that an agent was told in a trial, shape (1 + steps played, entries), the newest last."""
+    """All reports of a trial so far, shape (1 + steps played, entries), the newest last."""
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
     task, positions = situation.task, any(percept.positions is not None for percept in percepts)
     left = [task.budget - i if steps_left else None for i in range(len(percepts))]
@@ -104,23 +103,23 @@ def colours(percept: Percept) -> NDArray[np.uint8]:
     """The colour picture, shape (height, width, 3), 0 to 255.
 
     Raises:
-        ChannelFault: If none is shown.
+        ChannelFault: If the percept has none.
     """
     return from_png(_file(percept, "rgb")).astype(np.uint8, copy=False)
 
 
 def distances(percept: Percept) -> NDArray[np.float32]:
-    """Depth as it was measured, shape (height, width, 1), metres; 0 where there is no reading.
+    """Measured depth, shape (height, width, 1), metres; 0 where there is no reading.
 
     Raises:
-        ChannelFault: If none is kept.
+        ChannelFault: If the percept has none.
     """
     metres = from_png(_file(percept, "depth16")).astype(np.float32)[..., None] / np.float32(1000)
     return np.where(metres <= FARTHEST, metres, np.float32(0))
 
 
 def images(percept: Percept, observation: str) -> Images:
-    """What is shown under an observation, ``rgb`` or ``rgbd``."""
+    """The pictures of an observation, ``rgb`` or ``rgbd``."""
     seen = colours(percept)
     return seen if observation == "rgb" else {"rgb": seen, "depth": distances(percept)}
 

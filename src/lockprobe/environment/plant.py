@@ -1,4 +1,4 @@
-"""The plant of an episode: in this process or its own, with at most one look per moment."""
+"""The plant of an episode, with at most one look per moment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from lockprobe.environment.subprocess_plant import PlantElsewhere, must_live_elsewhere
+from lockprobe.environment.subprocess_plant import SubprocessPlant, needs_subprocess
 from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.box import Configuration
 from lockprobe.pictures.frame import Frame
@@ -20,26 +20,26 @@ __all__ = ["WatchedPlant", "make_plant"]
 
 
 def make_plant(plan: Plan, names: Names) -> Plant:
-    """A fresh plant for a trial, with the trial's own stream, as studies make it."""
+    """A fresh plant for a trial, with the trial's stream, as in studies."""
     source = resolve_plant(plan.plant)
     rng = plan.stream("plant")
-    if source.has_camera and must_live_elsewhere():
-        return PlantElsewhere(plan.plant, plan.box, names.labels, rng)
+    if source.has_camera and needs_subprocess():
+        return SubprocessPlant(plan.plant, plan.box, names.labels, rng)
     return source.make(plan.box, names.labels, rng)
 
 
 _ABANDONED: list[Plant] = []
-"""Plants of a process from which this one was forked. To let go of their OpenGL here would hang."""
+"""Plants of a process from which this one was forked. Closing their OpenGL here would hang."""
 
 
 class WatchedPlant:
-    """A plant that remembers how it stands now, and the picture of it, which is taken at most once.
+    """A plant that remembers its configuration, and its picture, which is taken at most once.
 
     Args:
-        make: Makes it at the first observation, where what breaks is the plant's fault.
+        make: Makes the plant at the first observation, where an error is the plant's fault.
 
     Attributes:
-        configuration: How it stands, in panel order.
+        configuration: The present configuration in panel order.
     """
 
     def __init__(self, make: Callable[[], Plant]) -> None:
@@ -51,7 +51,7 @@ class WatchedPlant:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Those of the plant; none before it is made."""
+        """Facts of the plant; none before it is made."""
         return {} if self._plant is None else self._plant.facts
 
     def observe(self) -> Snapshot:
@@ -60,24 +60,24 @@ class WatchedPlant:
         return self._noted(self._plant.observe())
 
     def attempt(self, joint: int) -> Snapshot:
-        """Attempt a joint, by place in panel order."""
+        """Attempt a joint, by index in panel order."""
         assert self._plant is not None
         if self._process != os.getpid():
             raise PlantFault("it belongs to the process from which this one was forked: call reset()")
         return self._noted(self._plant.attempt(joint))
 
     def frame(self) -> Frame:
-        """What its camera sees now.
+        """The camera's picture now.
 
         Raises:
-            BadValue: If it has none.
+            BadValue: If the plant has no camera.
         """
         if self._now is None or self._now.look is None:
             raise BadValue("plant", type(self._plant).__name__, "one that can be looked at now")
         return self._now.look()
 
     def close(self) -> None:
-        """Let go of it; a second time does nothing."""
+        """Close the plant. Idempotent."""
         plant, self._plant, self._now = self._plant, None, None
         if plant is None:
             return

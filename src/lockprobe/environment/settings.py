@@ -1,7 +1,7 @@
-"""The settings of an environment, checked, and the trial that each episode plays.
+"""The settings of an environment, and the trial that each episode plays.
 
-What a single trial can be asked is asked here in the same words, and read by the same code
-(:func:`lockprobe.studies.studyfile.trial_study`); the rest is what only an environment has.
+Options of a single trial have the same names here and are read by the same code
+(:func:`lockprobe.studies.studyfile.trial_study`). A few options exist only here.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.words import TextChannel
 from lockprobe.interventions.yoked import Yoked
-from lockprobe.lockbox.box import Lockbox
 from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.protocols import Channel, Intervention
 from lockprobe.record import Percept, Task
 from lockprobe.spec import spec_name, split_specs
@@ -34,17 +34,17 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 
-__all__ = ["ELSEWHERE", "EnvironmentSettings", "EpisodeKey", "read_episode_key", "read_settings", "whole"]
+__all__ = ["NOT_HERE", "EnvironmentSettings", "EpisodeKey", "read_episode_key", "read_settings", "whole"]
 
 _OWN: Mapping[str, Any] = {
     "observation": None, "channels": (), "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
 }  # fmt: skip
-"""What only an environment can be asked, and what it has by default that a study has not."""
+"""Options that only an environment has, and defaults that differ from those of a study."""
 
 _PLACE = "reset(): it begins the next trial, reset(options={'repetition': 2, 'trial': 7}) any other"
 _ONE = "condition=, p= and modality=: an environment has one condition"
 
-ELSEWHERE: Mapping[str, str] = {
+NOT_HERE: Mapping[str, str] = {
     "agent": "nothing: who calls step() is the agent",
     "assessment": "nothing: who calls step() is not asked what happened",
     "seed": "reset(seed=...)",
@@ -52,25 +52,25 @@ ELSEWHERE: Mapping[str, str] = {
     "pictures": "nothing: pictures are observations, of which nothing is kept",
     **dict.fromkeys(("study", "name", "full", "sweep"), _ONE),
 }
-"""What a study or a trial can be asked, and an environment cannot -> what to do instead."""
+"""Options of a study or a trial that an environment does not have -> what to do instead."""
 
 _CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
-"""Channels that can be asked for as a mapping, by the name in the record."""
+"""Channels that a mapping can describe, by their name in the record."""
 
 _ALWAYS_TELL = (OutcomeFlip, Burst, Yoked, Reword, TextChannel, CameraChannel)
-"""Channels under which no report is missing. Of others nobody knows."""
+"""Channels under which no report is missing. Other channels may drop reports."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnvironmentSettings:
-    """What is played, and what is told of it.
+    """The trials that episodes play, and their observations.
 
     Attributes:
-        study: The study of whose trials the episodes are, but for its seed. It has one condition.
-        channels: In the order in which they act, where they were asked for instead of a condition: what the camera sees
-            comes before them. None where the condition says what acts.
+        study: A study with one condition, whose trials the episodes play. Its seed is not used.
+        channels: Channels given instead of a condition, in order; the camera's picture passes through them. None if
+            the condition holds the interventions.
         steps_left: Whether the observation holds the steps left.
-        step_cost: Taken from the reward at every step.
+        step_cost: Subtracted from the reward at every step.
         truth: Whether ``info`` holds the truth.
     """
 
@@ -81,28 +81,13 @@ class EnvironmentSettings:
     truth: bool
 
     @property
-    def box(self) -> Lockbox:
-        """The box."""
-        return self.study.box
-
-    @property
-    def plant(self) -> str:
-        """What is acted on, as its spec."""
-        return self.study.plant
-
-    @property
-    def max_steps(self) -> int:
-        """Budget in steps."""
-        return self.study.max_steps
-
-    @property
     def observation(self) -> str:
         """``symbolic``, ``rgb`` or ``rgbd``."""
         return spec_name(self.study.conditions[0].modality)
 
     @property
     def chain(self) -> tuple[Intervention, ...]:
-        """All that acts, in order."""
+        """The interventions in order."""
         if self.channels is None:
             return interventions_for(self.study.conditions[0])
         if self.observation == "symbolic":
@@ -110,25 +95,18 @@ class EnvironmentSettings:
         return (CameraChannel(depth="turbo" if self.observation == "rgbd" else "none"), *self.channels)
 
     @property
-    def has_camera(self) -> bool:
-        """Whether the plant can be looked at."""
-        return resolve_plant(self.plant).has_camera
-
-    @property
-    def picture_size(self) -> tuple[int, int]:
-        """Height and width of the plant's pictures, pixels."""
-        scene = resolve_plant(self.plant).settings
-        assert scene is not None  # of a plant with a camera
-        return scene.height, scene.width
+    def scene(self) -> SceneSettings | None:
+        """Settings of a plant with a camera; None without one."""
+        return resolve_plant(self.study.plant).settings
 
     @property
     def tells_positions(self) -> bool:
-        """Whether the agent is told where joints stand, or only outcomes."""
+        """Whether reports tell positions, or only outcomes."""
         return self._first_look().positions is not None
 
     @property
     def tells_outcomes(self) -> bool:
-        """Whether reports in words tell what an attempt did."""
+        """Whether reports in words tell outcomes."""
         return not self._first_look().states_only
 
     @property
@@ -138,46 +116,46 @@ class EnvironmentSettings:
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """How many values each entry of an observation can take."""
+        """The number of values of each entry of an observation."""
         return sizes(
-            len(self.box.joints),
+            len(self.study.box.joints),
             positions=self.tells_positions,
             outcomes=self.tells_outcomes,
             gaps=self.gaps,
-            budget=self.max_steps if self.steps_left else None,
+            budget=self.study.max_steps if self.steps_left else None,
         )
 
     def _first_look(self) -> Percept:
-        """What reports in words hold before the first attempt."""
-        task = Task(joints=tuple(LABELS[: len(self.box.joints)]), target=LABELS[0], budget=self.max_steps)
-        percept = Percept(positions=self.box.initial)
+        """The report in words before the first attempt."""
+        task = Task(joints=tuple(LABELS[: len(self.study.box.joints)]), target=LABELS[0], budget=self.study.max_steps)
+        percept = Percept(positions=self.study.box.initial)
         for i, channel in enumerate(self.chain):
             if isinstance(channel, Channel):
                 percept = channel.perceive(percept, (), task, np.random.default_rng(i))
         return percept
 
     def plan(self, seed: int, repetition: int, trial: int) -> Plan:
-        """The trial that a study with this seed has at this place."""
+        """A trial of the study with this seed."""
         return self.study.plan("gymnasium", self.study.conditions[0], repetition, trial, seed)
 
 
 def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
-    """The settings that keyword arguments of ``gymnasium.make`` describe.
+    """The settings from keyword arguments of ``gymnasium.make``.
 
     Args:
-        given: Of :class:`lockprobe.studies.trial_options.TrialOptions` all but :data:`ELSEWHERE` (``shuffle`` is False
-            here, and ``modality`` is ``symbolic``, which tells outcomes too). ``observation`` (``"symbolic"``,
-            ``"rgb"`` or ``"rgbd"``) is short for that modality. ``channels`` stand in place of a condition: a list of
-            channels, or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``. ``steps_left`` (False),
-            ``step_cost`` (0.0) and ``info`` (None, or ``"truth"``) are its own.
+        given: All options of :class:`lockprobe.studies.trial_options.TrialOptions` except :data:`NOT_HERE`; here
+            ``shuffle`` defaults to False, and ``modality`` to ``symbolic``, which tells outcomes too. Further options:
+            ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``channels`` instead of
+            a condition, a list of channels or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``;
+            ``steps_left`` (False); ``step_cost`` (0.0); ``info`` (None or ``"truth"``).
 
     Raises:
-        UserMistake: If a name does not exist, a value is out of range, or two of them do not go together.
+        UserMistake: If a name does not exist, a value is out of range, or two options conflict.
     """
-    played = [name for name in TrialOptions.__annotations__ if name not in ELSEWHERE]
+    played = [name for name in TrialOptions.__annotations__ if name not in NOT_HERE]
     for name in given:
-        if name in ELSEWHERE:
-            raise BadValue(name, given[name], ELSEWHERE[name])
+        if name in NOT_HERE:
+            raise BadValue(name, given[name], NOT_HERE[name])
         if name not in (*played, *_OWN):
             raise UnknownName("setting of the environment", name, dict.fromkeys((*played, *_OWN)))
     asked = {**_OWN, **{name: value for name, value in given.items() if value is not None}}
@@ -203,7 +181,7 @@ def _says_condition(asked: Mapping[str, Any]) -> bool:
 
 
 def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, Any]:
-    """What ``observation`` and ``channels`` say, in the words of a trial. Nothing may be said twice."""
+    """``observation`` and ``channels`` as options of a trial. Nothing may be given twice."""
     observation = asked["observation"]
     if observation is not None and asked.get("modality") is not None:
         raise BadValue("observation", observation, "modality= alone, which says how the box is shown too")
@@ -223,10 +201,10 @@ def _says_modality(condition: object) -> bool:
     return isinstance(condition, Condition)
 
 
-def whole(what: str, value: object, largest: int | None = None) -> int:
+def whole(what: str, value: object) -> int:
     """The value, if it is a whole number from 1 on."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= (largest or value):
-        raise BadValue(what, value, f"a whole number from 1 {'on' if largest is None else f'to {largest}'}")
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise BadValue(what, value, "a whole number from 1 on")
     return int(value)
 
 
@@ -247,30 +225,28 @@ class EpisodeKey:
     @property
     def next(self) -> EpisodeKey:
         """The next trial."""
-        return EpisodeKey(seed=self.seed, repetition=self.repetition, trial=self.trial + 1)
+        return replace(self, trial=self.trial + 1)
 
 
 def read_episode_key(before: EpisodeKey, options: Mapping[str, Any] | None) -> EpisodeKey:
-    """The trial that ``reset(options={"repetition": r, "trial": t})`` asks for.
+    """The trial of ``reset(options={"repetition": r, "trial": t})``.
 
     Args:
-        before: The trial that would be played without them.
-        options: What came; either may be left out.
+        before: The trial without options.
+        options: The options; each may be left out.
 
     Raises:
-        UserMistake: If there is another option, or a number is not from 1 on.
+        UserMistake: If an option is unknown, or a number is below 1.
     """
-    if not options:
-        return before
-    for name in options:
+    for name in options or {}:
         if name not in ("repetition", "trial"):
             raise UnknownName("option of reset", str(name), ("repetition", "trial"))
-    return replace(before, **{name: whole(name, value) for name, value in options.items()})
+    return replace(before, **{name: whole(name, value) for name, value in (options or {}).items()})
 
 
 def _can_be_played(settings: EnvironmentSettings) -> None:
-    """Refuses what does not go together, or not with this box or machine."""
-    resolve_plant(settings.plant).check(settings.box)
+    """Refuses conflicting options, and plants that this machine or box does not allow."""
+    resolve_plant(settings.study.plant).check(settings.study.box)
     _check_acting(settings)
     if settings.observation == "symbolic":
         return
@@ -282,7 +258,7 @@ def _can_be_played(settings: EnvironmentSettings) -> None:
 
 
 def _check_acting(settings: EnvironmentSettings) -> None:
-    """Refuses a condition of which an observation shows nothing, or that leaves out a picture."""
+    """Refuses a condition that no observation can show."""
     if settings.channels is not None:
         return
     for one in settings.chain:

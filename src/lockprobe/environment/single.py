@@ -1,4 +1,4 @@
-"""One lockbox as a Gymnasium environment: the loop of :mod:`lockprobe.trial`, which waits at each decision."""
+"""One lockbox as a Gymnasium environment: the loop of :mod:`lockprobe.trial`, held at each decision."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ _RENDER_MODES = ("ansi", "rgb_array", "depth_array")
 class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     """A box, one joint per step, until the target moves or the budget is spent.
 
-    The observation is what the agent is told or shown (:mod:`lockprobe.environment.observation`), an action the joint
-    to attempt by its position in the listing. The reward is 1 when the target really moves, less ``step_cost`` at every
-    step. ``terminated`` when the target really moves, ``truncated`` when the budget is spent before. The k-th episode
+    The observation holds the agent's reports or pictures (:mod:`lockprobe.environment.observation`). An action is the
+    index of a joint in the listing. The reward is 1 when the target really moves, less ``step_cost`` at every step.
+    ``terminated`` means that the target really moved, ``truncated`` that the budget was spent before. The k-th episode
     after ``reset(seed=s)`` has the same luck as trial k of repetition 1 of a study with seed ``s``.
 
     Args:
-        render_mode: ``"ansi"``, or None; for a plant with a camera also ``"rgb_array"`` and ``"depth_array"``: what it
-            sees, whatever the observation is.
-        settings: As :func:`lockprobe.environment.settings.read_settings` takes them.
+        render_mode: ``"ansi"`` or None; with a camera also ``"rgb_array"`` and ``"depth_array"``, independent of the
+            observation.
+        settings: As in :func:`lockprobe.environment.settings.read_settings`.
 
     Attributes:
-        trial: The last finished episode as a record, truth beside told; None before.
+        trial: The record of the last finished episode, truth and told; None before.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(_RENDER_MODES), "render_fps": 1}  # noqa: RUF012
@@ -49,9 +49,9 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
         self.render_mode = render_mode
         self.settings: EnvironmentSettings = read_settings(settings)
-        self.action_space = spaces.Discrete(len(self.settings.box.joints))
+        self.action_space = spaces.Discrete(len(self.settings.study.box.joints))
         self.observation_space = _space(self.settings)
-        shown = _RENDER_MODES if self.settings.has_camera else ("ansi",)
+        shown = ("ansi",) if self.settings.scene is None else _RENDER_MODES
         self.metadata = self.metadata | {"render_modes": list(shown)}
         self.trial: Trial | None = None
         self._next: EpisodeKey | None = None
@@ -61,11 +61,11 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         """Begin the next trial.
 
         Args:
-            seed: Seed of the study to begin with; None goes on with the trial after the last one.
-            options: ``repetition`` and ``trial``, to play that trial of the study and go on from there.
+            seed: Seed of the study; None continues with the next trial.
+            options: ``repetition`` and ``trial`` of the trial to play; later resets continue from there.
 
         Raises:
-            UserMistake: If an option is none of these.
+            UserMistake: If an option is unknown.
             TrialFault: If the plant or a channel breaks.
         """
         super().reset(seed=seed)
@@ -91,7 +91,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         if episode is None or episode.trial is not None:
             raise ResetNeeded("no trial is under way: call reset()")
         if not self.action_space.contains(action):
-            raise BadValue("action", action, f"a whole number from 0 to {len(self.settings.box.joints) - 1}")
+            raise BadValue("action", action, f"a whole number from 0 to {len(self.settings.study.box.joints) - 1}")
         self.trial = episode.attempt(int(action)) or self.trial
         ending = None if episode.trial is None else episode.trial.ending
         reward = float(ending == "solved") - self.settings.step_cost
@@ -101,13 +101,13 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         """The box now, in the render mode.
 
         Returns:
-            ``"ansi"``: the task and the last report in words. ``"rgb_array"``: what the plant's camera sees, shape
-            (height, width, 3). ``"depth_array"``: depth, shape (height, width), metres, 0 where there is no reading.
+            ``"ansi"``: the task and the last report in words. ``"rgb_array"``: the camera's picture, shape (height,
+            width, 3). ``"depth_array"``: depth, shape (height, width), metres, 0 where there is no reading.
 
         Raises:
-            UnknownName: If there is no such mode. Gymnasium warns of it before.
-            BadValue: If it needs a camera and the plant has none. It is said here and not before: tools that ask every
-                environment for pictures, and then do without, can go on.
+            UnknownName: If there is no such mode.
+            BadValue: If the mode needs a camera and the plant has none. The constructor does not check this, so tools
+                can ask every environment for pictures and go on without.
         """
         mode = self.render_mode
         if mode is not None and mode not in _RENDER_MODES:
@@ -122,7 +122,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         return frame.rgb if mode == "rgb_array" else frame.depth
 
     def close(self) -> None:
-        """Drop the trial that is under way, and its plant."""
+        """Drop the unfinished trial and its plant."""
         if self._episode is not None:
             self._episode.close()
         self._episode = None
@@ -135,7 +135,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         return vector(heard.task, heard.percept, left, positions=episode.tells_positions)
 
     def _info(self, episode: _Episode) -> dict[str, Any]:
-        """The truth for those who asked; with pictures what is not in them: the task."""
+        """The truth if it was asked for; with pictures also the task, which they do not show."""
         info: dict[str, Any] = {"truth": episode.truth()} if self.settings.truth else {}
         if self.settings.observation != "symbolic":
             task = episode.heard.task
@@ -143,7 +143,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         return info
 
     def __getstate__(self) -> dict[str, Any]:
-        """A trial that is under way is kept as the actions that led there, so that the environment can be copied."""
+        """Keep an unfinished trial as its actions, so that the environment can be copied."""
         episode = self._episode
         return self.__dict__ | {"_episode": None if episode is None else (episode.key, tuple(episode.actions))}
 
@@ -158,17 +158,17 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
 
 
 def _space(settings: EnvironmentSettings) -> spaces.Space[Any]:
-    if settings.observation == "symbolic":
+    if settings.observation == "symbolic" or settings.scene is None:
         return spaces.MultiDiscrete(list(settings.sizes))
-    height, width = settings.picture_size
-    rgb = spaces.Box(0, 255, (height, width, 3), np.uint8)
+    size = (settings.scene.height, settings.scene.width)
+    rgb = spaces.Box(0, 255, (*size, 3), np.uint8)
     if settings.observation == "rgb":
         return rgb
-    return spaces.Dict({"rgb": rgb, "depth": spaces.Box(0.0, FARTHEST, (height, width, 1), np.float32)})
+    return spaces.Dict({"rgb": rgb, "depth": spaces.Box(0.0, FARTHEST, (*size, 1), np.float32)})
 
 
 class _Listener:
-    """The last channel: it passes everything on, and keeps what was told."""
+    """The last channel: it keeps the percept and passes it on unchanged."""
 
     task: Task
     percept: Percept
@@ -179,7 +179,7 @@ class _Listener:
 
 
 class _Outside:
-    """The agent of the loop: every decision comes from outside."""
+    """The agent of the loop; every decision comes from outside."""
 
     facts: ClassVar[Mapping[str, Fact]] = {}
 
@@ -188,22 +188,22 @@ class _Outside:
 
 
 class _FromOutside:
-    """Holds the loop until a decision is sent into it."""
+    """Holds the loop until a decision is sent."""
 
     def __await__(self) -> Generator[None, Decision, Decision]:
         return (yield)
 
 
 class _Episode:
-    """One trial, held where its agent is asked.
+    """One trial, held at each decision.
 
     Attributes:
-        key: Which trial it is.
+        key: The trial's place in the study.
         actions: The actions so far.
-        heard: What was told last.
-        plant: What is acted on, and may be looked at.
-        trial: The record, once it is finished.
-        tells_positions: Whether the first look tells where joints stand.
+        heard: The last task and percept.
+        plant: The plant.
+        trial: The record of the finished trial; None before.
+        tells_positions: Whether the first percept tells positions.
     """
 
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey) -> None:
@@ -231,23 +231,23 @@ class _Episode:
         return self._plan.budget - len(self.actions)
 
     def close(self) -> None:
-        """Let go of the plant."""
+        """Close the plant."""
         self._loop.close()
         self.plant.close()
 
     def attempt(self, action: int) -> Trial | None:
-        """Let the loop go on to the next decision; the record if there is none."""
+        """Run the loop to the next decision. Returns the record if the trial is over."""
         self.actions.append(action)
         return self._send(Decision(joint=self.heard.task.joints[action]))
 
     def words(self) -> str:
-        """The task, and what was told last."""
+        """The task and the last report."""
         task = self.heard.task
         joints = ", ".join(f"{i} {label}" for i, label in enumerate(task.joints))
         return f"Joints: {joints}. Target: {task.target}. Steps left: {self.steps_left}.\n{self.heard.percept.text}"
 
     def truth(self) -> dict[str, Any]:
-        """What really is, in the order of the listing, and whether the last attempt moved its joint."""
+        """True positions in the order of the listing, and whether the last attempt moved its joint."""
         configuration = np.array(self.plant.configuration, dtype=np.int8)
         return {"positions": configuration[list(self._names.order)], "moved": self._moved}
 
@@ -258,7 +258,7 @@ class _Episode:
         try:
             self._loop.send(decision)
         except StopIteration as end:
-            self.trial = replace(end.value, channels=end.value.channels[:-1])  # the listener is nobody's channel
+            self.trial = replace(end.value, channels=end.value.channels[:-1])  # without the listener
             if (error := self.trial.error) is not None:
                 self.plant.close()
                 fault = PlantFault if error.boundary == "plant" else ChannelFault

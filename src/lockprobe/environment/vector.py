@@ -1,9 +1,8 @@
-"""Many lockboxes at once, in numpy: the same episodes as in as many single environments."""
+"""Many lockboxes at once in numpy, with the same episodes as single environments."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,36 +17,26 @@ from lockprobe.environment.settings import EnvironmentSettings, EpisodeKey, read
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.state_space import space_of
 from lockprobe.plan import Names
 
-__all__ = ["LockboxVectorEnv", "free_to_move"]
+__all__ = ["LockboxVectorEnv"]
 
 Flags = NDArray[np.bool_]
 
 
-def free_to_move(box: Lockbox) -> Flags:
-    """Whether each joint may move in each configuration, shape (configurations, joints).
-
-    Configurations are numbered by their positions: bit j is the position of joint j in panel order.
-    """
-    joints = range(len(box.joints))
-    configurations = [bits[::-1] for bits in product((False, True), repeat=len(joints))]
-    return np.array([[box.may_move(configuration, joint) for joint in joints] for configuration in configurations])
-
-
 class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]):
-    """Independent boxes under the same settings; ``gymnasium.make_vec`` uses it of itself.
+    """Independent boxes under the same settings; the default of ``gymnasium.make_vec``.
 
     Spaces, reward and luck are those of :class:`lockprobe.environment.single.LockboxEnv`: environment ``i`` after
-    ``reset(seed=s)`` is a single environment after ``reset(seed=s + i)``. An environment whose episode has ended
-    begins the next one at the next step, whatever its action then is (``AutoresetMode.NEXT_STEP``).
+    ``reset(seed=s)`` is a single environment after ``reset(seed=s + i)``. After the end of an episode, the next step
+    begins the next episode and ignores its action (``AutoresetMode.NEXT_STEP``).
 
     Args:
         num_envs: Number of environments.
-        render_mode: None; there is no picture of many boxes.
-        settings: As :func:`lockprobe.environment.settings.read_settings` takes them. What acts is outcome flips, and
-            reports tell; anything else needs ``vectorization_mode="sync"``.
+        render_mode: None; many boxes have no picture.
+        settings: As in :func:`lockprobe.environment.settings.read_settings`, with the symbolic plant, reports and
+            outcome flips only; anything else needs ``vectorization_mode="sync"``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -57,10 +46,10 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             raise BadValue("render_mode", render_mode, 'None; vectorization_mode="sync" renders')
         self.num_envs = whole("num_envs", num_envs)
         self.settings: EnvironmentSettings = read_settings(settings)
-        for what, asked in (("observation", self.settings.observation), ("plant", self.settings.plant)):
+        for what, asked in (("observation", self.settings.observation), ("plant", self.settings.study.plant)):
             if asked != "symbolic":
                 raise BadValue(what, asked, 'symbolic; vectorization_mode="sync" or "async" plays all others')
-        self.single_action_space = spaces.Discrete(len(self.settings.box.joints))
+        self.single_action_space = spaces.Discrete(len(self.settings.study.box.joints))
         self.single_observation_space = spaces.MultiDiscrete(list(self.settings.sizes))
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -73,12 +62,13 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         """Begin the next trial in every environment.
 
         Args:
-            seed: Seeds of studies, one each; a number stands for itself and those that follow it. None goes on.
+            seed: A study seed for each environment, or the first of consecutive seeds; None continues with the next
+                trials.
             options: ``repetition`` and ``trial`` as in the single environment, and ``reset_mask``, shape (num_envs,):
-                the environments that begin anew while the others go on.
+                the environments to reset.
 
         Raises:
-            UserMistake: If an option or the number of seeds is none of these.
+            UserMistake: If an option is unknown, or the number of seeds is wrong.
         """
         super().reset(seed=seed if isinstance(seed, int) else None)
         asked = dict(options or {})
@@ -99,18 +89,18 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         """Attempt one joint in each environment, or begin the next trial where the last one has ended.
 
         Raises:
-            BadValue: If an action is no joint, or their number is not that of the environments.
-            ResetNeeded: If nothing is under way.
+            BadValue: If an action is no joint, or the number of actions is wrong.
+            ResetNeeded: If no trial is under way.
         """
         if not self._next:
             raise ResetNeeded("no trial is under way: call reset()")
-        joints, last = np.asarray(actions), len(self.settings.box.joints) - 1
+        joints, last = np.asarray(actions), len(self.settings.study.box.joints) - 1
         integers = joints.shape == (self.num_envs,) and np.issubdtype(joints.dtype, np.integer)
         if not integers or joints.min() < 0 or joints.max() > last:
             raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
         boxes, resting = self._boxes, self._boxes.over
         solved = boxes.attempt(joints) & ~resting
-        truncated = (boxes.taken >= self.settings.max_steps) & ~solved & ~resting
+        truncated = (boxes.taken >= self.settings.study.max_steps) & ~solved & ~resting
         rewards = np.where(resting, 0.0, solved - self.settings.step_cost)
         if resting.any():
             self._begin(resting)
@@ -156,10 +146,10 @@ class _Boxes:
     """
 
     def __init__(self, settings: EnvironmentSettings, count: int) -> None:
-        box, joints = settings.box, len(settings.box.joints)
+        box, joints = settings.study.box, len(settings.study.box.joints)
         self._settings = settings
         self._flips = _flips(settings)
-        self._may_move = free_to_move(box)
+        self._may_move = space_of(box).may_move
         self._initial = np.array(box.initial, dtype=np.bool_)
         self._start = int(self._initial @ (1 << np.arange(joints)))
         self._reports_positions = not any(flip.persistence == "outcome-only" for _, flip in self._flips)
@@ -171,14 +161,14 @@ class _Boxes:
         self._positions = np.tile(self._initial, (count, 1))
         self._told = self._positions.copy()
         self._moved = np.zeros(count, dtype=np.bool_)
-        self._luck = np.zeros((len(self._flips), count, settings.max_steps + 1))
+        self._luck = np.zeros((len(self._flips), count, settings.study.max_steps + 1))
         self._seen = np.zeros((count, len(settings.sizes)), dtype=np.int64)
         self._seen[:, 0] = box.target_index
         self.taken = np.zeros(count, dtype=np.int64)
         self.over = np.zeros(count, dtype=np.bool_)
 
     def begin(self, rows: NDArray[np.int64], keys: Sequence[EpisodeKey]) -> None:
-        """Begin these trials in these rows."""
+        """Begin trials in the given rows."""
         settings = self._settings
         drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if 0 < flip.p < 1]
         if drawn or self._is_drawn:
@@ -187,13 +177,13 @@ class _Boxes:
                 for k, at in drawn:
                     self._luck[k, i, :-1] = plan.stream(f"channel-{at}").random(plan.budget)
                 if self._is_drawn:
-                    panel = [settings.box.names.index(name) for name in plan.box.names]
+                    panel = [settings.study.box.names.index(name) for name in plan.box.names]
                     self._listing[i] = [panel[joint] for joint in Names(plan).order]
         self._code[rows] = self._start
         self._positions[rows] = self._told[rows] = self._initial[self._listing[rows]]
         self._moved[rows] = self.over[rows] = False
         self.taken[rows] = 0
-        self._seen[rows, 0] = np.argmax(self._listing[rows] == settings.box.target_index, axis=1)
+        self._seen[rows, 0] = np.argmax(self._listing[rows] == settings.study.box.target_index, axis=1)
         self._seen[rows, 1:3] = 0
 
     def attempt(self, actions: NDArray[np.integer[Any]]) -> Flags:
@@ -205,11 +195,11 @@ class _Boxes:
         self._tell(actions, moved)
         self._moved = moved
         self.taken += 1
-        solved: Flags = moved & (joints == self._settings.box.target_index)
+        solved: Flags = moved & (joints == self._settings.study.box.target_index)
         return solved
 
     def _tell(self, actions: NDArray[np.integer[Any]], moved: Flags) -> None:
-        """What :meth:`OutcomeFlip.perceive` does, one flip after the other, in all boxes."""
+        """Apply :meth:`OutcomeFlip.perceive`, one flip after the other, in all boxes."""
         outcome, positions = moved, self._positions.copy()
         for (_, flip), luck in zip(self._flips, self._luck, strict=True):
             flipped = luck[self._rows, self.taken] < flip.p
@@ -224,12 +214,12 @@ class _Boxes:
             self._seen[:, 2] = BLOCKED + outcome
 
     def observation(self) -> Vector:
-        """What the agents are told, shape (num_envs, entries)."""
+        """The agents' observations, shape (num_envs, entries)."""
         joints = self._told.shape[1]
         if self._tells_positions:
             self._seen[:, 3 : 3 + joints] = self._told
         if self._settings.steps_left:
-            self._seen[:, -1] = self._settings.max_steps - self.taken
+            self._seen[:, -1] = self._settings.study.max_steps - self.taken
         return self._seen.copy()
 
     def truth(self) -> dict[str, NDArray[Any]]:
@@ -238,7 +228,7 @@ class _Boxes:
 
 
 def _flips(settings: EnvironmentSettings) -> list[tuple[int, OutcomeFlip]]:
-    """The flips with their numbers among flips; text changes no number."""
+    """The flips with their numbers among flips; channels of words are not counted."""
     flips: list[tuple[int, OutcomeFlip]] = []
     for channel in settings.chain:
         if isinstance(channel, OutcomeFlip) and channel == OutcomeFlip(p=channel.p, persistence=channel.persistence):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from lockprobe.export.table_files import write_csv, write_jsonl, write_parquet
-from lockprobe.export.tidy import COLUMNS, tidy, tidy_rows
-from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
+from lockprobe.export.tidy import COLUMNS, TRIAL_COLUMNS, tidy, tidy_rows, trial_rows
 
 __all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy", "tidy_rows", "trial_rows", "write_csv", "write_jsonl", "write_parquet"]

@@ -191,13 +191,7 @@ def as_bits(state: str) -> str:
 
 
 def dictionary(file: str, columns: Iterable[str], row: str) -> dict[str, object]:
-    """The data dictionary of a table, as CSV on the Web has it (W3C, "Metadata Vocabulary for Tabular Data").
-
-    Args:
-        file: Name of the file that holds the table.
-        columns: Its columns, in order.
-        row: What a row is.
-    """
+    """The data dictionary of a table in a file (W3C, CSV on the Web); ``row`` says what a row is."""
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": file,

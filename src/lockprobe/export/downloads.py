@@ -45,9 +45,6 @@ def downloads(directory: Path) -> tuple[Download, ...]:
     """What can be had of the study in a directory: the dataset first, then each table and its data dictionary.
 
     Writing raises BadFile if something in the directory is damaged, and of the dataset if nobody took part.
-
-    Args:
-        directory: Of the study.
     """
     whole = Download(name=DATASET, about="everything, each column described", write=partial(_write_zip, directory))
     tables = [

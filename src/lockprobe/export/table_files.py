@@ -12,8 +12,7 @@ from typing import IO, Literal
 
 from lockprobe.errors import Missing
 from lockprobe.export.data_dictionary import as_bits, column, dictionary
-from lockprobe.export.tidy import NO_TIMES, TidyCell, Times, tidy_columns, tidy_rows
-from lockprobe.export.trials import trial_columns, trial_rows
+from lockprobe.export.tidy import NO_TIMES, TidyCell, Times, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_file, atomic_files
 
@@ -50,28 +49,14 @@ class Rows:
 
 
 def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -> Rows:
-    """Trials as a table, a row a step or a row a trial.
-
-    Args:
-        name: Which.
-        trials: The trials.
-        times: The response times of people, for steps.
-    """
+    """Trials as a table, a row a step or a row a trial; ``times`` are the response times of people, for steps."""
     if name == "trials":
         return Rows("One row a trial.", trial_columns(trials), trial_rows(trials))
     return Rows("One row a step, truth beside told.", tidy_columns(trials, times), tidy_rows(trials, times))
 
 
 def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
-    """Write a table and, beside it, its data dictionary as ``NAME-metadata.json``: both whole, or neither.
-
-    Args:
-        table: The table.
-        path: Of its file.
-        kind: What the file is.
-
-    Returns:
-        Both files.
+    """Write a table and its data dictionary (``NAME-metadata.json``), both whole or neither, and return both paths.
 
     Raises:
         Missing: If Parquet is asked for and pyarrow is not installed.
@@ -90,12 +75,9 @@ def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
 
 
 def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
-    """Write a table as text. CSV has a header line, and configurations with ``b`` in front (``b0110``).
+    """Write a table as CSV or as one JSON object a line, into a file that is open for text.
 
-    Args:
-        table: The table.
-        file: Open for text.
-        kind: One JSON object a line, or CSV.
+    CSV has a header line, and configurations with ``b`` in front (``b0110``).
     """
     if kind == "jsonl":
         file.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in table.rows)

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
-from lockprobe.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows
-from lockprobe.export.trials import TRIAL_COLUMNS, trial_rows
+from lockprobe.export.tidy import COLUMNS, TRIAL_COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_rows
 from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
@@ -90,11 +89,7 @@ class PeopleRecords:
 
 
 def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) -> tuple[Table, ...]:
-    """All that people did, as tables. A trial that is not finished is in the acts and in no step.
-
-    Args:
-        records: The records.
-        names: Which tables, of :data:`TABLES`.
+    """What people did, as the named tables of :data:`TABLES`. Unfinished trials are in the acts and in no step.
 
     Raises:
         BadFile: If a diary and a record say different things.

@@ -1,23 +1,33 @@
-"""Trials as tidy rows, one per step, for any statistics package."""
+"""Trials as tidy rows, one per step or one per trial, for any statistics package."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
+from lockprobe.analysis.loops import measure
+from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.record import Trial
 from lockprobe.terminal_text import readable
 
-__all__ = ["COLUMNS", "NO_TIMES", "TidyCell", "Times", "tidy", "tidy_columns", "tidy_rows"]
+__all__ = [
+    "COLUMNS",
+    "NO_TIMES",
+    "TRIAL_COLUMNS",
+    "TidyCell",
+    "Times",
+    "tidy",
+    "tidy_columns",
+    "tidy_rows",
+    "trial_columns",
+    "trial_rows",
+]
+
+_WHICH = ("key", "agent", "box", "modality", "p", "repetition", "trial")
+"""The columns that say which trial it is, in both tables."""
 
 COLUMNS = (
-    "key",
-    "agent",
-    "box",
-    "modality",
-    "p",
-    "repetition",
-    "trial",
+    *_WHICH,
     "step",
     "joint",
     "moved",
@@ -27,7 +37,23 @@ COLUMNS = (
     "target",
     "ending",
 )
-"""Names of the columns, in order."""
+"""Names of the columns of steps, in order."""
+
+TRIAL_COLUMNS = (
+    *_WHICH,
+    "ending",
+    "solved",
+    "steps",
+    "budget",
+    "moves",
+    "false_reports",
+    "claims",
+    "misinterpretations",
+    "any_loop",
+    "loop_coverage",
+    "error",
+)
+"""Names of the columns, in order; :data:`lockprobe.export.data_dictionary.COLUMN` says what stands in each."""
 
 TidyCell = str | int | float
 
@@ -56,9 +82,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     is of ``claimed``, from 0 to 100, and ``report_false``, 1 or 0, whether it thinks that the report before is false,
     where it was asked for both.
 
-    Args:
-        trials: The trials.
-        times: The response times of people; a step without one has an empty cell.
+    A step without a response time in ``times`` has an empty cell.
     """
     trials = list(trials)
     more = tidy_columns(trials, times)[len(COLUMNS) :]
@@ -74,13 +98,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "report_false": "" if step.decision.report_false is None else int(step.decision.report_false),
             }
             row: dict[str, TidyCell] = {
-                "key": trial.key,
-                "agent": trial.agent,
-                "box": trial.box,
-                "modality": trial.modality,
-                "p": "" if trial.p is None else trial.p,
-                "repetition": trial.repetition,
-                "trial": trial.trial,
+                **_which(trial),
                 "step": step.step,
                 "joint": step.joint,
                 "moved": int(step.moved),
@@ -102,12 +120,16 @@ def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
     return list(tidy_rows([trials] if isinstance(trials, Trial) else trials))
 
 
+def _which(trial: Trial) -> dict[str, TidyCell]:
+    return {name: "" if (value := getattr(trial, name)) is None else value for name in _WHICH}
+
+
 def _dealt_anew(trials: Sequence[Trial]) -> bool:
     return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
 
 
 def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
-    """The columns of the tidy rows of these trials: :data:`COLUMNS`, and those that come last."""
+    """The columns of the tidy rows of these trials: :data:`COLUMNS`, then those that say something of them."""
     says = {
         "condition": any(trial.condition for trial in trials),
         "chosen": any(step.chosen for trial in trials for step in trial.steps),
@@ -118,3 +140,42 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
         "report_false": any(step.decision.report_false is not None for trial in trials for step in trial.steps),
     }
     return (*COLUMNS, *(name for name, something in says.items() if something))
+
+
+def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and their conditions where they have names."""
+    return (*TRIAL_COLUMNS, *(("condition",) if any(trial.condition for trial in trials) else ()))
+
+
+def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
+    """One row per trial, one that broke before its first step too.
+
+    ``solved`` is 1 or 0, and empty where the trial ended as an error, which is no failure to solve.
+    ``misinterpretations`` counts the claims that contradict what had been told. In studies of other things than flip
+    rates the last column is ``condition``, and ``p`` is empty unless nothing but flips acted.
+
+    >>> import lockprobe
+    >>> (row,) = trial_rows([lockprobe.run_trial(agent="human-inspired", p=0.0, seed=1)])
+    >>> row["solved"], row["budget"], row["false_reports"]
+    (1, 20, 0)
+    """
+    trials = list(trials)
+    loops = measure([trial.actions for trial in trials])
+    named = any(trial.condition for trial in trials)
+    for place, trial in enumerate(trials):
+        said = trial_claims(trial)
+        yield {
+            **_which(trial),
+            "ending": trial.ending,
+            "solved": "" if trial.error else int(trial.solved),
+            "steps": said.steps,
+            "budget": trial.budget,
+            "moves": sum(step.moved for step in trial.steps),
+            "false_reports": said.false_reports,
+            "claims": len(said.claims),
+            "misinterpretations": said.misinterpreted,
+            "any_loop": int(loops.any_loop[place]),
+            "loop_coverage": float(loops.share[place]) if trial.steps else "",
+            "error": trial.error.boundary if trial.error else "",
+            **({"condition": trial.condition} if named else {}),
+        }

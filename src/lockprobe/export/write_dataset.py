@@ -111,12 +111,9 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
 
 
 def to_give_away(source: PeopleRecords, *, everybody: bool = False, platform_ids: bool = False) -> PeopleRecords:
-    """The records as others get them: without what says who somebody is and when they took part.
+    """The records as others get them: without anything that says who a participant is and when they took part.
 
-    Args:
-        source: All of them.
-        everybody: Whether the trials of strategies and models stay.
-        platform_ids: Whether what the recruitment platform said of participants stays.
+    ``everybody`` keeps the trials of strategies and models, ``platform_ids`` what the recruitment platform said.
     """
     return replace(
         source,

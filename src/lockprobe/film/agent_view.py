@@ -1,4 +1,4 @@
-"""What an agent saw, as a film: the pictures that a study keeps, without simulating anything."""
+"""A film of the pictures that an agent saw, from a study's files and without simulation."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ _SECONDS = 1.2
 
 
 def film_seen(trial: Trial, directory: Path, path: Path) -> Film:
-    """The pictures that the agent of a recorded trial was shown, in order.
+    """Film the pictures that the agent of a recorded trial saw, in order.
 
     Args:
         trial: The record.
-        directory: Where the study keeps its pictures.
-        path: Where the film goes; ``.gif``, ``.mp4``, or a directory for the pictures.
+        directory: The study's directory of pictures.
+        path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
 
     Raises:
-        UserMistake: If the trial has no pictures, or they are not there.
+        UserMistake: If the trial has no pictures, or a file is missing.
     """
     if not trial.opening_pictures:
         raise BadValue(
@@ -49,7 +49,7 @@ def film_seen(trial: Trial, directory: Path, path: Path) -> Film:
 
 
 def _shown(directory: Path, names: Mapping[PictureKind, str]) -> NDArray[np.uint8]:
-    """Colours, and depth beside them where it was shown."""
+    """Colours, with depth to the right if the agent saw it."""
     kinds: tuple[PictureKind, ...] = ("rgb", "depth")
     return np.concatenate([_read(directory, names[kind]) for kind in kinds if kind in names], axis=1)
 

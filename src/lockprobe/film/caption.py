@@ -1,4 +1,4 @@
-"""The strip under a film's picture: what is attempted, truth beside told, what the agent says of it."""
+"""The caption under a film's picture: the attempt, truth and told, and the agent's claim."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["WIDTH", "CaptionLine", "captioned", "opening_lines", "outcome_lines", "step_lines"]
 
 WIDTH = 480
-"""Of a film, pixels."""
+"""Width of a film, pixels."""
 
 HEIGHT = 72
 _PAPER, _INK, _FALSE = (250, 248, 242), (30, 30, 30), (190, 30, 30)
@@ -28,11 +28,11 @@ _LINE = 22
 
 @dataclass(frozen=True, slots=True)
 class CaptionLine:
-    """A line of the strip.
+    """A line of the caption.
 
     Attributes:
-        text: What it says.
-        alarming: Whether something in it is not as it really is.
+        text: The text.
+        alarming: Whether it holds something false; then it is red.
     """
 
     text: str
@@ -40,7 +40,7 @@ class CaptionLine:
 
 
 def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
-    """What is played."""
+    """Agent, box, condition, target and budget."""
     target = trial.labels[trial.joints.index(trial.target)]
     return (
         CaptionLine(f"{trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"),
@@ -49,17 +49,14 @@ def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
 
 
 def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """What is attempted in a step, counted from 0."""
+    """The attempt of a step, counted from 0."""
     step = trial.steps[at]
     label = trial.labels[trial.joints.index(step.joint)]
     return (CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
 
 
 def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The same with what came of it: truth beside told, the robot's verdict, and what the agent then says.
-
-    Where pictures are shown they say what happened, so that it is said of false ones only.
-    """
+    """The attempt with truth, report (with pictures: if false), the robot's verdict and the agent's next claim."""
     step = trial.steps[at]
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")
@@ -78,7 +75,7 @@ def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
 
 
 def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: str = "") -> NDArray[np.uint8]:
-    """A picture, scaled to the width of a film, with a strip under it.
+    """A picture, scaled to the width of a film, with a caption under it.
 
     Args:
         picture: Shape (height, width, 3).

@@ -1,4 +1,4 @@
-"""Films as files: GIF, MP4, or a directory of pictures, picture by picture as they come."""
+"""Films as files: GIF, MP4 or a directory of pictures, written picture by picture."""
 
 from __future__ import annotations
 
@@ -22,43 +22,43 @@ if TYPE_CHECKING:
 __all__ = ["RATES", "FilmFile", "open_film"]
 
 RATES = {".gif": 12.5, ".mp4": 25.0, "": 12.5}
-"""Pictures per second by the ending of the file's name; a name without one is a directory of pictures."""
+"""Pictures per second by suffix; a path without suffix is a directory of pictures."""
 
 _STRONG = (*product((0, 255), repeat=3), (190, 30, 30))
-"""Colours that every GIF has besides those of its first picture, for what comes later."""
+"""Colours of every GIF in addition to those of its first picture."""
 
 _SAME = 255
-"""Of the colours of a GIF the one that says that a pixel stays as it is."""
+"""Index of the transparent colour of a GIF: the pixel stays as it is."""
 
 
 class FilmFile(Protocol):
     """A film while it is written."""
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        """One more picture.
+        """Add a picture.
 
         Args:
             picture: Shape (height, width, 3), the same for all.
-            seconds: How long it is shown.
+            seconds: Its duration.
         """
         ...
 
     def close(self) -> None:
-        """Finish the file. What is not closed leaves no file behind."""
+        """Finish the file. Without this call no file appears."""
         ...
 
     def drop(self) -> None:
-        """Let go of everything; after :meth:`close` it does nothing."""
+        """Release everything and discard an unfinished file. Idempotent."""
         ...
 
 
 def open_film(path: Path) -> FilmFile:
-    """A film to be written; the ending of the name says in which form.
+    """Open a film for writing; the suffix decides its format.
 
     Raises:
-        BadValue: If the ending is none of those that exist.
-        BadFile: If it cannot be written there.
-        Missing: If a package for it is missing.
+        BadValue: If the suffix is unknown.
+        BadFile: If the film cannot be written there.
+        Missing: If a package is missing.
     """
     kind = path.suffix.lower()
     if kind not in RATES:
@@ -75,7 +75,7 @@ def open_film(path: Path) -> FilmFile:
 
 
 class _Gif:
-    """Pictures of few colours, the same for all, so that what stays still costs nothing."""
+    """Pictures with one palette, so that unchanged pixels cost nothing."""
 
     def __init__(self, path: Path) -> None:
         self._file = Replacement(path)
@@ -130,7 +130,7 @@ class _Gif:
 
 
 def _colours(image: Image) -> list[int]:
-    """The 256 colours of a GIF, all different, one number after the other."""
+    """The 256 different colours of a GIF as a flat list."""
     found = iter(image.quantize(_SAME - len(_STRONG)).getpalette() or [])
     chosen = list(dict.fromkeys([*_STRONG, *zip(found, found, found, strict=True)]))
     spare = (colour for colour in product((255, 0), (1, 254), range(256)) if colour not in chosen)
@@ -138,7 +138,7 @@ def _colours(image: Image) -> list[int]:
 
 
 class _Mp4:
-    """H.264 through the ffmpeg that the package imageio-ffmpeg brings along."""
+    """H.264 through the ffmpeg of the package imageio-ffmpeg."""
 
     def __init__(self, path: Path) -> None:
         if importlib.util.find_spec("imageio_ffmpeg") is None:
@@ -156,18 +156,19 @@ class _Mp4:
             self._owed -= 1
 
     def close(self) -> None:
-        if self._pipe is None:
-            return
-        self._pipe.close()
-        self._pipe = None
-        self._file.sync()
-        self._file.rename()
+        if self._end_pipe():
+            self._file.sync()
+            self._file.rename()
 
     def drop(self) -> None:
-        if self._pipe is not None:
-            self._pipe.close()
-            self._pipe = None
+        self._end_pipe()
         self._file.drop()
+
+    def _end_pipe(self) -> bool:
+        pipe, self._pipe = self._pipe, None
+        if pipe is not None:
+            pipe.close()
+        return pipe is not None
 
     def _open(self, width: int, height: int) -> Generator[None, Any, None]:
         import imageio_ffmpeg
@@ -187,7 +188,7 @@ class _Mp4:
 
 
 class _Directory:
-    """Every picture as a PNG file, numbered."""
+    """Numbered PNG files."""
 
     def __init__(self, path: Path) -> None:
         if path.exists() and (not path.is_dir() or any(path.iterdir())):

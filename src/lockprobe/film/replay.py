@@ -1,8 +1,7 @@
-"""A film of a trial: its recorded actions are played again, with the same luck, and filmed.
+"""A film of a trial: its recorded actions, played again with the same luck.
 
-The plant is the trial's own, made anew from its spec and its stream, so that it moves as it did. A trial on the
-symbolic plant is played on a fast-twin of the same box. Whether what happens is what was recorded is checked step by
-step.
+The trial's plant is built again from its spec and its stream. A trial on the symbolic plant is played on a fast-twin of
+the same box. Each step is compared with the record.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from lockprobe.film.caption import WIDTH, CaptionLine, captioned, opening_lines,
 from lockprobe.film.files import RATES, FilmFile, open_film
 from lockprobe.lockbox.box import bits
 from lockprobe.plan import Names, Plan
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.plants.twin_settings import RendererChoice, TwinSettings
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot, Trial
@@ -32,27 +31,27 @@ if TYPE_CHECKING:
 __all__ = ["FASTEST", "STAND_IN", "Film", "film_trial", "plan_of"]
 
 STAND_IN = "fast-twin"
-"""What trials on the symbolic plant are filmed on."""
+"""The plant on which trials of the symbolic plant are filmed."""
 
 FASTEST = 16
 
 _HOOK_RATE = 25.0
-"""How often a twin can be filmed, per simulated second."""
+"""Pictures per simulated second that a twin offers."""
 
 _HEIGHT = 360
 _HOLD = 1.2
-"""Seconds for which an outcome is shown."""
+"""Seconds that an outcome stays on screen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Film:
-    """What was filmed.
+    """A finished film.
 
     Attributes:
         path: The file, or the directory of pictures.
-        pictures: How many it has.
+        pictures: Number of pictures.
         plant: Spec of the plant.
-        differs: In one line where the replay first differs from the record; None if it does nowhere.
+        differs: The first difference of the replay from the record, in one line; None without a difference.
     """
 
     path: Path
@@ -62,7 +61,7 @@ class Film:
 
 
 def plan_of(study: Study, trial: Trial) -> Plan:
-    """The plan by which a recorded trial was played.
+    """The plan of a recorded trial.
 
     Raises:
         BadFile: If the study's settings have no such trial.
@@ -82,35 +81,38 @@ def film_trial(
 
     Args:
         trial: The record.
-        plan: By which it was played.
-        path: Where the film goes; ``.gif``, ``.mp4``, or a directory for the pictures.
-        speed: How many times faster than it really went a twin is shown, 1 to 16.
+        plan: Its plan.
+        path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
+        speed: Speed-up of a twin's motion, 1 to 16.
         tell: Called with one line after every step.
 
     Raises:
-        UserMistake: If it cannot be filmed here.
-        PlantFault: If the plant breaks where the record says nothing of it.
+        UserMistake: If the trial cannot be filmed here.
+        PlantFault: If the plant breaks and the record holds no such error.
     """
     if not 1 <= speed <= FASTEST:
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
-    spec = plan.plant if resolve_plant(plan.plant).has_camera else STAND_IN
-    source = resolve_plant(spec)
+    source = resolve_plant(plan.plant)
+    if not source.has_camera:
+        source = resolve_plant(STAND_IN)
     source.check(plan.box)
     assert source.settings is not None
     file = open_film(path)
     runs, renderer = isinstance(source.settings, TwinSettings), source.settings.renderer
     shooting = _Shooting(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
-        differs = _play_again(trial, plan, spec, shooting, tell)
+        differs = _play_again(trial, plan, source, shooting, tell)
         file.close()
     finally:
         shooting.close()
         file.drop()
-    return Film(path=path, pictures=shooting.pictures, plant=spec, differs=differs)
+    return Film(path=path, pictures=shooting.pictures, plant=source.spec, differs=differs)
 
 
-def _play_again(trial: Trial, plan: Plan, spec: str, shooting: _Shooting, tell: Callable[[str], None]) -> str | None:
-    plant = _plant(plan, spec, shooting)
+def _play_again(
+    trial: Trial, plan: Plan, source: PlantSource, shooting: _Shooting, tell: Callable[[str], None]
+) -> str | None:
+    plant = _plant(plan, source, shooting)
     differs: str | None = None
     try:
         snapshot = plant.observe()
@@ -132,8 +134,7 @@ def _play_again(trial: Trial, plan: Plan, spec: str, shooting: _Shooting, tell: 
     return differs
 
 
-def _plant(plan: Plan, spec: str, shooting: _Shooting) -> Plant:
-    source = resolve_plant(spec)
+def _plant(plan: Plan, source: PlantSource, shooting: _Shooting) -> Plant:
     labels, rng = Names(plan).labels, plan.stream("plant")
     if not isinstance(source.settings, TwinSettings):
         return source.make(plan.box, labels, rng)
@@ -143,7 +144,7 @@ def _plant(plan: Plan, spec: str, shooting: _Shooting) -> Plant:
 
 
 def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
-    """What is not as recorded in a step."""
+    """The first difference of a step from the record."""
     step = trial.steps[at]
     pairs: list[tuple[str, Fact, Fact]] = [
         ("configuration before it", step.state, before),
@@ -158,11 +159,7 @@ def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str |
 
 
 class _Shooting:
-    """Films a plant: every so many calls from a running twin, and whatever it is shown.
-
-    Attributes:
-        pictures: How many there are so far.
-    """
+    """Films a plant: a running twin at regular intervals, and single moments on request; ``pictures`` counts."""
 
     def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:
         self.pictures = 0
@@ -191,13 +188,13 @@ class _Shooting:
         self._add(picture, self._lines, self._seconds)
 
     def begin(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...]) -> None:
-        """From here on these lines stand under what is filmed; a plant that does not run is shown as it stands."""
+        """Set the caption for what follows; a plant that does not run is shown now."""
         self._lines = lines
         if not self._runs:
             self.show(snapshot, lines, _HOLD / 2)
 
     def show(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...], seconds: float) -> None:
-        """Show for a while how the plant stands now; one that runs, and has not yet, as soon as it does."""
+        """Show the plant's present state for a while; a twin that has not run yet, when it first runs."""
         if self._running is not None:
             self._add(self._oblique(), lines, seconds)
         elif self._runs:
@@ -206,18 +203,18 @@ class _Shooting:
             self._add(snapshot.look().rgb, lines, seconds)
 
     def end(self, snapshot: Snapshot) -> None:
-        """A plant that never ran is shown as it stands."""
+        """Show a twin that never ran."""
         if self._first is not None and snapshot.look is not None:
             self._add(snapshot.look().rgb, *self._first)
 
     def close(self) -> None:
-        """Let go of the renderer."""
+        """Release the renderer."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
     def _oblique(self) -> NDArray[np.uint8]:
-        """How the plant that runs looks at this very moment."""
+        """The running twin at this moment."""
         assert self._running is not None
         model, data = self._running
         if self._renderer is None:

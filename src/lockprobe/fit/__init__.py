@@ -1,4 +1,4 @@
-"""Which simple mechanism predicts an agent's choices, and how well."""
+"""Cognitive models fitted to an agent's choices, and how well they predict."""
 
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.fitting import fit_agents

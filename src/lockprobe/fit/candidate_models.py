@@ -1,7 +1,7 @@
-"""The models that compete for an agent's choices.
+"""The candidate models of an agent's choices.
 
-Some come in versions, for example one for each preset. The version that fits best stands for its model, and beside the
-result it is said from how many it was chosen.
+Some come in versions, for example one for each preset. The version that fits best stands for its model, and results
+state the number of versions.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ Versions = Mapping[str, Model]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rival:
-    """One competitor.
+    """One candidate model.
 
     Attributes:
         name: Its name.
         versions: From the choices to its versions by name.
         agent: The spec of the agent of a version, without fitted parameters; empty if there is no such agent.
-        heeds: Whether it heeds what was reported, not only what was attempted.
+        heeds: Whether it uses reports, and not only attempts.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Rival:
 
 
 def chosen_rivals(names: Iterable[str] | None = None) -> list[Rival]:
-    """Rivals by name, in their own order; all without names. ``random`` is always among them.
+    """Rivals by name, in the order of :data:`RIVALS`; all without names. ``random`` is always among them.
 
     Raises:
         UnknownName: If there is no such model; the message lists those that exist.
@@ -82,7 +82,7 @@ def _softmax(name: str, *pulls: str) -> Callable[[Choices, Sequence[Heard]], Ver
 
 
 def _favourites(which: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
-    """A pull of its own for every place in the listing, or for every label, against the first."""
+    """One pull for every place in the listing, or for every label, against the first."""
 
     def versions(choices: Choices, heard: Sequence[Heard]) -> Versions:
         width = choices.present.shape[1]
@@ -113,7 +113,7 @@ def _round_robin(choices: Choices, heard: Sequence[Heard]) -> Versions:
 
 
 def _human_inspired(choices: Choices, heard: Sequence[Heard]) -> Versions:
-    """Every preset; one that looks at the panel only where that is known."""
+    """Every preset; presets that look at the panel only where it is known."""
     seen = all(one.view.places for one in heard)
     agents = {
         f"human-inspired:{name}": HumanInspired(**preset)  # type: ignore[arg-type] # a preset is what it takes
@@ -133,9 +133,9 @@ def _random_map(choices: Choices, heard: Sequence[Heard]) -> Versions:
 
 
 def mapped(choices: Choices, window: int, avoid: str) -> Array:
-    """What :class:`lockprobe.agents.cognitive.RandomMap` would choose, shape (choices, joints).
+    """The choices of :class:`lockprobe.agents.cognitive.RandomMap`, as probabilities of shape (choices, joints).
 
-    In a state met before in the trial it is what was done there first, in a new one any joint that is not avoided.
+    In a state met before in the trial it repeats its first choice there, in a new one it takes any joint not avoided.
     """
     rows, places = np.arange(len(choices)), np.arange(choices.present.shape[1])
     failed = choices.failed if avoid == "failed" else np.zeros_like(choices.failed)
@@ -150,7 +150,7 @@ def mapped(choices: Choices, window: int, avoid: str) -> Array:
 
 
 def _attempts(choices: Choices, window: int) -> list[Integers]:
-    """What was heard of the last attempts, the latest first; -1 before there were any."""
+    """The last attempts as heard, the latest first; -1 before there were any."""
     found = []
     for back in range(window):
         there = np.maximum(np.arange(len(choices)) - back, 0)
@@ -162,49 +162,20 @@ _SOFTMAX = "cognitive:softmax-memory"
 
 _RIVALS = (
     Rival(name="random", versions=_softmax("random"), agent="random", heeds=False),
-    Rival(
-        name="favourite-places",
-        versions=_favourites("place"),
-        heeds=False,
-    ),
+    Rival(name="favourite-places", versions=_favourites("place"), heeds=False),
     Rival(name="favourite-labels", versions=_favourites("label"), heeds=False),
     Rival(name="round-robin", versions=_round_robin, heeds=False),
-    Rival(
-        name="no-repeat",
-        versions=_softmax("no-repeat", "recent"),
-        agent=_SOFTMAX,
-        heeds=False,
-    ),
-    Rival(
-        name="win-stay-lose-shift",
-        versions=_softmax("win-stay-lose-shift", "recent", "stay"),
-        agent=_SOFTMAX,
-    ),
-    Rival(
-        name="failure-memory",
-        versions=_softmax("failure-memory", "failure"),
-        agent=_SOFTMAX,
-    ),
+    Rival(name="no-repeat", versions=_softmax("no-repeat", "recent"), agent=_SOFTMAX, heeds=False),
+    Rival(name="win-stay-lose-shift", versions=_softmax("win-stay-lose-shift", "recent", "stay"), agent=_SOFTMAX),
+    Rival(name="failure-memory", versions=_softmax("failure-memory", "failure"), agent=_SOFTMAX),
     Rival(
         name="goal-and-failures",
         versions=_softmax("goal-and-failures", "target", "closed", "failure"),
         agent=_SOFTMAX,
     ),
-    Rival(
-        name="softmax-memory",
-        versions=_softmax("softmax-memory", *PULLS),
-        agent=_SOFTMAX,
-    ),
-    Rival(
-        name="human-inspired",
-        versions=_human_inspired,
-        agent="{version}",
-    ),
-    Rival(
-        name="random-map",
-        versions=_random_map,
-        agent="cognitive:{version}",
-    ),
+    Rival(name="softmax-memory", versions=_softmax("softmax-memory", *PULLS), agent=_SOFTMAX),
+    Rival(name="human-inspired", versions=_human_inspired, agent="{version}"),
+    Rival(name="random-map", versions=_random_map, agent="cognitive:{version}"),
 )
 
 RIVALS: Mapping[str, Rival] = {rival.name: rival for rival in _RIVALS}

@@ -1,4 +1,4 @@
-"""The choices of one agent's trials as arrays, beside all that it had been told when it made them.
+"""The choices of one agent's trials as arrays, with everything that the agent had been told.
 
 Joints are places in the listing, as for :class:`lockprobe.agents.policy.Policy`. A box of fewer joints than the largest
 is filled up with joints that are not ``present``.
@@ -28,7 +28,7 @@ Memory = TypeVar("Memory")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heard:
-    """One trial as a policy would have lived it.
+    """One trial as a policy would have experienced it.
 
     Attributes:
         view: The task in numbers.
@@ -41,21 +41,21 @@ class Heard:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
-    """What was chosen, and what was known. Arrays have the shape (choices,) or (choices, joints).
+    """Choices and the information before them. Arrays have the shape (choices,) or (choices, joints).
 
     Attributes:
         trial: The trial of each choice, from 0.
-        cluster: Its cluster of luck: trials of equal repetition and trial have equal labels, flips and draws; of
-            people, all that one person played.
+        cluster: Its cluster of luck: trials of equal repetition and trial have equal labels, flips and draws; for
+            people, all trials of one person.
         chosen: The joint chosen.
         present: Which joints there are.
         target: Which is the target.
-        label: What each joint is called, by place in ``labels``.
-        closed: Which were where they had been at the start, as told.
+        label: The label of each joint, as a place in ``labels``.
+        closed: Joints still at their start position, as told.
         age: Steps since each joint failed last, 0 if it has just done so; -1 if it never did.
         moves: Perceived moves since then.
-        attempt: What was heard of the step before: ``2 * joint + moved``; -1 before the first.
-        reported: Joints reported away from where they were, bit j for joint j; 0 where positions are not told.
+        attempt: The step before, as heard: ``2 * joint + moved``; -1 before the first.
+        reported: Joints reported away from their start position, bit j for joint j; 0 where positions are not told.
         failed: Joints that failed since the last perceived move, bit j for joint j.
         own: Probabilities that the agent itself recorded; of no rows if it did not do so at every step.
         labels: All labels, in alphabetical order.
@@ -108,13 +108,10 @@ class Choices:
 
 
 def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
-    """A trial as a policy would have lived it.
+    """A trial as a policy would have experienced it.
 
-    The positions before the first step are the true ones: no channel changes them, as nothing has been attempted.
-
-    Args:
-        trial: The trial.
-        boxes: Name -> box, for policies that look at the panel; one with other joints than the trial's is passed over.
+    The positions before the first step are the true ones: no channel changes them, as nothing has been attempted. A
+    policy may look at the panel of a box in ``boxes`` (by name) that has the joints of the trial.
     """
     panel = [trial.labels.index(label) for label in trial.listing]
     box = (boxes or {}).get(trial.box)
@@ -144,17 +141,12 @@ def _shifted(step: Step, start: str, panel: Sequence[int]) -> int | None:
 
 
 def cluster_of(trial: Trial) -> tuple[str, int, int]:
-    """What a trial belongs together with: those of equal luck, or of people those of one person."""
+    """The cluster of a trial: its luck, or its person."""
     return (trial.player, 0, 0) if trial.player else ("", trial.repetition, trial.trial)
 
 
 def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
-    """All choices of some trials.
-
-    Args:
-        trials: Of one agent.
-        heard: The same trials as heard.
-    """
+    """All choices of one agent's trials, given also as heard."""
     widest = max((one.view.joints for one in heard), default=0)
     rows = [row for one in heard for row in _rows(one.view.joints, one.told)]
     sizes = [len(one.told) for one in heard]
@@ -185,7 +177,7 @@ def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
 
 
 class _Row(NamedTuple):
-    """What was known at one choice."""
+    """The information before one choice."""
 
     opened: int
     age: list[int]
@@ -196,7 +188,7 @@ class _Row(NamedTuple):
 
 
 def _rows(joints: int, reports: Sequence[Told]) -> Iterator[_Row]:
-    """What was known at each choice of a trial: nothing, then what the first report said, and so on."""
+    """The information before each choice of a trial: nothing, then the first report, and so on."""
     known = _Row(opened=0, age=[-1] * joints, moves=[0] * joints, attempt=-1, reported=0, failed=0)
     for told in reports:
         yield known
@@ -226,12 +218,7 @@ def _own(trials: Sequence[Trial], width: int) -> Array:
 
 
 def rule(policy: Policy[Memory], heard: Sequence[Heard]) -> Array:
-    """What a policy would have chosen in the place of an agent, shape (choices, joints).
-
-    Args:
-        policy: The policy.
-        heard: The agent's trials.
-    """
+    """The probabilities of a policy in the place of an agent, shape (choices, joints), from its trials as heard."""
     later: dict[tuple[View, Memory, Told], Memory] = {}
     chances: dict[tuple[View, Memory], tuple[float, ...]] = {}
     width = max((one.view.joints for one in heard), default=0)

@@ -1,4 +1,4 @@
-"""All models fitted to the trials of some agents."""
+"""Fits of all models to the trials of agents."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit.candidate_models import Rival, chosen_rivals
 from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
 from lockprobe.fit.held_out import folds_of, held_out, predicted
-from lockprobe.fit.intervals import parameters
 from lockprobe.fit.model_comparison import Competitor, Tell, contest, lead_by_reports
+from lockprobe.fit.optimise import parameters
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
@@ -39,15 +39,15 @@ def fit_agents(
     """Fit models to the choices of agents, given what they had been told.
 
     Args:
-        trials: Of any agents; those that ended as an error are left out and counted, and those are left out under which
-            other things than flips acted.
+        trials: Of any agents. Trials that ended as an error are left out and counted; trials under interventions other
+            than flips are left out.
         agents: Only these; all in the order of their names without it.
         p: Only these flip probabilities.
         models: Only these models, and ``random``.
         folds: Parts of the trials that are left out in turn, at least 2.
-        by_p: Whether each flip probability is fitted on its own.
+        by_p: Whether each flip probability is fitted separately.
         boxes: Name -> box, for models that look at the panel.
-        tell: Called with what is being fitted.
+        tell: Called with the name of each fit.
 
     Raises:
         UnknownName: If there is no such agent or model; the message lists those that exist.
@@ -99,16 +99,16 @@ def fit_agent(
     tell: Tell = lambda said: None,
     within: float = math.inf,
 ) -> AgentFit:
-    """All rivals for the trials of one agent, the best first.
+    """Fit all rivals to the trials of one agent, the best first. Other arguments as for :func:`fit_agents`.
 
     Args:
-        agent: What it is called.
-        trials: All of them its own.
-        rivals: Who competes; ``random`` among them.
+        agent: Its name.
+        trials: Its trials.
+        rivals: The candidate models, with ``random``.
         folds: Parts of the trials that are left out in turn, at least 2.
         boxes: Name -> box, for models that look at the panel.
-        tell: Called with what is being fitted.
-        within: Of models that are further behind the best, in BIC, no result is given; it saves their intervals.
+        tell: Called with the name of each fit.
+        within: Models further behind the best, in BIC, get no result, which saves their intervals.
 
     Raises:
         BadValue: If no trial was played.
@@ -163,7 +163,7 @@ def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> Riv
 
 
 def _some(trials: Sequence[Trial]) -> list[Trial]:
-    """All trials, or as many whole clusters of luck, by lot, as hold enough choices."""
+    """All trials, or as many whole clusters, drawn at random, as hold enough choices."""
     if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
         return list(trials)
     clusters: dict[tuple[str, int, int], list[Trial]] = {}
@@ -180,6 +180,6 @@ def _some(trials: Sequence[Trial]) -> list[Trial]:
 
 
 def _spec(agent: str, parameters: Sequence[Parameter]) -> str | None:
-    """The spec of an agent that acts as fitted."""
+    """The spec of an agent with the fitted parameters."""
     fitted = "&".join(f"{one.name}={one.value:.4g}" for one in parameters)
     return f"{agent}{'&' if '?' in agent else '?'}{fitted}" if agent and fitted else agent or None

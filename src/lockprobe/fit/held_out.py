@@ -1,8 +1,8 @@
-"""How well choices are predicted that a model was not fitted to.
+"""Prediction of held-out choices.
 
 Clusters of luck stay whole: trials of equal repetition and trial are left out together, so that nothing leaks from a
-trial to its twin at another p; of people all that one person played. Where a model has versions, the one is taken that
-fits best without the trials left out.
+trial to its twin at another p; so are all trials of one person. Of a model's versions the one is used that fits best
+without the trials left out.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.fit.choices import Choices
-from lockprobe.fit.intervals import students_t
 from lockprobe.fit.likelihood import Model
-from lockprobe.fit.optimise import Maximum, maximise
+from lockprobe.fit.optimise import Maximum, maximise, students_t
 from lockprobe.fit.result import Predicted
 
 __all__ = ["folds_of", "held_out", "predicted"]
@@ -27,12 +26,7 @@ Flags = NDArray[np.bool_]
 
 
 def folds_of(clusters: Integers, folds: int) -> Integers:
-    """The part that each choice belongs to, from 0; as many parts as asked, or as there are clusters.
-
-    Args:
-        clusters: The cluster of each choice, shape (choices,).
-        folds: Parts, at least 2.
-    """
+    """The part of each choice, from 0, by its cluster; as many parts as ``folds``, or as there are clusters."""
     place: Integers = np.unique(clusters, return_inverse=True)[1].reshape(-1)
     return place % folds
 
@@ -40,7 +34,7 @@ def folds_of(clusters: Integers, folds: int) -> Integers:
 def held_out(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], fold: Integers, present: Flags) -> Array:
     """Probabilities of all joints, at each choice from a fit to the other parts, shape (choices, joints).
 
-    Of n choices fitted, 1 in n + 1 parts of chance is mixed in, so that no surprise counts as infinitely bad.
+    With n choices fitted, 1 in n + 1 parts of chance is mixed in, so that no surprise counts as infinitely bad.
 
     Args:
         versions: The model's versions.
@@ -61,13 +55,9 @@ def held_out(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], fold:
 
 
 def predicted(choices: Choices, chances: Array) -> Predicted:
-    """What probabilities are worth that were given before a choice was seen.
+    """The value of predictions, probabilities of shape (choices, joints), for at least one choice.
 
     The interval is that of a ratio of sums over clusters, with Student's t.
-
-    Args:
-        choices: The choices, at least one.
-        chances: The probability of each joint, shape (choices, joints).
     """
     mine = chances[np.arange(len(choices)), choices.chosen]
     terms = np.log(np.maximum(mine, 1e-300))

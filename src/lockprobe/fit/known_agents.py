@@ -1,7 +1,7 @@
 """Agents of known truth that no rival describes, or only one that is not about memory.
 
-They heed no report, so that whatever is said of how reports act on them is false; all but one, which leaves what just
-failed and prefers some labels besides.
+They ignore reports, so that any claim about reports is false; except one, which leaves what just failed and also
+prefers some labels.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ class RuleAgent:
         return tuple(weight / math.fsum(weights) for weight in weights)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Draw a joint. It says nothing of its last action."""
+        """Draw a joint, without a claim about the last action."""
         return Decision(joint=situation.task.joints[draw(self.probabilities(situation), rng)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Favourites(RuleAgent):
-    """Prefers joints by what they are called, or by where they are listed.
+    """Prefers joints by label, or by place in the listing.
 
     Attributes:
         by: ``label``, in alphabetical order, or ``place``, in the order of the listing.
-        pull: How much likelier each is than the next, as a logarithm; 0 takes any.
+        pull: Log odds of each against the next; 0 takes any.
         repeats: Whether it may attempt the same joint twice running.
-        failure: How much less likely the joint attempted last is if that was reported to have failed, as a logarithm.
+        failure: Loss in log weight of the joint attempted last, if that was reported to have failed.
     """
 
     by: Literal["label", "place"] = "label"
@@ -74,7 +74,7 @@ class FirstFour(RuleAgent):
     """Attempts every joint once, in any order.
 
     Attributes:
-        then: What it does after that: it takes ``any`` joint at every step, or ``stays`` with the last one.
+        then: Its later choices: ``any`` joint at every step, or it ``stays`` with the last one.
     """
 
     then: Literal["any", "stays"] = "any"
@@ -112,12 +112,12 @@ class Switching(RuleAgent):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownAgent:
-    """An agent, and what is true of it.
+    """An agent and the truth about it.
 
     Attributes:
         agent: The agent, or its spec.
-        pulls: What acts on it, by the names that :class:`lockprobe.fit.result.Claim` gives: 1 if a joint becomes
-            likelier by it, -1 if less likely, None if that cannot be said. What is not named does not act on it.
+        pulls: Effects on it, by the names of :class:`lockprobe.fit.result.FitClaim`: 1 if a joint becomes likelier, -1
+            if less likely, None if that cannot be said. Effects that are not named are absent.
     """
 
     agent: str | RuleAgent

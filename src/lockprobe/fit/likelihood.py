@@ -1,7 +1,7 @@
-"""How likely an agent's choices are under a model with free parameters, and which way the parameters should go.
+"""The likelihood of an agent's choices under a model with free parameters, and its derivatives.
 
-There are two shapes. A :class:`Softmax` weighs joints by a sum of pulls; with the traces held fixed it is a conditional
-logit (McFadden 1974) and concave in the pulls. A :class:`Lapse` follows a rule but for a share of its choices.
+A :class:`Softmax` weighs joints by a sum of pulls; with fixed traces it is a conditional logit (McFadden 1974) and
+concave in the pulls. A :class:`Lapse` follows a rule except for a share of its choices.
 """
 
 from __future__ import annotations
@@ -146,10 +146,10 @@ class Softmax:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lapse:
-    """A rule, but for a share ``lapse`` of choices, in which any joint is as likely as any other.
+    """A rule, except for a share ``lapse`` of choices, in which all joints are equally likely.
 
     Attributes:
-        follows: What the rule alone would choose, shape (choices, joints).
+        follows: Probabilities by the rule alone, shape (choices, joints).
         chosen: Shape (choices,).
         present: Which joints there are, shape (choices, joints).
     """
@@ -165,7 +165,7 @@ class Lapse:
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        """The likelihood is concave, so that one is enough."""
+        """One, since the likelihood is concave."""
         return ((0.2,),)
 
     @property

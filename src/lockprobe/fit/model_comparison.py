@@ -1,11 +1,10 @@
-"""Models compete for the same choices, by a criterion that charges them for their parameters.
+"""Comparison of models of the same choices, by a criterion that charges them for their parameters.
 
-Trials of equal repetition and trial share labels, flips and draws, and an agent may make the same choice in several of
-them. The likelihood counts it every time, and takes luck that repeats itself for evidence: by a plain BIC most agents
-that act at random in the paper's design are something else. Log-likelihoods and numbers of choices are therefore
-divided by how many choices say as much as one (quasi-likelihood: Lebreton et al. 1992; Burnham and Anderson 2002,
-Sec. 2.5), and a model on whose parameters the choices agree even more is charged for more parameters than it has
-(composite likelihood: Varin and Vidoni 2005; Gao and Song 2010).
+Trials of equal repetition and trial share labels, flips and draws, so an agent may make the same choice in several of
+them, and the likelihood counts it every time: by a plain BIC most agents that act at random in the paper's design are
+something else. Log-likelihoods and numbers of choices are therefore divided by the design effect (quasi-likelihood:
+Lebreton et al. 1992; Burnham and Anderson 2002, Sec. 2.5), and a model on whose parameters the choices agree even more
+is charged for more parameters than it has (composite likelihood: Varin and Vidoni 2005; Gao and Song 2010).
 """
 
 from __future__ import annotations
@@ -39,10 +38,10 @@ class Competitor:
         rival: The rival.
         versions: Its versions by name.
         fitted: Their maxima.
-        effective: Choices, divided by how many of them say as much as one.
-        repeats: How many say as much as one.
-        charged: Parameters that it is charged for: those that it has, times by how much more choices repeat each other
-            in what they say of them than in general, if more.
+        effective: Effective number of choices: choices over ``repeats``.
+        repeats: The design effect: choices that carry the information of one independent choice.
+        charged: Parameters that it is charged for: its own, times the ratio of their design effect to ``repeats``, if
+            above 1.
     """
 
     rival: Rival
@@ -89,7 +88,7 @@ class Contest:
 
     Attributes:
         competitors: In the order of the rivals.
-        repeats: How many choices say as much as one, >= 1.
+        repeats: The design effect, >= 1.
     """
 
     competitors: tuple[Competitor, ...]
@@ -109,14 +108,7 @@ class Contest:
 def contest(
     choices: Choices, heard: Sequence[Heard], rivals: Sequence[Rival], tell: Tell = lambda said: None
 ) -> Contest:
-    """Fit rivals to choices.
-
-    Args:
-        choices: The choices.
-        heard: The same trials as heard.
-        rivals: Who competes.
-        tell: Called with the name of each before it is fitted.
-    """
+    """Fit rivals to choices, given also the trials as heard; ``tell`` gets each name before its fit."""
 
     def fitted(rival: Rival) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
         tell(rival.name)
@@ -132,19 +124,18 @@ def contest(
 
 
 def lead_by_reports(winner: Competitor, trials: Sequence[Trial], heard: Sequence[Heard]) -> float | None:
-    """How far a model is ahead, in BIC, of itself for an agent to which reports mean nothing.
+    """The lead, in BIC, of a model over itself for an agent to which reports mean nothing.
 
-    That agent takes every attempt for a failure, whatever was reported, and no joint for moved: what it did it knows,
-    what came of it it does not. An agent that ignores reports may well look as if failures acted on it, because the
-    joints that it attempts are mostly those that fail; then it is predicted as well without the reports.
+    That agent takes every attempt for a failure and no joint for moved. An agent that ignores reports may look as if
+    failures acted on it, because it mostly attempts joints that fail; then it is predicted as well without the reports.
 
     Args:
-        winner: The model, as fitted to what was reported.
+        winner: The model, as fitted to the reports.
         trials: The trials.
         heard: The same as heard.
 
     Returns:
-        The lead, < 0 if reports only make it worse; None of a model that heeds none.
+        The lead, < 0 if reports only make it worse; None for a model that ignores them.
     """
     if not winner.rival.heeds:
         return None
@@ -157,7 +148,7 @@ def lead_by_reports(winner: Competitor, trials: Sequence[Trial], heard: Sequence
 
 
 def _failed(told: Told) -> Told:
-    """The same attempt without regard to what was reported of it."""
+    """The same attempt, reported as failed."""
     return replace(told, moved=False, shifted=None if told.shifted is None else 0)
 
 
@@ -190,12 +181,12 @@ def _competitor(
 
 
 def _free(model: Model) -> int:
-    """How many of its parameters change any probability: ``reset`` does not where nothing was told to have moved."""
+    """Number of parameters that change any probability: ``reset`` does not where no joint was told to have moved."""
     inside = np.array([0.5 if most == 1.0 else 1.0 for _, most in model.bounds.values()])
     return int((np.abs(model.slope(inside).scores).max(axis=0, initial=0.0) > 1e-9).sum())
 
 
 def _repeats(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], choices: Choices) -> float:
-    """How many choices say as much as one of the version that fits best."""
+    """The design effect under the version that fits best."""
     name = max(fitted, key=lambda one: fitted[one].log_likelihood)
     return shared_luck(versions[name], fitted[name].values, choices.cluster).overall

@@ -1,4 +1,4 @@
-"""The maximum of a likelihood, and how far its parameters could lie from there."""
+"""The maximum of a likelihood, and intervals of its parameters that allow for shared luck."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.proportions import LEVEL
+from lockprobe.fit.choices import Choices
 from lockprobe.fit.likelihood import Model
+from lockprobe.fit.result import Parameter
 
-__all__ = ["ENOUGH", "Maximum", "SharedLuck", "ends", "maximise", "maximum", "shared_luck"]
+__all__ = ["Maximum", "SharedLuck", "ends", "maximise", "maximum", "parameters", "shared_luck", "students_t"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -37,18 +40,18 @@ class Maximum:
 
 
 def maximum(model: Model) -> Maximum:
-    """The greatest of the maxima that are reached from the model's own starts."""
+    """The greatest of the maxima reached from the model's starts."""
     found = [maximise(model, np.array(start, dtype=np.float64)) for start in model.starts]
     return max(found, key=lambda one: one.log_likelihood)
 
 
 def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None, *, enough: float = ENOUGH) -> Maximum:
-    """Climb to a maximum within the bounds by scoring (Fisher), damped as by Levenberg and Marquardt.
+    """Climb to a maximum within the bounds by Fisher scoring, damped as by Levenberg and Marquardt.
 
     Args:
-        model: What is fitted.
-        start: Where to begin, shape (parameters,).
-        held: Parameters that stay at a value, by their place.
+        model: The model.
+        start: First values, shape (parameters,).
+        held: Fixed parameters: place -> value.
         enough: Gain in log-likelihood below which a step is the last.
     """
     low, high = np.array(list(model.bounds.values()), dtype=np.float64).reshape(-1, 2).T
@@ -79,11 +82,11 @@ def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None
 
 @dataclass(frozen=True, slots=True)
 class SharedLuck:
-    """What choices with shared luck say less than independent ones.
+    """Design effects of choices with shared luck.
 
     Attributes:
-        parameters: How much larger each parameter's variance is, >= 1, shape (parameters,).
-        overall: How much larger the log-likelihood's differences are, >= 1.
+        parameters: Factor on each parameter's variance, >= 1, shape (parameters,).
+        overall: Factor on differences in log-likelihood, >= 1.
     """
 
     parameters: Array
@@ -96,11 +99,7 @@ def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
     With H the information and J the variance of the summed scores, a parameter's variance is that of ``H^-1 J H^-1``
     in place of ``H^-1``, and a difference in log-likelihood is ``trace(J H^-1) / rank(H)`` times as large as that of
     independent choices (Varin and Vidoni 2005). All are 1 with a single cluster, or where the choices say nothing.
-
-    Args:
-        model: What was fitted.
-        values: Its maximum.
-        clusters: The cluster of each choice, shape (choices,).
+    ``values`` is the model's maximum, ``clusters`` the cluster of each choice.
     """
     labels, place = np.unique(clusters, return_inverse=True)
     effects = np.ones(len(values))
@@ -124,18 +123,54 @@ def _inverse(information: Array) -> Array:
     return np.asarray(np.linalg.pinv(information, rcond=1e-8, hermitian=True), dtype=np.float64)
 
 
+def students_t(clusters: int) -> float:
+    """Student's quantile for 95 % intervals from so many clusters.
+
+    It is the normal quantile with a single cluster: choices then count as independent, given what had been told.
+    """
+    from scipy.special import ndtri, stdtrit
+
+    tail = (1 + LEVEL) / 2
+    return float(stdtrit(clusters - 1, tail) if clusters > 1 else ndtri(tail))
+
+
+def parameters(model: Model, best: Maximum, choices: Choices) -> tuple[Parameter, ...]:
+    """Each parameter with its 95 % interval, from the model's maximum.
+
+    The interval holds all values at which twice the log-likelihood, maximised over the other parameters, lies below its
+    maximum by no more than the squared quantile times the parameter's design effect (adjusted likelihood: Chandler and
+    Bate 2007). A normal interval would reach beyond bounds, and be symmetric where two pulls trade off.
+    """
+    quantile = students_t(len(np.unique(choices.cluster)))
+    effects = shared_luck(model, best.values, choices.cluster).parameters
+    found = []
+    for place, (name, (least, most)) in enumerate(model.bounds.items()):
+        low, high = ends(model, best, place, quantile**2 * float(effects[place]))
+        share, value = most == 1.0, float(best.values[place])
+        near = 1e-6 if share else 0.01
+        found.append(
+            Parameter(
+                name=name,
+                value=value,
+                low=0.0 if low is None and share else low,
+                high=1.0 if high is None and share else high,
+                at_bound=value - least < near or most - value < near,
+            )
+        )
+    return tuple(found)
+
+
 def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | None, float | None]:
     """The least and the greatest value of a parameter that the choices do not rule out; None where none is too far.
 
-    They are where twice the log-likelihood, with all other parameters at their best, has fallen by ``cut``. The search
-    begins along the ridge of the likelihood; without one where the choices say nothing of the parameter, for there the
-    direction is rounding error alone.
+    There, twice the log-likelihood, maximised over all other parameters, has fallen by ``cut``. The search begins along
+    the ridge of the likelihood, unless the choices say nothing of the parameter: its direction would be rounding error.
 
     Args:
-        model: What was fitted.
+        model: The model.
         best: Its maximum.
-        place: The parameter.
-        cut: How far it may fall, > 0.
+        place: The place of the parameter.
+        cut: Fall in twice the log-likelihood, > 0.
     """
     information = model.slope(best.values).information
     variance = _inverse(information)
@@ -149,7 +184,7 @@ def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | N
 
 
 class _Profile:
-    """The log-likelihood over one parameter, with all others at their best."""
+    """The log-likelihood over one parameter, maximised over all others."""
 
     def __init__(self, model: Model, best: Maximum, place: int, along: Array) -> None:
         self._model = model
@@ -159,7 +194,7 @@ class _Profile:
         self._centre = float(best.values[place])
 
     def end(self, cut: float, bound: float, step: float) -> float | None:
-        """Where it has fallen by half of ``cut`` on the way to a bound; None if it has not when it is there."""
+        """Where it has fallen by half of ``cut`` on the way to a bound; None if that is not reached."""
         from scipy.optimize import brentq
 
         start, known = self._best.values, {self._centre: -float(np.sqrt(cut))}

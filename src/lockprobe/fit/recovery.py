@@ -1,4 +1,4 @@
-"""Are fits right: parameters and models found again, and sentences true, in trials of agents that are known.
+"""Recovery studies: parameters, models and claims in simulated trials of known agents.
 
 recover_parameters({"target": 0.5, "failure": 2.0, "decay": 0.7, "reset": 0.5}, sets=200)
 recover_models({"random": "random", "human-inspired": "human-inspired?lapse=0.15"}, sets=40)
@@ -19,10 +19,9 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.fitting import fit_agent
-from lockprobe.fit.intervals import parameters
 from lockprobe.fit.known_agents import WORLDS, KnownAgent
 from lockprobe.fit.model_comparison import Competitor, contest
-from lockprobe.fit.optimise import maximum
+from lockprobe.fit.optimise import maximum, parameters
 from lockprobe.fit.result import CLOSE, FitClaim, Parameter
 from lockprobe.interventions.condition import flips
 from lockprobe.interventions.flip import FlipKind
@@ -49,7 +48,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecoveryDesign:
-    """Which trials are played; the paper's flip study without anything said.
+    """The trials to play: the paper's flip study, without claims of the agent.
 
     Attributes:
         box: The box.
@@ -91,7 +90,7 @@ class Recovered:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Won:
-    """Which models won for one kind of agent.
+    """How often each model won for one kind of agent.
 
     Attributes:
         model: The true one.
@@ -108,17 +107,17 @@ class Won:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """What findings claimed of agents of one kind, held against the truth.
+    """Claims about agents of one kind, compared with the truth.
 
     Attributes:
-        world: What the agents do.
+        world: Name of the kind of agent.
         sets: Studies played.
         best: Model -> how often it was the best by BIC.
         described: Studies in which that model was shown to predict.
-        claims: What was claimed -> in how many studies. It is what acts, with ``+`` if a joint becomes likelier by it
-            and ``-`` if less likely.
-        false: Those of the claims that are not true.
-        misled: Studies with at least one of these.
+        claims: Claim -> number of studies. A claim is the effect, with ``+`` if it makes a joint likelier and ``-`` if
+            less likely.
+        false: The false claims among them.
+        misled: Studies with at least one false claim.
     """
 
     world: str
@@ -131,13 +130,7 @@ class Judged:
 
 
 def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Trial]:
-    """One study of an agent.
-
-    Args:
-        agent: The agent, or its spec; it has to cost no time to speak of.
-        design: Which trials.
-        seed: Seed of the study.
-    """
+    """One study of an agent, or of its spec, played at once."""
     spec, player = (agent, resolve(agent).make()) if isinstance(agent, str) else (repr(agent), agent)
     plans = [
         Plan(
@@ -158,12 +151,7 @@ def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Tria
 
     async def all_of_them() -> list[Trial]:
         return [
-            await play(
-                plan,
-                plant=SymbolicPlant(plan.box),
-                interventions=plan.condition.made(),
-                agent=player,
-            )
+            await play(plan, plant=SymbolicPlant(plan.box), interventions=plan.condition.made(), agent=player)
             for plan in plans
         ]
 
@@ -173,13 +161,13 @@ def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Tria
 def recover_parameters(
     truth: Mapping[str, float], *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> list[Recovered]:
-    """How well the softmax over a fading memory is found again, parameter by parameter.
+    """Fit the softmax over a fading memory to its own trials, and compare parameter by parameter.
 
     Args:
         truth: Its parameters; those left out have their default.
         sets: Studies to play and fit.
-        design: Which trials each has; the paper's without it.
-        seed: Of the first; the others follow.
+        design: The trials of each; the paper's without it.
+        seed: Of the first study; the others follow.
     """
     model = "softmax-memory"
     spec = str(Spec("cognitive", model, {name: repr(value) for name, value in truth.items()}))
@@ -214,12 +202,12 @@ def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
 def recover_models(
     agents: Mapping[str, str | Agent], *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> list[Won]:
-    """How often the true model wins against all others.
+    """Count how often the true model wins against all others.
 
     Args:
         agents: True model -> an agent that acts by it, or its spec.
         sets: Studies to play and fit for each.
-        design: Which trials each has; the paper's without it.
+        design: The trials of each; the paper's without it.
         seed: Of the first study of each; the others follow.
 
     Raises:
@@ -246,13 +234,9 @@ def _aicc(one: Competitor) -> float:
 def recover_findings(
     worlds: Mapping[str, KnownAgent] = WORLDS, *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> Iterator[Judged]:
-    """How often findings claim of an agent what is not true of it, one kind of agent after the other.
+    """Count how often findings make false claims of an agent, one kind of agent after the other.
 
-    Args:
-        worlds: What agents do -> the agent, and what is true of it.
-        sets: Studies to play and fit for each.
-        design: Which trials each has; the paper's without it.
-        seed: Of the first study of each; the others follow.
+    Other arguments as for :func:`recover_models`; ``worlds`` holds agents and the truth about them, by name.
     """
     asked = design or RecoveryDesign()
     for name, world in worlds.items():

@@ -1,4 +1,4 @@
-"""The result of a fit: parameters, predictions, models in order, and what they claim of an agent."""
+"""The result of a fit: parameters, predictions, models in order, and their claims about an agent."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Parameter:
 
     Attributes:
         name: Its name.
-        value: Where the likelihood is greatest.
+        value: The maximum-likelihood value.
         low: The least value that the choices do not rule out; None if no pull is too low.
         high: The greatest; None if no pull is too high.
-        at_bound: Whether the value is the least or the greatest that was allowed.
+        at_bound: Whether the value is the least or the greatest allowed.
     """
 
     name: str
@@ -55,15 +55,14 @@ def _negated(end: float | None) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Predicted:
-    """How well choices were predicted that the model had not been fitted to.
+    """How well a model predicts choices that it was not fitted to.
 
     Attributes:
         log_likelihood: Per choice, natural logarithm.
         gain: Bits per choice better than chance, < 0 if worse.
-        low: Lower end of its 95 % interval over clusters of luck; None with fewer than two.
-        high: Upper end.
+        low, high: Ends of its 95 % interval over clusters of luck; None with fewer than two.
         probability: Of the joint chosen: the geometric mean, [0, 1].
-        hits: Share of choices that were the likeliest, [0, 1]; of equally likely ones each counts its part.
+        hits: Share of choices that were the likeliest, [0, 1]; ties count in part.
     """
 
     log_likelihood: float
@@ -80,9 +79,9 @@ class RivalFit:
 
     Attributes:
         model: Its name.
-        version: The version of it that fits best.
-        versions: How many there were to choose from.
-        spec: An agent that acts as fitted; None where there is none.
+        version: Its version that fits best.
+        versions: Number of versions.
+        spec: An agent with the fitted parameters; None where there is none.
         parameters: As fitted.
         log_likelihood: Greatest, natural logarithm; choices count as independent.
         charged: Parameters that the criteria charge it for, at least as many as it has; more where luck is shared.
@@ -107,15 +106,15 @@ class RivalFit:
 
     @property
     def predicts(self) -> bool:
-        """Whether it is shown to predict trials that it was not fitted to better than chance."""
+        """Whether it is shown to predict held-out trials better than chance."""
         return bool(self.parameters) and self.held_out is not None and (self.held_out.low or 0.0) > 0
 
 
 class FitClaim(NamedTuple):
-    """What the best model claims of an agent.
+    """A claim of the best model about an agent.
 
     Attributes:
-        about: The pull that acts on it; ``reports`` if it is that they are heeded.
+        about: The pull that acts on it; ``reports`` if the claim is that it heeds them.
         direction: 1 if the pull makes a joint likelier or reports are heeded, -1 if it makes a joint less likely.
         pull: The pull; None for reports.
     """
@@ -136,15 +135,15 @@ class AgentFit:
         left_out: Trials that ended as an error.
         passed_over: Trials not fitted because there are more than enough.
         choices: Choices fitted.
-        clusters: Clusters of luck: trials of equal repetition and trial have equal labels, flips and draws; people.
-        repeats: How many choices say as much as one, since luck is shared, >= 1.
-        chance_bits: What random leaves to be predicted: mean binary logarithm of the number of joints.
+        clusters: Clusters: trials of equal luck, or people.
+        repeats: The design effect: observed choices that carry the information of one independent choice, >= 1.
+        chance_bits: Entropy of random choices: mean binary logarithm of the number of joints.
         rivals: The best first, by ``bic``.
-        described: The model that describes the agent, which is the best by ``bic``; None if it is not shown to predict
-            better than chance. Parameters of any other model are no description.
-        lead_by_reports: How far that model is ahead, in BIC, of itself where every attempt counts as failed, whatever
-            was reported; None without such a model, or if it heeds no report.
-        own: Of the probabilities that the agent itself recorded; no model can be expected to do better.
+        described: The model that describes the agent, the best by ``bic``; None if it is not shown to predict better
+            than chance. Parameters of any other model are no description.
+        lead_by_reports: The lead of that model, in BIC, over itself where every attempt counts as failed, whatever was
+            reported; None without such a model, or if it ignores reports.
+        own: Prediction by the probabilities that the agent itself recorded: the best that a model can do.
     """
 
     agent: str
@@ -173,7 +172,7 @@ class AgentFit:
 
     @property
     def claims(self) -> tuple[FitClaim, ...]:
-        """What acts on the agent, by the model that is best by BIC; nothing if it is not shown to predict."""
+        """What acts on the agent, by the best model; nothing if it is not shown to predict."""
         best = self.rivals[0]
         if not best.predicts:
             return ()
@@ -188,7 +187,7 @@ class AgentFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitReport:
-    """What is found about some agents.
+    """Fits of some agents.
 
     Attributes:
         agents: One for each agent, or for each agent and p.

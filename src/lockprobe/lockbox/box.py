@@ -15,13 +15,13 @@ from lockprobe.errors import BadValue
 __all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "Lockbox", "bits"]
 
 Configuration = tuple[bool, ...]
-"""One position per joint in panel order; False is where an unopened joint rests."""
+"""One position per joint in panel order; False is closed."""
 
 Clause = Mapping[str, bool]
 """Positions of other joints that must all hold."""
 
 MAX_JOINTS = 8
-"""Largest number of joints: there are this many labels."""
+"""Largest number of joints, one for each label."""
 
 JointKind = Literal["prismatic", "revolute"]
 
@@ -36,7 +36,7 @@ class Joint:
     """One moving part on the panel.
 
     Attributes:
-        name: Its name in the box; the agent never sees it.
+        name: Its name, which the agent never sees.
         kind: ``prismatic`` (slides) or ``revolute`` (turns).
         place: Its position on the panel, in panel widths from the left and panel heights from below, [0, 1].
     """
@@ -48,7 +48,7 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lockbox:
-    """Joints, their interlock, where they start, and which one has to move.
+    """Joints, their interlock, their start and the target.
 
     Attributes:
         name: The name of the box.
@@ -122,7 +122,7 @@ class Lockbox:
         return self.names.index(self.target)
 
     def alternatives(self, joint: str) -> tuple[Clause, ...]:
-        """The clauses of which one has to hold before a joint (by name) moves; none if it is always free."""
+        """The clauses of a joint (by name); none if it is always free."""
         clauses = self.interlock.get(joint, ())
         return tuple(clauses) if all(clauses) else ()
 

@@ -1,4 +1,4 @@
-"""A user's own box in TOML. The file is data: nothing in it runs, and its size is limited.
+"""A user's box in TOML. The file is data: nothing in it runs, and its size is limited.
 
 ::
 
@@ -82,38 +82,35 @@ def read_box(path: Path) -> Lockbox:
 
 
 def toml_of(box: Lockbox) -> str:
-    """The text of a file from which :func:`read_box` makes the same box, if it can be played.
+    """The text of a file from which :func:`read_box` makes the same box.
 
     Raises:
-        BadFile: If its names or sizes are none that a file may have.
+        BadFile: If a name or a size is not allowed in a file.
     """
     box_from_data(box.as_data(), Path(box.name))
     joints = (
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
         for joint in box.joints
     )
-    interlock = (
-        f"{joint} = [{', '.join(_inline(clause) for clause in clauses)}]" for joint, clauses in box.interlock.items()
-    )
+    interlock = (f"{joint} = [{', '.join(map(_inline, clauses))}]" for joint, clauses in box.interlock.items())
     head = f'name = "{box.name}"\ntarget = "{box.target}"\ninitial = "{bits(box.initial)}"\n'
     return "\n".join([head, *joints, "\n".join(["[interlock]", *interlock])]) + "\n"
 
 
 def _inline(clause: Clause) -> str:
-    return (
-        "{ " + ", ".join(f"{other} = {int(position)}" for other, position in clause.items()) + " }" if clause else "{}"
-    )
+    positions = ", ".join(f"{other} = {int(position)}" for other, position in clause.items())
+    return f"{{ {positions} }}" if clause else "{}"
 
 
 def box_from_data(data: object, path: Path) -> Lockbox:
-    """The box that these tables describe; ``Lockbox.as_data`` turned round.
+    """The box that tables describe; the inverse of ``Lockbox.as_data``.
 
     Args:
         data: Tables of the form above.
-        path: Where they stood, for the message.
+        path: Their file, for the message.
 
     Raises:
-        BadFile: If they do not describe a box.
+        BadFile: If they describe no box.
     """
     try:
         table = _BoxTable.model_validate(data)

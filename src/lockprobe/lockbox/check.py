@@ -1,4 +1,4 @@
-"""Checks that a box can be played, and says why not."""
+"""Why a box cannot be played."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Fault:
 
     Attributes:
         kind: ``nothing moves``: every joint is locked at the start. ``unsolvable``: no sequence of attempts moves the
-            target. ``contradictory``: an alternative of the target holds in no configuration that can be reached, so
-            the box is not what its interlock says. ``too short``: it is solved in fewer steps than were asked for.
+            target. ``contradictory``: an alternative of the target holds in no reachable configuration. ``too short``:
+            the optimum has fewer steps than required.
         reason: The fault in one line, with names.
     """
 
@@ -33,7 +33,7 @@ def fault_of(box: Lockbox, shortest: int = 1) -> Fault | None:
 
     Args:
         box: The box.
-        shortest: The fewest steps that its optimum may have.
+        shortest: Least allowed optimum, steps.
     """
     space = space_of(box)
     if not space.may_move[space.start].any():

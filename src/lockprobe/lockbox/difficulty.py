@@ -1,4 +1,4 @@
-"""How hard a box is, in exact numbers (docs/boxes.md has examples)."""
+"""Exact measures of a box's difficulty (docs/boxes.md has examples)."""
 
 from __future__ import annotations
 
@@ -16,26 +16,23 @@ __all__ = ["Difficulty", "cycle_success", "depths", "difficulty", "undone"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difficulty:
-    """How hard a box is. Numbers that an unsolvable box lacks are None.
+    """The difficulty of a box. Numbers that an unsolvable box lacks are None.
 
     Attributes:
         optimum: The fewest steps that move the target.
         optimal_plans: The number of plans with that many steps.
-        depth: How many joints deep the interlock is: the layer of the target in :func:`depths`. Never more than the
-            optimum; less where several joints are needed side by side, or where moves have to be undone.
-        undone: The fewest moves of an optimal plan that put a joint back where it started. Where clauses only ask for
-            open joints and all start closed, it is 0.
+        depth: Depth of the interlock in joints: the layer of the target in :func:`depths`. At most the optimum; less if
+            a clause needs several joints, or moves have to be undone.
+        undone: The fewest moves of an optimal plan that return a joint to its start.
         distractors: Joints that no optimal plan moves, in panel order.
-        free: Joints that may move at the start.
-        reachable: Configurations that can be reached before the target moves; at most 2**(joints - 1).
-        dead_ends: From how many of them the target can no longer be moved. Every move can be taken back, so that is
-            none, or, if nothing opens the box, all.
-        random_steps: The expected steps of a uniformly random agent without a budget; infinite where nothing moves the
-            target.
-        random_blocked: The share of that agent's attempts that are blocked: expected blocked attempts over expected
-            steps.
-        cycle_success: The share of all fixed orders of the joints that, repeated, move the target within 20 steps.
-            Where it is 1, looping is not failing.
+        free: Number of joints that may move at the start.
+        reachable: Number of configurations before the target moves; at most 2**(joints - 1).
+        dead_ends: Number of these from which the target cannot be moved any more. Every move can be undone, so it is 0,
+            or all of them for an unsolvable box.
+        random_steps: Expected steps of a uniformly random agent without a budget; infinite for an unsolvable box.
+        random_blocked: Expected blocked attempts of that agent, as a share of its expected steps.
+        cycle_success: Share of all fixed orders of the joints that, repeated, move the target within 20 steps. If it is
+            1, a looping agent does not fail.
     """
 
     optimum: int | None
@@ -62,26 +59,25 @@ def difficulty(box: Lockbox) -> Difficulty:
         optimum=space.optimum,
         optimal_plans=plans.count,
         depth=depths(box)[box.target],
-        undone=_undone(space),
+        undone=undone(space),
         distractors=tuple(name for j, name in enumerate(box.names) if j not in moved) if plans.count else (),
         free=int(space.may_move[space.start].sum()),
         reachable=reachable,
         dead_ends=0 if space.optimum is not None else reachable,
         random_steps=steps,
         random_blocked=blocked,
-        cycle_success=_cycle_success(space, 20),
+        cycle_success=cycle_success(space),
     )
 
 
 def depths(box: Lockbox) -> Mapping[str, int | None]:
-    """The layer of each joint: the first round in which it may move, if no position once reached were ever lost.
+    """The layer of each joint: the first round in which it may move if every position, once reached, stays available.
 
-    A joint that is free at the start has layer 1; any other comes one layer after the last of the joints that its
-    easiest clause needs moved. This is the planners' delete relaxation: the layer of the target is the admissible
-    estimate h_max (Bonet and Geffner, Artificial Intelligence 129, 2001).
+    This is the delete relaxation of planning: the layer of the target is the admissible heuristic h_max (Bonet and
+    Geffner, Artificial Intelligence 129, 2001).
 
     Returns:
-        Joint -> layer, from 1; None for a joint that cannot move even so.
+        Joint -> layer, from 1 (free at the start); None for a joint that cannot move.
     """
     start = dict(zip(box.names, box.initial, strict=True))
     layers: dict[str, int | None] = dict.fromkeys(box.names)
@@ -95,15 +91,11 @@ def depths(box: Lockbox) -> Mapping[str, int | None]:
     return layers
 
 
-def cycle_success(box: Lockbox, budget: int = 20) -> float:
+def cycle_success(space: Space, budget: int = 20) -> float:
     """The share of all fixed orders of the joints that, repeated, move the target within the budget (in steps).
 
-    It is what round-robin reaches when the order of its list is shuffled.
+    This is the success of round-robin if the order of its list is shuffled.
     """
-    return _cycle_success(space_of(box), budget)
-
-
-def _cycle_success(space: Space, budget: int) -> float:
     cycles = orders(space.joints)
     configurations = np.full(len(cycles), space.start)
     solved = np.zeros(len(cycles), bool)
@@ -133,13 +125,11 @@ def _random_walk(space: Space) -> tuple[float, float | None]:
     return float(visits.sum()), float(visits @ blocked / visits.sum())
 
 
-def undone(box: Lockbox) -> int | None:
-    """The fewest moves of an optimal plan that put a joint back where it started; None if nothing opens the box."""
-    return _undone(space_of(box))
+def undone(space: Space) -> int | None:
+    """The fewest moves of an optimal plan that return a joint to its start; None for an unsolvable box.
 
-
-def _undone(space: Space) -> int | None:
-    """A plan of n moves that leaves k joints elsewhere has put (n - k) / 2 moves back."""
+    A plan of n moves that leaves k joints changed has returned (n - k) / 2 moves.
+    """
     if space.optimum is None:
         return None
     moved = max((int(end) ^ space.start ^ (1 << space.target)).bit_count() for end in space.last)

@@ -31,11 +31,11 @@ def named_boxes() -> tuple[str, ...]:
 
 
 def sized(family: str, joints: int | None) -> str:
-    """The full name of a family's box of a given size, for example ``chain-5`` for ``chain`` and 5.
+    """The name of a family's box of a given size, for example ``chain-5`` for ``chain`` and 5.
 
     Args:
         family: A family with or without its number, or ``random``.
-        joints: Number of joints; None means the number in the name, or else 4.
+        joints: Number of joints; by default the number in the name, or else 4.
 
     Raises:
         BadValue: If the family has no box of that size; the message lists the sizes that it has.
@@ -53,13 +53,13 @@ def sized(family: str, joints: int | None) -> str:
 def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     """A box from a name, the path of a TOML file, or a :class:`Lockbox`.
 
-    A name is one that :func:`box` knows, one that an installed package adds by an entry point in the group
-    ``lockprobe.boxes``, or ``python:module:Name?option=value``: a :class:`Lockbox`, or a function that returns one.
+    Besides the names of :func:`box` there are those of installed packages (entry points in the group
+    ``lockprobe.boxes``) and ``python:module:Name?option=value``: a :class:`Lockbox`, or a function that returns one.
 
     Raises:
-        UnknownName: If there is no box of that name, or it has no such option.
+        UnknownName: If there is no such box or option.
         BadFile: If the file holds no box that can be played.
-        BadValue: If ``asked`` is none of these, or a package's box cannot be played.
+        BadValue: If ``asked`` has another type, or a package's box cannot be played.
         BrokenPlugin: If a package's code fails.
 
     >>> find_box("chain-4") == find_box(find_box("chain-4"))
@@ -80,7 +80,6 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
 
 
 def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
-    """A box from another package."""
     from lockprobe.lockbox.check import fault_of
 
     found = plugin.make(Spec.parse(asked, "box").options)

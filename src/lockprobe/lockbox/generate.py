@@ -30,15 +30,15 @@ class Recipe:
 
     Attributes:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
-        layout: Where the joints sit; see :mod:`lockprobe.lockbox.layouts`.
-        dealt: Whether places, kinds and names are dealt to the joints, so that they say nothing of the interlock.
-        initial: All joints closed, or each at a position that is drawn. A clause speaks of positions as such, not of
-            what has moved, so a joint that has to be open may be so from the start.
-        alternatives: The most clauses that a joint has, 1 to 4; the number is drawn. For ``random-N``, as are:
-        literals: the most positions that a clause asks for, 1 to 7;
-        negative: the probability that a position asked for is closed, [0, 1];
-        shortest: (for all) the fewest steps that the optimum must have, from 1.
-        seed: From 0, below 2**31. Interlock, layout and start have a stream each: one may change without the others.
+        layout: Positions of the joints; see :mod:`lockprobe.lockbox.layouts`.
+        dealt: Whether places, kinds and names are dealt to the joints at random, so that they do not reveal the
+            interlock.
+        initial: ``rest``: all joints closed. ``random``: every position is drawn.
+        alternatives: Most clauses of a joint, 1 to 4; the number is drawn. Only for ``random-N``, as the next two.
+        literals: Most positions in a clause, 1 to 7; the number is drawn.
+        negative: Probability that a position in a clause is closed, [0, 1].
+        shortest: Least allowed optimum, steps, from 1.
+        seed: From 0, below 2**31. Interlock, layout and start have separate streams.
 
     Raises:
         UnknownName: If there is no such family or layout.
@@ -83,7 +83,7 @@ class RefusedRecipe:
 
 
 def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
-    """The box of a recipe, or why there is none. It never redraws."""
+    """The box of a recipe, or why there is none. It draws only once."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
         box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))
@@ -98,7 +98,7 @@ def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
 
 
 def random_box(joints: int, seed: int) -> Lockbox:
-    """The box ``random-N-SEED``: the first recipe of its sequence that gives one of at least three steps (two of two).
+    """The box ``random-N-SEED``: the first of a sequence of recipes with an optimum of min(joints, 3) steps or more.
 
     Args:
         joints: 2 to 8.
@@ -113,10 +113,10 @@ def random_box(joints: int, seed: int) -> Lockbox:
 
 
 def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lockbox:
-    """Joints in a line, the target first and the last one free. To be open is only asked of joints further on.
+    """Joints in a line, the target first, the last one free. Clauses ask only later joints to be open.
 
-    So an interlock without closed positions can always be opened; with them there may be moves to undo, and it may be
-    unsolvable. The target's own position is never asked for: it stays until the box is solved.
+    An interlock without closed positions is therefore solvable; with closed positions, moves may have to be undone, or
+    the box may be unsolvable. No clause names the target.
     """
     joints = paper_joints(size)
     names = [name for name, _ in joints]
@@ -136,12 +136,12 @@ def _clause(later: Sequence[str], others: Sequence[str], recipe: Recipe, rng: np
         position = bool(rng.random() >= recipe.negative)
         free = [other for other in (later if position else others) if other not in clause]
         if free:
-            clause[free[int(rng.random() ** 2 * len(free))]] = position  # nearer ones more often: deep, not only broad
+            clause[free[int(rng.random() ** 2 * len(free))]] = position  # near joints more often, for deep interlocks
     return clause
 
 
 def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:
-    """Clauses of which none holds whenever another does, each once; none at all if two of them always hold."""
+    """The clauses that no other clause implies; none if the joint is always free."""
     kept: list[Clause] = []
     for clause in sorted(clauses, key=len):
         if not any(set(weaker.items()) <= set(clause.items()) for weaker in kept):

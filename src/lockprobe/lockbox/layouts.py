@@ -1,10 +1,9 @@
 """Positions of joints on the panel: six layouts, and random reassignment of joints to positions.
 
-Three layouts are those of Baum et al. (IROS 2017): ``serial``, a row along the interlock; ``zigzag``, the same on two
-rows; ``ngram``, the corners of a polygon in the order of its star, so that joints that lock each other lie across.
-``grid`` fills rows of a square, and ``scattered`` places are drawn. ``misleading`` is a row on which joints that lock
-each other lie as far apart as they can, for agents that expect what locks a joint to be near it (their
-``lockbox_test_evil``).
+Baum et al. (IROS 2017) have ``serial``, a row along the interlock; ``zigzag``, the same on two rows; ``ngram``, the
+corners of a polygon in the order of its star, so that joints that lock each other lie across; and ``misleading``
+(``lockbox_test_evil``), a row on which joints that lock each other lie as far apart as possible, for agents that expect
+the cause of a lock nearby. ``grid`` fills rows of a square; places of ``scattered`` are drawn.
 """
 
 from __future__ import annotations
@@ -29,15 +28,15 @@ Place = tuple[float, float]
 _KINDS: tuple[JointKind, ...] = ("prismatic", "revolute")
 _WORDS = {"prismatic": "slider", "revolute": "knob"}
 _COLUMNS, _ROWS, _JITTER = 4, 3, 0.04
-"""Scattered joints lie in different cells of so many by so many, at most so far from the middle of the cell."""
+"""Columns and rows of cells for scattered joints, one joint per cell, and the largest distance from a cell's middle."""
 
 
 def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Place, ...]:
     """The places of a layout, for joints in the order of the interlock.
 
     Args:
-        layout: Which; ``misleading`` has the places of ``serial``.
-        count: How many joints.
+        layout: The layout; ``misleading`` has the places of ``serial``.
+        count: Number of joints.
         rng: Only ``scattered`` draws from it.
 
     Returns:
@@ -77,14 +76,14 @@ def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, deal
     """The same interlock on another panel.
 
     Args:
-        box: The box; the order of its joints is the order along which a layout runs.
+        box: The box; the layout follows the order of its joints.
         layout: The layout.
-        rng: Where to draw from.
-        dealt: Whether it is drawn which joint lies where and which is of which kind, and joints are named after kind
-            and place (``slider-1`` is leftmost), so that panel and names say nothing of the interlock.
+        rng: Random stream.
+        dealt: Whether places and kinds are drawn, and joints are named after kind and place (``slider-1`` is leftmost),
+            so that panel and names do not reveal the interlock.
 
     Returns:
-        The box, its joints in panel order: from the left, and from above where two are equally far left.
+        The box, its joints in panel order: from the left, and from above if two are equally far left.
     """
     spots = places(layout, len(box.joints), rng)
     order: Sequence[int] = range(len(spots))
@@ -110,13 +109,10 @@ def permuted(box: Lockbox, order: Sequence[int]) -> Lockbox:
 
 
 def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
-    """The same joints and interlock with the joints dealt anew to the same places of the panel.
+    """The same joints and interlock with the joints dealt to the same places in a random order.
 
     This is "same interlock, new layout every round", the protocol of the human studies (Zenkri, Bolenz, Pachur and
-    Brock, Adaptive Behavior 2025).
-
-    Returns:
-        The box; joints and initial configuration are in its own panel order.
+    Brock, Adaptive Behavior 2025). Joints and initial configuration are in the new panel order.
     """
     dealt = permuted(box, _shuffled(len(box.joints), rng).tolist())
     spots = [joint.place for joint in box.joints]
@@ -126,14 +122,14 @@ def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
 
 
 def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (by index in panel order, the first first) of which one is named in the other's interlock."""
+    """Pairs of joints (indices in panel order, ascending) of which one is in the other's interlock."""
     index = {name: i for i, name in enumerate(box.names)}
     named = ((index[j], index[o]) for j in box.names for clause in box.alternatives(j) for o in clause)
     return {(min(pair), max(pair)) for pair in named}
 
 
 def neighbours(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (by index in panel order, the first first) of which one is nearest to the other, or as near."""
+    """Pairs of joints (indices in panel order, ascending) of which one is a nearest neighbour of the other."""
     spots = np.array([joint.place for joint in box.joints])
     far = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
     np.fill_diagonal(far, np.inf)
@@ -142,7 +138,7 @@ def neighbours(box: Lockbox) -> set[tuple[int, int]]:
 
 
 def _misleading(box: Lockbox, spots: Sequence[Place], rng: np.random.Generator) -> list[int]:
-    """The spot of each joint: of all orders that put locking pairs furthest apart in sum, one that is drawn."""
+    """The spot of each joint: a random one of the orders with the largest sum of distances of locking pairs."""
     here = np.array(spots)
     far = np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1))
     deals = orders(len(spots))

@@ -25,12 +25,12 @@ def ascii_only(text: str) -> str:
 def panel_lines(
     box: Lockbox, *, labels: Sequence[str] | None = None, positions: Sequence[bool | None] | None = None
 ) -> list[str]:
-    """The panel at the start, or as it is told, with a label under each joint; a star marks the target.
+    """The panel with a label under each joint; a star marks the target.
 
     Args:
         box: The box.
         labels: Label of each joint, in panel order; by default numbers from 1.
-        positions: Position of each joint, in panel order, None where it is not told; by default the start.
+        positions: Position of each joint, in panel order, None if it is not told; by default the start.
     """
     rows: list[list[int]] = []
     for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):
@@ -47,7 +47,7 @@ def panel_lines(
 
 
 def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence[bool | None]) -> tuple[str, str]:
-    """Symbols, and names under them; what would lie on its left neighbour is moved to the right."""
+    """Symbols, and names under them; overlapping symbols move to the right."""
     symbols, under = "", ""
     for i in sorted(row, key=lambda i: (box.joints[i].place[0], i)):
         joint, position = box.joints[i], positions[i]
@@ -58,7 +58,7 @@ def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence
 
 
 def interlock_lines(box: Lockbox) -> list[str]:
-    """What the target needs, what those joints need, and so on; then the joints that do not come up in that."""
+    """The needs of the target as a tree, then the joints that the tree does not hold."""
     shown: set[str] = set()
     lines: list[str] = []
     for joint in sorted(box.joints, key=lambda joint: joint.name != box.target):
@@ -74,7 +74,7 @@ def _note(box: Lockbox, joint: Joint) -> str:
 
 
 def _needs(box: Lockbox, name: str, shown: set[str]) -> Iterator[str]:
-    """The positions that a joint asks for, each with what that joint needs in turn, the first time that it comes up."""
+    """The positions that a joint needs; under each joint, at its first occurrence, its needs in turn."""
     positions = [
         ("and " if i else "or " if k else "", other, position)
         for k, clause in enumerate(box.alternatives(name))

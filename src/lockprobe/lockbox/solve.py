@@ -18,7 +18,6 @@ __all__ = [
     "optimum",
     "plan_moves",
     "random_curve",
-    "random_no_repeat_curve",
     "random_no_repeat_success",
     "random_success",
 ]
@@ -29,8 +28,8 @@ class Plans:
     """The shortest sequences of attempts that move the target.
 
     Attributes:
-        count: How many there are, exactly, however many are listed.
-        listed: The first of them in panel order, each a tuple of joint names that ends with the target.
+        count: Their exact number.
+        listed: The first ones in panel order, each a tuple of joint names that ends with the target.
     """
 
     count: int
@@ -43,14 +42,11 @@ def optimum(box: Lockbox) -> int | None:
 
 
 def optimal_plans(box: Lockbox, limit: int | None = 1000) -> Plans:
-    """Every optimal plan of a box, up to a limit; the count has none.
+    """The optimal plans of a box; none if nothing moves the target.
 
     Args:
         box: The box.
         limit: Largest number of listed plans; None lists all.
-
-    Returns:
-        The plans; none if nothing moves the target.
     """
     space, names = space_of(box), box.names
     ways = Counter({int(end): 1 for end in space.last})
@@ -61,12 +57,12 @@ def optimal_plans(box: Lockbox, limit: int | None = 1000) -> Plans:
 
 
 def plan_moves(space: Space) -> list[tuple[int, int, int]]:
-    """The moves of all optimal plans but their last: configuration before, joint, configuration after; last first."""
+    """The moves of all optimal plans except the last ones: configuration, joint, next configuration; last first."""
     found: list[tuple[int, int, int]] = []
     level = set(map(int, space.last))
     while level and space.start not in level:
         ways_in = [
-            (after ^ (1 << int(j)), int(j), after)  # a move taken back
+            (after ^ (1 << int(j)), int(j), after)  # the move undone
             for after in sorted(level)
             for j in np.flatnonzero(space.may_move[after])
             if j != space.target and space.steps[after ^ (1 << int(j))] == space.steps[after] - 1
@@ -99,28 +95,25 @@ def random_success(box: Lockbox, budget: int = 20) -> float:
 
 def random_no_repeat_success(box: Lockbox, budget: int = 20) -> float:
     """As :func:`random_success`, for an agent that never attempts the same joint twice in a row."""
-    return random_no_repeat_curve(box, budget)[-1]
+    return random_curve(box, budget, repeats=False)[-1]
 
 
-def random_curve(box: Lockbox, budget: int = 20) -> tuple[float, ...]:
-    """The exact probability that a uniformly random agent has solved the box by step 0, 1, ... up to the budget."""
-    return _blind_curve(box, budget, repeats=True)
+def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tuple[float, ...]:
+    """The exact probability that a uniformly random agent has solved the box by step 0, 1, ... up to the budget.
 
-
-def random_no_repeat_curve(box: Lockbox, budget: int = 20) -> tuple[float, ...]:
-    """As :func:`random_curve`, for an agent that never attempts the same joint twice in a row."""
-    return _blind_curve(box, budget, repeats=False)
-
-
-def _blind_curve(box: Lockbox, budget: int, *, repeats: bool) -> tuple[float, ...]:
-    """Propagates the distribution over (configuration, last joint) step by step; what is solved leaves it."""
+    Args:
+        box: The box.
+        budget: Steps.
+        repeats: Whether the agent may attempt the same joint twice in a row.
+    """
     space = space_of(box)
     n, numbers = space.joints, np.arange(2**space.joints)
     afterwards = np.where(space.may_move, numbers[:, None] ^ (1 << np.arange(n)), numbers[:, None])
     opens = space.may_move[:, space.target]
-    mass = np.zeros((numbers.size, n + 1))  # the last column: no joint was attempted before
+    # of unsolved trials, by configuration and last joint; the last column: no attempt yet
+    mass = np.zeros((numbers.size, n + 1))
     mass[space.start, n] = 1.0
-    others = np.array([n if repeats else max(n - 1, 1)] * n + [n])  # among how many joints it chooses
+    others = np.array([n if repeats else max(n - 1, 1)] * n + [n])  # number of joints to choose from
     curve = [0.0]
     for _ in range(budget):
         each = mass / others
@@ -129,5 +122,5 @@ def _blind_curve(box: Lockbox, budget: int, *, repeats: bool) -> tuple[float, ..
         curve.append(curve[-1] + float(chosen[opens, space.target].sum()))
         chosen[opens, space.target] = 0.0
         mass = np.zeros_like(mass)
-        mass[afterwards, np.arange(n)] = chosen  # a move can be taken back: no two configurations lead to one
+        mass[afterwards, np.arange(n)] = chosen  # moves can be undone: no two configurations lead to the same one
     return tuple(curve)

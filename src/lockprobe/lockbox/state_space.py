@@ -18,7 +18,7 @@ __all__ = ["Space", "holds", "orders", "space_of"]
 class Space:
     """Possible moves in every configuration, and the configurations reachable before the target moves.
 
-    A clause names other joints only, so every move can be undone at once. All reachable configurations can therefore be
+    A clause names other joints only, so every move can be undone at once, and all reachable configurations can be
     reached from each other.
 
     Attributes:
@@ -26,8 +26,8 @@ class Space:
         target: Index of the target in panel order.
         start: The initial configuration.
         may_move: Whether the interlock lets a joint move in a configuration, shape (2**n, n).
-        steps: The fewest moves from the start to a configuration, none of them of the target, shape (2**n,); -1 where
-            no such moves lead.
+        steps: The fewest moves from the start to a configuration without the target, shape (2**n,); -1 if it cannot be
+            reached.
     """
 
     joints: int
@@ -38,13 +38,13 @@ class Space:
 
     @property
     def reachable(self) -> NDArray[np.int64]:
-        """The configurations that can be reached, nearest first."""
+        """The reachable configurations, nearest first."""
         found = np.flatnonzero(self.steps >= 0)
         return found[np.argsort(self.steps[found], kind="stable")]
 
     @property
     def last(self) -> NDArray[np.int64]:
-        """The configurations from which an optimal plan moves the target; none if nothing moves it."""
+        """The configurations from which optimal plans move the target; none for an unsolvable box."""
         ends = np.flatnonzero((self.steps >= 0) & self.may_move[:, self.target])
         return ends[self.steps[ends] == self.steps[ends].min()] if ends.size else ends
 

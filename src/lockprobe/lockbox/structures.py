@@ -2,12 +2,12 @@
 
 Each starts at rest (all joints closed), its joints in a row, the target leftmost.
 
-The interlock of the paper's box is not public, so none of these is *the* box. ``chain``, ``bichain`` and ``branched``
+The interlock of the paper's box is not public, so none of these is that box. ``chain``, ``bichain`` and ``branched``
 are those of the only public code of its lineage (github.com/hildensia/joint_dependency: ``lockbox_serial_*``,
 ``lockbox_icra_2_lock_1``, ``lockbox_serial_5_with_branch``; Kulick, Otte and Toussaint, ICRA 2015; Baum et al.,
 IROS 2017). ``common-cause`` and ``common-effect`` are the rooms of OpenLock (Edmonds et al., CogSci 2018), with levers
 that one attempt moves. ``fork``, ``converge``, ``reset`` and ``gray-code`` have the paper's four joints (Sec. 2.1: two
-prismatic in the middle, two revolute, the leftmost is the target) and each adds one thing that a chain lacks.
+prismatic in the middle, two revolute, the leftmost is the target) and one feature each that a chain lacks.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def paper_joints(size: int) -> list[tuple[str, JointKind]]:
 
 
 def assemble(name: str, joints: Sequence[tuple[str, JointKind]], interlock: Mapping[str, Sequence[Clause]]) -> Lockbox:
-    """A box at rest with its joints in a row, of which the first is the target; joints without clauses are free."""
+    """A box at rest with its joints in a row, the first the target; joints without clauses are free."""
     return Lockbox(
         name=name,
         joints=tuple(
@@ -90,7 +90,7 @@ def _room(levers: int) -> tuple[list[tuple[str, JointKind]], list[str]]:
 
 
 def _branched() -> Lockbox:
-    """A chain of five; joint 5 is locked in the open interval of joint 2, and joint 6 hangs on joint 5."""
+    """A chain of five; an open joint 2 locks joint 5, and joint 6 needs joint 5 open."""
     joints: list[tuple[str, JointKind]] = [
         ("revolute-left", "revolute"),
         ("slider-3", "prismatic"),
@@ -134,4 +134,4 @@ FAMILIES: Mapping[str, str] = {
     "common-effect": "any of several levers frees the one that opens the door (OpenLock)",
     "branched": "a chain of five, and a branch of two that is locked while the chain is half open",
 }
-"""Family -> what it is."""
+"""Family -> description."""

@@ -85,9 +85,9 @@ def propagate(
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        condition: What else acts: ``flip`` of every option but ``while``, also several that fall on different steps,
-            which is a flip rate that changes (``flip?p=0.4&until=7 + flip?p=1&at=8``); ``drop``, ``tremble``, ``force``, ``reword``,
-            ``correction``, and all that is asked, which few policies heed.
+        condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
+            ``correction``, and all that is asked, which few policies heed. Several flips that fall on different steps
+            are a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
         modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
             pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
         max_steps: Budget in steps.

@@ -1,11 +1,11 @@
-"""Assignment: the boxes that a new participant plays, in balanced order.
+"""Assignment: which boxes a new participant plays, in balanced order.
 
 While nobody drops out and trials remain, the numbers of participants per condition differ by at most one. Orders are
-the rows of a Williams square: in each block of participants every condition stands once in each place and follows every
-other condition equally often. Dropouts and broken trials do not change that: the numbers of played boxes decide only
-between rows that were used equally often. Where everybody plays only some of the conditions, the least played ones come
-next, which makes up for dropouts. Nobody plays the same repetition and trial twice, because labels, layout and flips
-would be the same again. The assignment depends only on the study's seed and on the trials that were given out or taken.
+rows of a Williams square: in each block of participants every condition takes each position once and follows every
+other condition equally often. Among rows used equally often, the least played boxes decide. Where people play only
+some conditions, the least played ones come first, which compensates for dropouts. Nobody plays the same repetition and
+trial twice, because labels, layout and flips would repeat. The assignment depends only on the study's seed and on the
+trials given out or taken.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ Luck = tuple[int, int]
 """Repetition and trial."""
 
 Rests = Counter[tuple[Cell, ...]]
-"""What people were given beyond whole rows, and how many were given it so."""
+"""Orders beyond whole rows of the square, and how many participants got each."""
 
 _CLOSED = 1e12
-"""The price of a trial that is taken."""
+"""The cost of a trial that is taken."""
 
 
 def conditions_of(study: Study) -> tuple[Cell, ...]:
@@ -44,7 +44,7 @@ def conditions_of(study: Study) -> tuple[Cell, ...]:
 
 
 def boxes_each(study: Study, experiment: Experiment) -> int:
-    """How many boxes a participant plays as long as there are enough: never more than there is luck for.
+    """How many boxes a participant plays while enough are left: at most one per repetition and trial.
 
     >>> from lockprobe.interventions.condition import flips
     >>> from lockprobe.lockbox.families import box
@@ -61,14 +61,14 @@ def boxes_each(study: Study, experiment: Experiment) -> int:
 
 @dataclass(slots=True)
 class Given:
-    """What was given out so far: counts that another participant adds to, however many there are.
+    """Running counts of the trials that were given out.
 
     Attributes:
-        orders: The conditions that people were given, in their order, and how many were given them so.
-        boxes: Boxes of each condition that were really played, or still will be.
-        taken: Trials that cannot be given: finished, or somebody plays them.
-        taken_of: How many of these each condition has.
-        gone: How many of these each luck has.
+        orders: Orders of conditions, and how many participants got each.
+        boxes: Boxes of each condition that are played or still planned.
+        taken: Trials that are finished or assigned.
+        taken_of: Their number per condition.
+        gone: Their number per repetition and trial.
     """
 
     orders: Counter[tuple[Cell, ...]] = field(default_factory=Counter)
@@ -78,12 +78,7 @@ class Given:
     gone: Counter[Luck] = field(default_factory=Counter)
 
     def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
-        """Somebody was given trials.
-
-        Args:
-            slots: Which, in their order.
-            kept: Those of them that were finished or still will be; all if left out.
-        """
+        """Count a new participant's trials; ``kept`` are those finished or still planned, all if left out."""
         self.orders[tuple(slot.cell for slot in slots)] += 1
         kept = slots if kept is None else kept
         self.boxes.update(slot.cell for slot in kept)
@@ -100,15 +95,9 @@ class Given:
 
 
 def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, ...]:
-    """The trials of somebody who joins now, in the order in which they are played.
+    """The trials of a participant who joins now, in order.
 
-    Args:
-        study: The study.
-        experiment: How people take part.
-        given: What was given out so far.
-
-    Returns:
-        So many as :func:`boxes_each` says; fewer where no more are left, and none where none is.
+    Their number is :func:`boxes_each`; smaller where fewer are left.
     """
     conditions = conditions_of(study)
     left = Counter({one: study.repetitions * study.trials - given.taken_of[one] for one in conditions})
@@ -154,16 +143,10 @@ def _least(
     rests: Rests,
     left: Counter[Cell],
 ) -> list[Cell]:
-    """So many more conditions for somebody, one after the other, as long as any are left.
+    """Up to ``count`` more conditions for a participant who already has ``theirs``, least played (``boxes``) first.
 
-    Args:
-        conditions: All of them.
-        count: How many.
-        theirs: What they have already.
-        boxes: How many boxes of each were played.
-        rests: What others were given in the same places: of those that were played alike, that comes which was given
-            least often together with what is found already.
-        left: How many trials are left of each.
+    Ties go to the condition that others (``rests``) got least often together with those already found. ``left`` counts
+    the free trials per condition.
     """
     found: Counter[Cell] = Counter()
     for _ in range(count):
@@ -180,7 +163,7 @@ def _least(
 
 
 def _in_places(rest: list[Cell], before: Rests) -> list[Cell]:
-    """The same in such an order that each stands where it has stood least before."""
+    """Order conditions so that each takes the position that it has had least often."""
     if not rest:
         return []
     from scipy.optimize import linear_sum_assignment
@@ -194,9 +177,9 @@ def _in_places(rest: list[Cell], before: Rests) -> list[Cell]:
 
 
 def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot, ...]:
-    """A different luck for each place of an order, from what is free.
+    """A different repetition and trial for each position of an order, from what is free.
 
-    Luck that is left in most conditions goes first: then what is left in the end can still be given to somebody.
+    Those that are free in most conditions are used first, so that the last ones still fit another participant.
     """
     if not order:
         return ()
@@ -223,13 +206,13 @@ def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot,
 
 @lru_cache(maxsize=32)
 def williams(size: int) -> tuple[tuple[int, ...], ...]:
-    """Orders of so many things, each of which stands once in every place and comes equally often after each other.
+    """Orders of ``size`` things: each takes every position once and follows each other equally often.
 
     >>> williams(4)
     ((0, 1, 3, 2), (1, 2, 0, 3), (2, 3, 1, 0), (3, 0, 2, 1))
 
     Returns:
-        So many rows, and where their number is odd twice as many: the second half is the first read backwards.
+        ``size`` rows; twice as many where ``size`` is odd, the second half being the first in reverse.
     """
     first = [0] + [(n + 1) // 2 if n % 2 else size - n // 2 for n in range(1, size)]
     square = [tuple((place + shift) % size for place in first) for shift in range(size)]

@@ -1,6 +1,6 @@
-"""The scene of a box: made of the situation that every agent gets, and of how the panel looks.
+"""The scene of a box, made of the situation that every agent gets and of the layout of the panel.
 
-Nothing here knows the truth: positions and outcomes are the reported ones, and joints have their labels.
+Nothing here knows the truth: positions and outcomes are the reported ones, joints have their labels.
 """
 
 from __future__ import annotations
@@ -21,20 +21,12 @@ View = Literal["text", "panel", "pictures"]
 
 
 def view_of_modality(modality: str, view: Literal["text", "panel"]) -> View:
-    """How a modality is shown; one with pictures shows pictures, whatever the view of reports is."""
+    """The view of a modality: pictures where it has them, else ``view``."""
     return "pictures" if is_pictured(modality) else view
 
 
 def box_to_show(plan: Plan, situation: Situation, *, experiment: Experiment, number: int, of: int) -> Box:
-    """A step of a box that has to be taken.
-
-    Args:
-        plan: Of the trial.
-        situation: What the agent may use.
-        experiment: How people take part.
-        number: Which box, from 1; 0 is the practice box.
-        of: How many there are without the practice.
-    """
+    """The scene of a step: box ``number`` of ``of``, from 1 and without the practice, which is 0."""
     return Box(
         practice=number == 0,
         number=number,

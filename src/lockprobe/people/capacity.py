@@ -15,14 +15,7 @@ __all__ = ["Capacity", "capacity_of", "check_capacity", "trials_for", "what_each
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Capacity:
-    """Places of a study.
-
-    Attributes:
-        people: How many can play as many boxes as asked for.
-        boxes: Boxes of each of them.
-        conditions: Conditions of the study.
-        over: Boxes that are left when all of them have played.
-    """
+    """Places of a study: for ``people`` who play ``boxes`` each, with ``over`` boxes left when all have played."""
 
     people: int
     boxes: int
@@ -39,16 +32,10 @@ def capacity_of(study: Study, experiment: Experiment) -> Capacity:
 
 
 def trials_for(people: int, conditions: int, repetitions: int, experiment: Experiment) -> int:
-    """Trials of a condition and repetition with which so many people have places.
+    """Trials per condition and repetition that give this many people places.
 
     >>> trials_for(40, 4, 1, Experiment()), trials_for(40, 4, 1, Experiment(design="between"))
     (40, 10)
-
-    Args:
-        people: How many are to take part.
-        conditions: Conditions of the study.
-        repetitions: Its repetitions.
-        experiment: How people take part.
     """
     if experiment.design == "between":
         boxes = experiment.trials_each or 1
@@ -60,11 +47,10 @@ def trials_for(people: int, conditions: int, repetitions: int, experiment: Exper
 
 
 def check_capacity(study: Study, experiment: Experiment) -> None:
-    """Refuse a study in which people cannot play what they are to play.
+    """Refuse a study with too few trials for its participants; the message names the options that help.
 
     Raises:
-        UserMistake: If there are more people than places, or fewer trials than conditions where everybody plays each;
-            with the options that can.
+        UserMistake: If there are more people than places, or fewer trials than conditions where everybody plays each.
     """
     found, wanted = capacity_of(study, experiment), experiment.participants
     trials = trials_for(wanted or 1, found.conditions, study.repetitions, experiment)
@@ -81,7 +67,7 @@ def check_capacity(study: Study, experiment: Experiment) -> None:
 
 
 def what_each_plays(study: Study, experiment: Experiment) -> tuple[str, ...]:
-    """How many fit and what each plays, in one or two sentences."""
+    """How many people have places and what each plays, in one or two sentences."""
     found = capacity_of(study, experiment)
     several = f"{found.boxes} boxes" if found.boxes > 1 else "1 box"
     if experiment.design == "between":

@@ -1,7 +1,7 @@
-"""Participants' consent: who is asked for it, who may join, and the line in the diary that records it.
+"""Participants' consent: asking for it, admission, and the diary line that records it.
 
 The consent text is in ``texts/LANGUAGE.toml`` under ``[consent]``, or in the experimenter's copy. Nothing is stored
-before somebody agrees. The record of consent is the first line of the diary, ``Joined``: when, and which texts.
+before a participant agrees. The record of consent is the first line of the diary, ``Joined``: the time and the texts.
 """
 
 from __future__ import annotations
@@ -30,15 +30,7 @@ _PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 class Admission:
-    """Asks people for consent and lets them join.
-
-    Args:
-        opened: The study.
-        roster: Everybody who takes part.
-
-    Attributes:
-        lock: Held while somebody joins.
-    """
+    """Asks people for consent and lets them join. ``lock`` is held while a participant joins."""
 
     def __init__(self, opened: OpenStudy, roster: Roster) -> None:
         self.lock = asyncio.Lock()
@@ -57,11 +49,11 @@ class Admission:
         return found
 
     def ask(self, platform: Mapping[str, str], code: str) -> Consent | Closed:
-        """The first scene of somebody new.
+        """The first scene of a new visitor.
 
         Args:
             platform: The parameters that are kept.
-            code: The code to join that the URL holds; empty for none.
+            code: The code to join from the URL; empty for none.
 
         Raises:
             ActRefused: As ``incomplete``, without a required ID of the recruitment platform.
@@ -73,7 +65,7 @@ class Admission:
         return self._opened.texts.consent(boxes, ask_code=not self._is_code(code))
 
     def check_id(self, platform: Mapping[str, str]) -> None:
-        """Refuse somebody new without an ID of the recruitment platform, where the experimenter requires one.
+        """Require an ID of the recruitment platform, where the experimenter does.
 
         Raises:
             ActRefused: As ``incomplete``.
@@ -82,7 +74,7 @@ class Admission:
             raise ActRefused("incomplete", f"{self._opened.experiment.recruitment[0]} is missing in the URL")
 
     def check_code(self, given: str) -> None:
-        """Refuse somebody new without the code to join.
+        """Require the code to join.
 
         Raises:
             ActRefused: As ``wrong-code``.
@@ -91,20 +83,20 @@ class Admission:
             raise ActRefused("wrong-code", "not the code of this study")
 
     def is_another(self, session: Session, platform: Mapping[str, str]) -> bool:
-        """Whether the recruitment platform says that another person sits at the same browser now."""
+        """Whether the recruitment platform reports that another person now uses the same browser."""
         person = self._roster.person(platform)
         return person is not None and self._roster.person(session.journey.joined.platform) not in (None, person)
 
     async def join(self, mark: str, lease: str, platform: Mapping[str, str]) -> Session | Literal["taken", "full"]:
-        """Record that somebody has agreed to take part, and give them trials; or why they cannot join.
+        """Record consent and assign trials; or why this person cannot join.
 
         Args:
-            mark: The mark of their token.
-            lease: The lease of their page.
+            mark: The mark of the browser's token.
+            lease: The lease of its page.
             platform: The parameters that are kept.
 
         Raises:
-            BadFile: If it cannot be written; then they have not joined.
+            BadFile: If it cannot be written; the participant has then not joined.
         """
         async with self.lock:
             if (known := self._roster.marked(mark)) is not None:  # the same act was sent twice
@@ -134,12 +126,12 @@ class Admission:
         return session
 
     def _why_not(self, platform: Mapping[str, str]) -> Literal["taken", "full"] | None:
-        """Why somebody cannot join; None if they can, perhaps with trials of somebody who was away too long."""
+        """Why a person cannot join; None if they can, perhaps with trials of a late participant."""
         if (person := self._roster.person(platform)) and self._roster.takes_part(person):
             return "taken"
         return "full" if self._roster.is_full() else None
 
     def _is_code(self, given: str) -> bool:
-        """Whether somebody with this code can join; without a code to join everybody can."""
+        """Whether this code admits; without a code to join every code does."""
         code = self._opened.experiment.join_code
         return not code or secrets.compare_digest(given.strip().encode(), code.encode())

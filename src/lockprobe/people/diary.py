@@ -1,9 +1,8 @@
-"""The diaries of participants on disk: who joined (with consent) and what they did.
+"""Diaries on disk: who joined, with the record of consent, and every act of each participant.
 
-Each participant has one file, ``people/ID.jsonl``, with one line for each act. The server flushes a line to disk before
-the page sees the outcome. The diary holds the steps of a trial that is under way. A finished trial goes to
-``trials.jsonl`` like any other; its response times stay in the diary. One file each, so that all that is kept of one
-person can be deleted.
+Each participant has one file, ``people/ID.jsonl``, with one line per act, so that all data of one person can be
+deleted. The server flushes a line to disk before the page sees the outcome. Steps of an unfinished trial are only
+here. A finished trial goes to ``trials.jsonl`` like any other; its response times stay in the diary.
 """
 
 from __future__ import annotations
@@ -50,14 +49,7 @@ Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class Slot(StrictModel):
-    """Which trial of the study a participant plays; people play the trials of ``participant`` together, each once.
-
-    Attributes:
-        p: Flip probability, [0, 1].
-        modality: How the box is shown, as its spec.
-        repetition: From 1.
-        trial: From 1.
-    """
+    """A trial of the study that a participant plays. Each trial of ``participant`` is played by one person."""
 
     p: float
     modality: str
@@ -76,15 +68,15 @@ class Slot(StrictModel):
 
 
 class Joined(StrictModel):
-    """The first line: the record of consent. Somebody has agreed to take part.
+    """The first line: the record of consent.
 
     Attributes:
-        identity: A random ID; no part of it comes from the person.
-        token: SHA-256 of the token that the browser sends; empty in a diary that was played elsewhere.
+        identity: A random ID, independent of the person.
+        token: SHA-256 of the browser's token; empty in an imported diary.
         at: When the participant agreed.
         platform: The parameters of the recruitment platform that the experimenter keeps.
-        slots: The trials, in the order in which they are played.
-        words: Language and fingerprint of the texts that the participant read, for example ``en 3f9a01bc22d1``.
+        slots: The trials in the order in which they are played.
+        words: Language and fingerprint of the texts, for example ``en 3f9a01bc22d1``.
     """
 
     kind: Literal["joined"] = "joined"
@@ -100,17 +92,16 @@ class Did(StrictModel):
     """One act.
 
     Attributes:
-        at: When it came.
-        turn: The number of the scene, from 2; every participant's acts count up by one, and joining is the first.
-        scene: What kind of scene it was.
-        act: What was done.
-        box: Of a step and of the scene after a box: which box, from 1; 0 is the practice box.
-        step: Of a step: which, from 1.
-        told: Of a step: the report that was then shown; empty with pictures.
-        item: Of a page or a check: which, from 1; of a question its name.
-        right: Of a check: whether the answer was right.
-        ended: Of a step: how the trial ended with it; None where it goes on.
-        page: Of the first step of a box: version of the page on which it is played; empty for the practice box.
+        at: When the server received it.
+        turn: The number of the scene, from 2; joining was 1.
+        scene: The kind of scene.
+        box: The box of a step or of the scene after a box, from 1; 0 is the practice box.
+        step: The step, from 1.
+        told: The report that the step produced; empty with pictures.
+        item: The number of a page or check, from 1; the name of a question.
+        right: Whether the answer to an attention check was right.
+        ended: How the trial ended with this step; None where it goes on.
+        page: Version of the page, with the first step of a box; empty for the practice box.
     """
 
     kind: Literal["did"] = "did"
@@ -128,9 +119,9 @@ class Did(StrictModel):
 
 
 class Broken(StrictModel):
-    """A box cannot be played on: it broke before a joint could be chosen, or the trial came from elsewhere, finished.
+    """A box cannot be continued: it broke before a choice, or an import brought its finished trial.
 
-    The participant goes on with what comes after it.
+    The participant goes on with the next scene.
     """
 
     kind: Literal["broken"] = "broken"
@@ -140,7 +131,7 @@ class Broken(StrictModel):
 
 
 class Released(StrictModel):
-    """The last line, where a participant was away too long: the trials that were not finished are others' now."""
+    """The last line of a participant who was away too long: others may play the unfinished trials."""
 
     kind: Literal["released"] = "released"
     at: Seconds
@@ -152,12 +143,9 @@ _adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator=
 
 
 class DiaryFile:
-    """The diary of one participant as a file to append to. It is open only while it writes a line.
+    """Appends to the diary of one participant. The file is open only while a line is written.
 
-    The line ``joined`` makes the file. Every other line needs a file that is there, as this process left it.
-
-    Args:
-        path: The path of the file.
+    The line ``joined`` creates the file. Every other line needs the file as this process left it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -168,8 +156,8 @@ class DiaryFile:
         """Append a line and flush it to disk.
 
         Raises:
-            BadFile: If it cannot be written, the participant has no diary, or somebody else has changed it; then
-                nothing of the line is there.
+            BadFile: If it cannot be written, the diary does not exist, or another process has changed it. The file then
+                holds nothing of the line.
         """
         new = isinstance(line, Joined)
         if not new and not self.path.exists():  # one that was deleted in the meantime does not come back
@@ -190,12 +178,7 @@ class DiaryFile:
 
 @dataclass(frozen=True, slots=True)
 class Diary:
-    """The diary of one participant as it was read.
-
-    Attributes:
-        joined: The first line.
-        lines: The other lines, oldest first.
-    """
+    """The diary of one participant as read from disk: its first line, and the other lines, oldest first."""
 
     joined: Joined
     lines: tuple[Did | Broken | Released, ...]
@@ -220,7 +203,7 @@ class Diary:
         return tuple(act for act in self.acts if act.box == box and isinstance(act.act, Attempt))
 
     def times(self, box: int) -> tuple[float, float]:
-        """When a box was first shown and when its last step came, seconds since 1970."""
+        """When a box was first shown and when its last step arrived, seconds since 1970."""
         steps = self.attempts(box)
         shown = (before.at for before, line in pairwise((self.joined, *self.lines)) if line is steps[0])
         return next(shown), steps[-1].at
@@ -243,14 +226,9 @@ def diary_path(directory: Path, identity: str) -> Path:
 
 
 def without_identity(diary: Diary, *, platform: bool = False) -> Diary:
-    """The same diary to give away: without the token and without the time of day.
+    """A copy of a diary to share: no token, no platform parameters unless ``platform``, no time of day.
 
-    Args:
-        diary: A diary.
-        platform: Whether the parameters of the recruitment platform stay.
-
-    Returns:
-        No token; every moment in seconds since this participant joined, to the millisecond.
+    Times are seconds since this participant joined, to the millisecond.
     """
     start = diary.joined.at
     joined = diary.joined.model_copy(
@@ -264,7 +242,7 @@ def read_diaries(directory: Path) -> list[Diary]:
     """The diaries of a study in the order in which the participants joined.
 
     Raises:
-        BadFile: If a diary is damaged or a link, or its file bears another name than the participant.
+        BadFile: If a diary is damaged or a link, or the name of its file is not its participant.
     """
     return sorted(_diaries(directory), key=lambda diary: (diary.joined.at, diary.identity))
 

@@ -44,17 +44,17 @@ __all__ = [
 ]
 
 EXPERIMENT = "experiment.json"
-"""Where beside the diaries of a study these settings stand."""
+"""The file of these settings, next to the diaries."""
 
 SECRET = (
     *(f"{end}_{what}" for end in ("completion", "declined", "full", "failed") for what in ("url", "code")),
     "join_code",
 )
-"""Settings that are not given away with data."""
+"""Settings that are not shared with data."""
 
 
 def _bare(text: str) -> str:
-    """Refuse what nobody sees: space around an option would make it another."""
+    """Refuse surrounding space: it is invisible, and would make another option."""
     if text != seen(text).strip():
         raise ValueError(f"got {text!r}, expected words without space around them")
     return text
@@ -73,13 +73,9 @@ class _Part(BaseModel):
 
 
 class AttentionCheck(_Part):
-    """A question with one right answer, which shows whether somebody reads.
+    """A question with one right answer, which shows whether a participant reads.
 
-    Attributes:
-        after: After which box it is asked; 0 for after the instructions.
-        question: The question.
-        options: What can be chosen.
-        right: The right one of them.
+    ``after`` is the box after which it is asked; 0 for after the instructions.
     """
 
     after: Annotated[int, Field(ge=0, le=1000)]
@@ -98,13 +94,12 @@ class Question(_Part):
     """A question at the end.
 
     Attributes:
-        name: The name of its column.
-        question: The question.
-        options: What can be chosen; empty for an answer that is written.
+        name: Its column in the tables.
+        options: The choices; empty for a written answer.
         required: Whether it has to be answered.
-        type: What an answer without options has to be: ``text``, a ``number``, or an ``integer``.
-        low: The least number that is taken; None for any.
-        high: The largest number that is taken; None for any.
+        type: The form of a written answer: ``text``, ``number`` or ``integer``.
+        low: The least number allowed; None for any.
+        high: The largest number allowed; None for any.
     """
 
     name: Name
@@ -131,33 +126,33 @@ class Experiment(_Part):
     """How people take part.
 
     Attributes:
-        view: How reports are shown: ``text``, in words as models read them; ``panel``, drawn from what is told. A
+        view: How reports are shown: ``text``, in words as models read them; ``panel``, drawn from the report. A
             modality with pictures shows pictures.
-        history: Whether earlier reports of the trial stay in view, as models have them in their conversation.
-        history_open: Whether the earlier reports are unfolded when a box begins; the same on every device.
-        device: Whether it is kept with what each choice was made (mouse, finger, pen, keyboard), and how large the
-            window was, in CSS pixels.
-        feedback: Whether it is said at the end of a box whether it was opened. Models are not told.
-        design: ``within``: everybody plays every condition; ``between``: everybody plays one.
-        trials_each: Boxes for each participant; None is each condition once, or one box where the design is between.
+        history: Whether earlier reports of the trial stay in view, as they do in a model's conversation.
+        history_open: Whether earlier reports are unfolded when a box begins; the same on every device.
+        device: Whether the diary keeps the device of each choice (mouse, finger, pen, keyboard) and the size of the
+            window, in CSS pixels.
+        feedback: Whether the end of a box says if it was opened. Models are not told.
+        design: ``within``: each participant plays every condition; ``between``: each plays one.
+        trials_each: Boxes per participant; None is each condition once, or one box in a between design.
         practice: Name of the practice box; empty for none.
-        participants: How many may take part; None is as many as the study has trials for.
-        language: ``en``, or another that ships, or the path of a file with texts.
-        recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first says who
-            somebody is: nobody takes part twice under the same. Empty for none.
-        completion_url: Where participants go on at the end.
-        completion_code: What they enter there.
-        declined_url: Where those go who do not agree to take part; the same for the next two.
-        declined_code: What they enter there.
-        full_url: Of those who come when no place is left.
-        full_code: What they enter there.
-        failed_url: In place of ``completion_url``, of those who answered attention checks wrong.
-        failed_code: In place of ``completion_code``, of the same.
-        failed_from: From how many wrong answers on that is so.
-        require_id: Whether only those can join whose URL holds the first parameter of ``recruitment``.
-        join_code: What everybody has to give who joins, in the URL (``?code=…``) or on the page; empty for nothing.
-        joins_per_minute: How many can join in a minute from one address.
-        away_hours: After how long without an act a place is given to somebody else.
+        participants: The most participants; None is as many as the study has trials for.
+        language: ``en``, another shipped language, or the path of a file with texts.
+        recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first identifies a
+            person, who can take part only once. Empty for none.
+        completion_url: Where participants go at the end.
+        completion_code: The code that they enter there.
+        declined_url: Where people go who do not agree to take part.
+        declined_code: Their code.
+        full_url: Where people go when no place is left.
+        full_code: Their code.
+        failed_url: In place of ``completion_url`` after too many wrong answers to attention checks.
+        failed_code: In place of ``completion_code``, likewise.
+        failed_from: The number of wrong answers from which this applies.
+        require_id: Whether the URL has to hold the first parameter of ``recruitment``.
+        join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
+        joins_per_minute: The most joins per minute from one address.
+        away_hours: Hours without an act after which a place is given to another person.
         checks: Attention checks.
         questions: Questions at the end.
     """
@@ -203,7 +198,7 @@ def experiment_from(settings: Mapping[str, object], path: Path) -> Experiment:
     """The settings in a file.
 
     Raises:
-        BadFile: If they are none, with the key that is wrong.
+        BadFile: If one is wrong; the message names the key.
     """
     try:
         return Experiment.model_validate(settings)
@@ -215,7 +210,7 @@ def experiment_with(experiment: Experiment, settings: Mapping[str, object]) -> E
     """The same with other settings.
 
     Raises:
-        UserMistake: If one of them is none.
+        UserMistake: If one is wrong.
     """
     try:
         return Experiment.model_validate({**experiment.model_dump(), **settings})
@@ -224,16 +219,16 @@ def experiment_with(experiment: Experiment, settings: Mapping[str, object]) -> E
 
 
 def read_experiment(path: Path) -> Experiment:
-    """A user's TOML file.
+    """The settings in a user's TOML file.
 
     Raises:
-        BadFile: If it is none, with the key that is wrong.
+        BadFile: If one is wrong; the message names the key.
     """
     return experiment_from(read_toml(path), path)
 
 
 def kept_experiment(directory: Path) -> Experiment | None:
-    """The settings with which people took part in a study; None where none are kept.
+    """The settings under which people took part in a study; None where none are stored.
 
     Raises:
         BadFile: If the file is damaged.

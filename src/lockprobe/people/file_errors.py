@@ -21,7 +21,7 @@ def seen(text: str) -> str:
     """The text, for a field of a model.
 
     Raises:
-        ValueError: If it holds a control character, which nobody sees; lines may break.
+        ValueError: If it holds an invisible control character; line breaks may stay.
     """
     for character in text:
         if unicodedata.category(character) in ("Cc", "Cs") and character not in "\n\t":
@@ -30,12 +30,7 @@ def seen(text: str) -> str:
 
 
 def said_of(error: ValidationError, model: type[BaseModel]) -> str:
-    """The first mistake that was found.
-
-    Args:
-        error: What pydantic found.
-        model: What the whole should have been.
-    """
+    """The first mistake that pydantic found in what should have been a ``model``."""
     first = error.errors()[0]
     where, kind, came = ".".join(map(str, first["loc"])) or "all", first["type"], first["input"]
     if kind == "extra_forbidden":

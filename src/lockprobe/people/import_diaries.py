@@ -1,4 +1,4 @@
-"""Importing diaries that were written elsewhere into the directory of a study."""
+"""Imports diaries that were written elsewhere into the directory of a study."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ __all__ = ["DiaryImport"]
 class DiaryImport:
     """An import of diaries into the directory of a study. Nothing is written before :meth:`take`.
 
-    Tokens are not imported: nobody goes on here who began elsewhere. Of somebody who began here, the import takes only
-    the later lines, with times on the clock of this directory.
+    Tokens are not imported, so participants who began elsewhere cannot resume here. Of participants who began here, the
+    import takes only later lines and converts their times to the clock of this directory.
 
     Args:
         directory: The directory of the study.
@@ -51,15 +51,9 @@ class DiaryImport:
                     self._coming[identity] = _extended(there, diary)
 
     def take(self, trials: Mapping[str, Trial]) -> int:
-        """Write the diaries that the directory lacks, or of which it has only the beginning.
+        """Write new and longer diaries and return their number. No other process may be writing there.
 
-        It skips the diary of somebody whose trials were all played by others here.
-
-        Args:
-            trials: The trials that the directory has now, by key; nobody else may be writing there.
-
-        Returns:
-            How many were written.
+        Skips participants whose trials were all played by others here (``trials``, by key).
 
         Raises:
             BadFile: If one cannot be written.
@@ -76,11 +70,7 @@ class DiaryImport:
         return len(taken)
 
     def lost(self, trials: Mapping[str, Trial]) -> int:
-        """How many unfinished boxes of people here were played by imported participants.
-
-        Args:
-            trials: The trials that the directory has now, by key.
-        """
+        """How many unfinished boxes of people here were played by imported participants."""
         study, lost = read_study(self._directory), 0
         for diary in (self._coming.get(identity, diary) for identity, diary in self._here.items()):
             closed = Journey.of(diary).closed_boxes
@@ -93,19 +83,19 @@ class DiaryImport:
 
 
 def _without_token(diary: Diary) -> Diary:
-    """The same without the token, so that nobody can go on with it."""
+    """A copy without the token, so that no browser can resume it."""
     return Diary(diary.joined.model_copy(update={"token": ""}), diary.lines)
 
 
 def _extended(beginning: Diary, diary: Diary) -> Diary:
-    """A diary with the later lines of another copy, their times on the clock of the first."""
+    """A diary with the later lines of another copy; times are converted to the clock of the first."""
     start, elsewhere = beginning.joined.at, diary.joined.at
     came = (line.model_copy(update={"at": max(0.0, start + line.at - elsewhere)}) for line in diary.lines)
     return Diary(beginning.joined, (*beginning.lines, *tuple(came)[len(beginning.lines) :]))
 
 
 def _continues(beginning: Diary, diary: Diary) -> bool:
-    """Whether the second diary is the first one or continues it; their clocks may differ."""
+    """Whether the second diary equals or continues the first; their clocks may differ."""
     same = (beginning.joined.slots, beginning.joined.words) == (diary.joined.slots, diary.joined.words)
     lines = zip(beginning.lines, diary.lines, strict=False)
     further = len(beginning.lines) <= len(diary.lines)

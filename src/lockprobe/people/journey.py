@@ -1,7 +1,7 @@
-"""How far one participant has come: the one fold of a diary, for the live server, the progress page and exports.
+"""How far one participant has come: the fold of a diary, used by the live server, the progress page and exports.
 
-A participant sees the consent scene, instructions, practice, checks, then each box and the scene after it, questions,
-and the debriefing.
+A participant sees the consent scene, instructions, practice, checks, each box and the scene after it, questions, and
+the debriefing.
 """
 
 from __future__ import annotations
@@ -22,10 +22,7 @@ __all__ = ["Journey", "Station", "fingerprint", "stations"]
 class Station(NamedTuple):
     """One scene in a participant's order of scenes.
 
-    Attributes:
-        kind: The kind of the scene.
-        item: The number of the page or check, from 1; the name of the question.
-        box: The number of the box, from 1; 0 is the practice box.
+    ``item`` is the number of a page or check, from 1, or the name of a question. ``box`` counts from 1; 0 is practice.
     """
 
     kind: Literal["page", "box", "over", "check", "ask", "debrief"]
@@ -62,18 +59,17 @@ class Journey:
 
     Args:
         joined: The first line of the diary.
-        way: All scenes in order, as :func:`stations` returns them. Without it everything but the station is known.
+        way: All scenes in order, from :func:`stations`. Only ``station`` and ``finished`` need it.
 
     Attributes:
-        joined: The first line of the diary.
-        turn: The number of the scene that is shown, from 2.
-        last: The last act, which may come again if its reply was lost; None where a box broke after it.
+        turn: The number of the scene shown, from 2.
+        last: The last act, which may be sent again if its reply was lost; None where a box broke after it.
         at: When the last act was written, seconds since 1970.
-        endings: How each box ended that is over, by its number, without the practice box.
+        endings: How each finished box ended, by its number, without the practice box.
         practised: How the practice ended; None before.
-        released: Whether others play the trials that were not finished.
+        released: Whether others may play the unfinished trials.
         checks: For each answered attention check, whether the answer was right.
-        pages: The version of the page on which each box was begun, by the number of the box, as far as it is known.
+        pages: Version of the page on which each box began, by the number of the box, where known.
     """
 
     def __init__(self, joined: Joined, way: Sequence[Station] = ()) -> None:
@@ -127,7 +123,7 @@ class Journey:
 
     @property
     def closed_boxes(self) -> frozenset[int]:
-        """The boxes in which nothing more can happen, from 1: those that are over, and all after a release."""
+        """The boxes in which nothing more can happen, from 1: finished ones, and all after a release."""
         return frozenset(range(1, len(self.joined.slots) + 1) if self.released else self.endings)
 
     @property
@@ -137,7 +133,7 @@ class Journey:
 
     @property
     def slots_kept(self) -> tuple[Slot, ...]:
-        """The trials that nobody else can play: finished, or still this participant's. A broken trial is owed again."""
+        """The trials that nobody else can play: finished or still planned here, without broken ones."""
         return tuple(
             slot
             for box, slot in enumerate(self.joined.slots, 1)

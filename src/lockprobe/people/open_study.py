@@ -1,8 +1,8 @@
-"""Opening a study for people: its directory and settings, and what all participants share.
+"""Opening a study for people: its directory, its settings, and what all participants share.
 
 A start that fails before people are invited leaves the directory as it was: it deletes the files that it made and
-restores settings and texts. Diaries and notes of withdrawals are none of these files. Once somebody has joined, all
-stays.
+restores settings and texts. Diaries and notes of withdrawals always stay, and so does everything once a participant
+has joined.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ LOG = "server.log"
 """The log of refused requests, next to the diaries."""
 
 _SETTINGS = (EXPERIMENT, TEXTS)
-"""Files that a start writes anew."""
+"""Files that every start rewrites."""
 
 _MADE = (*_SETTINGS, TOKENS, LOG)
-"""Files that a start makes."""
+"""Files that a start creates."""
 
 _MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_per_minute", *SECRET}
 """Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""
@@ -55,16 +55,16 @@ class OpenStudy:
     """What all participants of a study share.
 
     Attributes:
-        study: The study, people among its agents.
+        study: The study, with people among its agents.
         experiment: How people take part.
         words: The texts that participants read.
         texts: The scenes made of these texts.
         practice: The practice box as a trial; None without practice.
-        journal: Where finished trials are recorded.
-        invited: Set when people are invited. From then on a failure leaves everything in the directory.
+        journal: Records finished trials.
+        invited: Set when people are invited; a later failure leaves the directory as it is.
         place: Where plants run.
         clock: Seconds since 1970.
-        page: Version of the page on which people play.
+        page: Version of the page.
     """
 
     study: Study
@@ -85,11 +85,11 @@ class OpenStudy:
 
 
 def words_to_read(directory: Path, experiment: Experiment) -> Words:
-    """The texts that people read here. Once somebody has joined, the copy in the directory counts: releases may change.
+    """The texts that people read here. Once a participant has joined, the copy in the directory counts.
 
     Raises:
-        UnknownName: If there is no such language.
-        BadFile: If something there is damaged, or the texts are none.
+        UnknownName: If the language does not exist.
+        BadFile: If a file is damaged or holds no texts.
     """
     copy = directory / PEOPLE_DIRECTORY / TEXTS
     held = (
@@ -144,10 +144,10 @@ async def open_study(
 
 @contextmanager
 def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
-    """Leave the directory of people as it was, where opening fails before the invitation and before anybody joins.
+    """Restore the directory of people if opening fails before the invitation and before anybody joins.
 
     Raises:
-        BadFile: If settings that are there cannot be read.
+        BadFile: If existing settings cannot be read.
     """
     people, invited = directory / PEOPLE_DIRECTORY, asyncio.Event()
     new, diaries = not people.exists(), _count_diaries(people)
@@ -187,9 +187,9 @@ def _check(study: Study, experiment: Experiment) -> None:
 
 
 def _settle(directory: Path, experiment: Experiment, words: Words) -> None:
-    """Write settings and texts; refuse them where they differ from those under which people have joined.
+    """Write settings and texts; refuse them if people have joined under other ones.
 
-    Imported participants may have read other texts: they do not go on here.
+    Imported participants may have read other texts, since they do not resume here.
     """
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
     asked, known = experiment.model_dump(mode="json"), kept_experiment(directory)

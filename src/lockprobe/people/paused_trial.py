@@ -1,7 +1,6 @@
-"""A participant's trial under way, paused at each decision until the participant chooses.
+"""A participant's trial, paused at each decision until the participant chooses.
 
-It first replays the steps in the diary. The same seed gives the same reports, so a trial goes on where it stood after
-the server let go of it or was killed.
+A resumed trial first replays the steps in the diary. The same seed gives the same reports.
 """
 
 from __future__ import annotations
@@ -27,8 +26,7 @@ class PausedTrial:
     """A trial that waits at each decision. Start it with :meth:`begin`; :meth:`close` releases its plant.
 
     Attributes:
-        plan: The trial.
-        situation: All that may be shown now; None once the trial is over.
+        situation: What the page may show now; None once the trial is over.
         trial: Its record once it is over, else None.
     """
 
@@ -56,7 +54,7 @@ class PausedTrial:
             plan: The trial.
             played: Its steps so far, from the diary.
             facts: The settings of the page, for the record.
-            pictures: Directory in which pictures are stored; None stores none.
+            pictures: Directory for pictures; None stores none.
             place: Where the plant runs.
 
         Raises:
@@ -81,12 +79,8 @@ class PausedTrial:
     async def attempt(self, joint: str, claimed: Outcome | None = None) -> str:
         """Attempt a joint and wait for the next decision or the end.
 
-        Args:
-            joint: Its label.
-            claimed: What the participant says of the step before; None where nobody asked.
-
-        Returns:
-            The report of the attempt; empty with pictures, and where the trial broke.
+        ``claimed`` is what the participant says of the step before. Returns the report of the attempt; empty with
+        pictures and where the trial broke.
         """
         before = len(self._told)
         self.situation = None

@@ -1,4 +1,4 @@
-"""The practice box and the example box of the instructions: boxes that are no part of the study."""
+"""The practice box and the example box of the instructions. Neither belongs to the study."""
 
 from __future__ import annotations
 
@@ -25,12 +25,7 @@ _KINDS: tuple[JointKind, ...] = ("prismatic", "revolute", "prismatic")
 
 
 class ExamplePanels(NamedTuple):
-    """The example box in one modality.
-
-    Attributes:
-        before: The box before the first step.
-        after: The same when one joint was attempted.
-    """
+    """The example box in one modality, before the first step and after one attempt."""
 
     before: BoxPanel
     after: BoxPanel
@@ -91,13 +86,9 @@ async def examples_of(study: Study, experiment: Experiment, place: Executor = he
 
 
 def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
-    """One trial that is no part of the study. It is shown as the study's trials are, with true reports only.
+    """One trial outside the study, shown as the study's trials are, with true reports only.
 
-    Args:
-        study: The study.
-        name: Its purpose; the trial's random seed depends on it.
-        box: The box.
-        modality: How it is shown.
+    The random seed depends on ``name``.
     """
     alone = replace(
         study,

@@ -1,4 +1,4 @@
-"""Counts of how far participants have come, for the admin page and for reports; nothing that somebody wrote."""
+"""Counts of participants and boxes, for the admin page and for reports. They contain nothing that people wrote."""
 
 from __future__ import annotations
 
@@ -19,16 +19,7 @@ __all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "Peopl
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionProgress:
-    """One condition.
-
-    Attributes:
-        p: Flip probability.
-        modality: How the box is shown.
-        slots: Trials of people that the study has.
-        finished: Those that are on record.
-        under_way: Those that somebody has who takes part and that are not finished.
-        free: Those that nobody has.
-    """
+    """Trials of one condition: ``slots`` in all, finished, assigned (``under_way``), and free."""
 
     p: float
     modality: str
@@ -40,17 +31,9 @@ class ConditionProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParticipantProgress:
-    """One participant.
+    """One participant. ``last_act`` is in seconds since 1970 (UTC).
 
-    Attributes:
-        identity: As it is in ``participant:ID``.
-        stage: ``under way``, ``finished``, or ``late``: was away so long that trials were given to others.
-        boxes_done: Boxes that are over.
-        boxes: Boxes in all.
-        broken: Boxes of these that broke.
-        last_act: Seconds since 1970 (UTC).
-        checks_right: Attention checks answered right.
-        checks_wrong: Answered wrong.
+    ``late`` participants were away so long that others may play their unfinished trials.
     """
 
     identity: str
@@ -65,18 +48,7 @@ class ParticipantProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeopleProgress:
-    """A study as far as people play it.
-
-    Attributes:
-        conditions: In the order of the study.
-        participants: In the order in which they joined.
-        joined: How many have joined and not withdrawn.
-        finished: How many have come to the end.
-        withdrawn: How many have withdrawn.
-        late: How many were away too long.
-        checks_right: Attention checks answered right, over all.
-        checks_wrong: Answered wrong.
-    """
+    """A study as people play it; participants in the order in which they joined, without withdrawn ones."""
 
     conditions: tuple[ConditionProgress, ...]
     participants: tuple[ParticipantProgress, ...]
@@ -90,14 +62,7 @@ class PeopleProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoxesAt:
-    """Boxes of one condition.
-
-    Attributes:
-        modality: How they are shown.
-        p: Flip probability, [0, 1].
-        given: Boxes that people got when they joined.
-        left_open: Of these, the boxes that are not over: left, or still to come.
-    """
+    """Boxes of one condition: assigned when people joined, and those of them that are not over."""
 
     modality: str
     p: float
@@ -107,15 +72,15 @@ class BoxesAt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Flow:
-    """Everybody who joined a study, for its report: who dropped out bends all other numbers.
+    """Everybody who joined a study, for its report: dropout can bias every other number.
 
     Attributes:
-        joined: How many joined and have not withdrawn.
-        finished: How many of them have no box open any more.
-        left_open: How many have: they left, or are still at it.
-        withdrawn: How many withdrew besides; nothing else is known of them.
+        joined: Participants without those who withdrew.
+        finished: Those of them with no open box.
+        left_open: Those with open boxes: they left, or still take part.
+        withdrawn: Participants who withdrew; nothing else is known of them.
         checks: Attention checks answered.
-        right: Of these, answered right.
+        right: Those of them answered right.
         boxes: By condition, p ascending.
     """
 
@@ -129,13 +94,13 @@ class Flow:
 
 
 def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[Slot], gone: int) -> PeopleProgress:
-    """How far people have come.
+    """The progress of a study.
 
     Args:
         study: The study.
-        journeys: Of all who have joined and not withdrawn.
-        finished: Trials that are on record, whoever played them.
-        gone: How many have withdrawn.
+        journeys: Of all participants who have not withdrawn.
+        finished: Recorded trials, whoever played them.
+        gone: Number of withdrawals.
     """
     done = Counter(slot.cell for slot in finished)
     open_ones = {slot for journey in journeys for slot in journey.slots_kept} - set(finished)
@@ -165,7 +130,7 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
 
 
 def flow_of(directory: Path) -> Flow | None:
-    """How many participants of a study came to its end; None where nobody has taken part.
+    """How many participants reached the end; None where nobody has taken part.
 
     Raises:
         BadFile: If a diary is damaged.

@@ -21,12 +21,7 @@ Code = Literal[
 
 
 class ActRefused(LockprobeError):
-    """Raised when something cannot be done.
-
-    Args:
-        code: Why.
-        message: The same in words, for the log and the page. It repeats nothing that the page sent.
-    """
+    """An act cannot be done. The message is for the log and the page; it repeats nothing that the page sent."""
 
     def __init__(self, code: Code, message: str) -> None:
         super().__init__(message)

@@ -37,12 +37,11 @@ class Attempt(StrictModel):
     """In ``Box``: choose a joint.
 
     Attributes:
-        joint: Its label.
-        claimed: What is said of the last action, where it was asked.
-        rt: From when the scene was painted to the choice of the joint, ms; without the time for ``claimed``.
-        claimed_rt: From when the scene was painted to what was said of the last action, ms; None where not asked.
-        pointer: With what the joint was chosen; None where that is not kept.
-        viewport: Width and height of the window, CSS pixels; None where that is not kept.
+        claimed: What the participant says the last action did, where asked.
+        rt: From painting the scene to the choice of the joint, ms; without the time for ``claimed``.
+        claimed_rt: From painting the scene to the choice of ``claimed``, ms; None where not asked.
+        pointer: The device of the choice; None where it is not kept.
+        viewport: Width and height of the window, CSS pixels; None where they are not kept.
     """
 
     kind: Literal["attempt"] = "attempt"
@@ -55,11 +54,9 @@ class Attempt(StrictModel):
 
 
 class Answer(StrictModel):
-    """In ``Check`` and ``Ask``: an option in its words, or a written answer.
+    """In ``Check`` and ``Ask``: an option in its words, or a written answer; empty to skip an optional ``Ask``.
 
-    Attributes:
-        answer: The answer; empty where an ``Ask`` that is not required is passed over.
-        rt: From when the scene was painted to the answer, ms.
+    ``rt`` is the time from painting the scene to the answer, ms.
     """
 
     kind: Literal["answer"] = "answer"
@@ -74,7 +71,7 @@ _WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "intege
 
 
 def fits(question: Ask, act: Answer) -> bool:
-    """Whether an answer can be taken.
+    """Whether an answer is acceptable.
 
     >>> age = Ask(name="age", question="How old are you?", type="integer", low=18, high=120)
     >>> [fits(age, Answer(answer=answer, rt=1.0)) for answer in ("34", "banana", "7", "")]

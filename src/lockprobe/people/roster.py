@@ -1,4 +1,4 @@
-"""Everybody who takes part in a study, and the trials that are left for others."""
+"""The roster: all participants of a study, and the trials that are left for others."""
 
 from __future__ import annotations
 
@@ -30,18 +30,13 @@ _MOST_WITH_CAMERA = 32
 
 
 class Roster:
-    """All sessions of a study. Use :meth:`read`.
-
-    Args:
-        opened: The study.
-        sessions: The participants who joined before.
-    """
+    """All sessions of a study. Use :meth:`read`."""
 
     def __init__(self, opened: OpenStudy, sessions: Iterable[Session]) -> None:
         self._opened = opened
         self._sessions = {session.journey.identity: session for session in sessions}
         self._given: Given | None = None
-        """What was given out; None where it has to be counted anew."""
+        """The trials given out; None where they have to be counted again."""
         self._persons = Counter(filter(None, (self.person(one.journey.joined.platform) for one in self)))
         self._released = sum(session.journey.released for session in self)
         self._unfinished: dict[str, Session] = {}
@@ -84,16 +79,16 @@ class Roster:
         return [session.journey.identity for session in self if value in session.journey.joined.platform.values()]
 
     def person(self, platform: Mapping[str, str]) -> str | None:
-        """The ID of somebody on the recruitment platform."""
+        """A person's ID on the recruitment platform."""
         names = self._opened.experiment.recruitment
         return platform.get(names[0]) if names else None
 
     def takes_part(self, person: str) -> bool:
-        """Whether somebody with this ID of the recruitment platform has joined."""
+        """Whether a person with this platform ID has joined."""
         return bool(self._persons[person])
 
     def add(self, session: Session) -> None:
-        """Add somebody who has just joined."""
+        """Add a participant who has just joined."""
         joined = session.journey.joined
         self._sessions[joined.identity] = self._by_mark[joined.token] = session
         if person := self.person(joined.platform):
@@ -103,7 +98,7 @@ class Roster:
         self._watch(session)
 
     def remove(self, session: Session) -> None:
-        """Remove somebody who has withdrawn."""
+        """Remove a participant who has withdrawn."""
         joined = session.journey.joined
         if self._sessions.pop(joined.identity, None) is None:
             return
@@ -115,7 +110,7 @@ class Roster:
             self._persons[person] -= 1
 
     def finished(self) -> set[Slot]:
-        """Trials of people that are on record, whoever played them."""
+        """The recorded trials of people, whoever played them."""
         return {
             Slot(p=trial.dose, modality=trial.modality, repetition=trial.repetition, trial=trial.trial)
             for trial in self._opened.journal.trials.values()
@@ -123,11 +118,11 @@ class Roster:
         }
 
     def assigned(self) -> tuple[Slot, ...]:
-        """The trials of somebody who joined now; empty if nothing is left."""
+        """The trials that the next participant gets; empty if none is left."""
         return assigned(self._opened.study, self._opened.experiment, self._all_given())
 
     def is_full(self) -> bool:
-        """Whether nobody new can join, even if everybody who was away too long makes room."""
+        """Whether no new participant can join, even if late ones make room."""
         late = len(self._late())
         limit = self._opened.experiment.participants
         if limit is not None and self._taking_part() - late >= limit:
@@ -135,7 +130,7 @@ class Roster:
         return not (late or self._is_anything_left())
 
     async def make_room(self) -> None:
-        """Release trials of those who were away too long, longest first, as far as somebody new needs them.
+        """Release the trials of late participants, longest away first, as far as a new one needs them.
 
         Raises:
             BadFile: If it cannot be written.
@@ -149,16 +144,15 @@ class Roster:
                 await self.release_if_late(session)  # if still, and not deleted while another was released
 
     async def release_if_late(self, session: Session) -> bool:
-        """Give the unfinished trials of somebody to others if they were away too long; whether that was so."""
+        """Release the unfinished trials of a participant who was away too long; whether that was so."""
         if late := self._is_late(session):
             await session.release()
         return late
 
     async def let_go_of_idle(self, comes: Session | None) -> None:
-        """Drop idle trials from memory, and those that wait longest where there are too many.
+        """Drop idle trials from memory, and the longest waiting ones where there are too many.
 
-        Args:
-            comes: The participant whose trial is needed next; None where somebody new comes.
+        ``comes`` is the participant whose trial is needed next; None for a new one.
         """
         now = self._opened.clock()
         if now - self._looked < _LOOK_SECONDS and len(self._sessions) < self._most_waiting:
@@ -179,7 +173,7 @@ class Roster:
             self._unfinished[session.journey.identity] = session
 
     def _written(self, session: Session, line: Entry) -> None:
-        """Take note of a line that was written in somebody's diary."""
+        """Update the counts after a line was written to a diary."""
         known = self._unfinished.pop(session.journey.identity, None)
         if known is not None and not (session.journey.released or session.journey.boxes_done):
             self._unfinished[session.journey.identity] = session  # last
@@ -188,20 +182,20 @@ class Roster:
             self._given = None  # trials are free again
 
     def _is_late(self, session: Session) -> bool:
-        """Whether somebody was away for so long that their unfinished trials can be given to others."""
+        """Whether a participant was away so long that others can get the unfinished trials."""
         journey = session.journey
         away = self._opened.clock() - journey.at
         unfinished = not (session.gone or journey.released or journey.boxes_done)
         return unfinished and away > self._opened.experiment.away_hours * _HOUR
 
     def _late(self) -> list[Session]:
-        """Those who were away too long, longest first."""
+        """Late participants, longest away first."""
         latest = self._opened.clock() - self._opened.experiment.away_hours * _HOUR
         away = takewhile(lambda session: session.journey.at < latest, self._unfinished.values())
         return [session for session in away if self._is_late(session)]
 
     def _is_enough_left(self) -> bool:
-        """Whether somebody new can have as many boxes as everybody else without releasing more trials."""
+        """Whether a new participant can get a full set of boxes without further releases."""
         limit = self._opened.experiment.participants
         if limit is not None and self._taking_part() >= limit:
             return False

@@ -1,7 +1,7 @@
-"""Scenes: all that a participant's page gets to show, one after the other.
+"""Scenes: everything that a participant's page can show.
 
-A scene never says what is true where something else was told, what locks what, how often reports are false, or which
-trial of the study this is. It is made of the ``Situation`` that every agent gets.
+A scene never contains the truth behind a false report, the interlock, how often reports are false, or the number of
+the trial. It is made from the ``Situation`` that every agent gets.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LONGEST_ANSWER = 2000
 
 
 class StrictModel(BaseModel):
-    """The base of all that is stored or sent: immutable, no other fields, no conversion of types."""
+    """Base of everything that is stored or sent: immutable, no extra fields, no type conversion."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -41,10 +41,7 @@ class StrictModel(BaseModel):
 class Consent(StrictModel):
     """The first scene asks for consent. Nothing is stored before the participant agrees.
 
-    Attributes:
-        title: Its title.
-        paragraphs: Its text.
-        ask_code: Whether a code has to be given to join, and the URL did not hold it.
+    ``ask_code`` is true where a code is needed to join and the URL does not contain it.
     """
 
     kind: Literal["consent"] = "consent"
@@ -54,16 +51,14 @@ class Consent(StrictModel):
 
 
 class BoxJoint(StrictModel):
-    """One joint as a participant knows it.
+    """One joint as a participant sees it.
 
     Attributes:
-        label: Its label.
-        target: Whether it is the one that has to move.
-        kind: How it is drawn, ``prismatic`` (slides) or ``revolute`` (turns); only for the drawn panel.
-        place: Where it sits on the panel, from the left and from below, [0, 1]; only for the drawn panel.
-        position: The position as told; None where none is told.
-        handle: Where its handle lies in the pictures at either position, as shares of width and height from the upper
-            left corner; only for pictures.
+        kind: Whether it slides or turns; only in the drawn panel.
+        place: Where it sits on the panel, from the left and from below, [0, 1]; only in the drawn panel.
+        position: The reported position; None where positions are not reported.
+        handle: Where the pictures show its handle at each position, as shares of width and height from the upper left
+            corner; only with pictures.
     """
 
     label: str
@@ -75,14 +70,9 @@ class BoxJoint(StrictModel):
 
 
 class PastStep(StrictModel):
-    """One finished step: what was attempted, and what was reported. The report is empty where pictures are shown.
+    """One finished step: the joint attempted and the report, which is empty with pictures.
 
-    Attributes:
-        step: Which, from 1.
-        joint: Label of the joint that was attempted.
-        told: The report in words, as models read them.
-        outcome: What was told of the joint.
-        ones: Labels of the joints that were told to be at position 1; None where no positions are told.
+    ``ones`` are the labels of the joints reported at position 1; None where positions are not reported.
     """
 
     step: int
@@ -96,12 +86,12 @@ class BoxPanel(StrictModel):
     """What the agent's channel shows now.
 
     Attributes:
-        view: ``text``: the report in words. ``panel``: the same drawn, from what was told. ``pictures``: a camera's.
-        joints: In the order in which they are listed.
+        view: ``text`` shows the report in words, ``panel`` draws it, ``pictures`` shows camera pictures.
+        joints: The joints in listed order.
         told: The report in words; empty with pictures.
         last: Label of the joint attempted last; None before the first attempt.
-        outcome: What was told of it; None with pictures, and before the first attempt.
-        pictures: PNG files as data URLs, colours first; empty without pictures.
+        outcome: The reported outcome; None with pictures and before the first attempt.
+        pictures: PNG files as data URLs, colours first.
     """
 
     view: Literal["text", "panel", "pictures"]
@@ -113,27 +103,14 @@ class BoxPanel(StrictModel):
 
 
 class Example(StrictModel):
-    """A made-up box as those of the study are shown, on which nothing can be done.
-
-    Attributes:
-        panel: What is shown.
-        ask: Whether the question what the last action did stands there too.
-    """
+    """A made-up box for the instructions. ``ask`` shows the question about the last action as well."""
 
     panel: BoxPanel
     ask: bool = False
 
 
 class InstructionPage(StrictModel):
-    """A page of instructions, or what stands before the first box.
-
-    Attributes:
-        title: Its title.
-        paragraphs: Its text.
-        number: Which page, from 1.
-        of: How many there are.
-        examples: A box in each way in which the participant will see the study's.
-    """
+    """Page ``number`` of ``of`` of the instructions, with an example box in each modality of the participant."""
 
     kind: Literal["page"] = "page"
     title: str
@@ -144,19 +121,17 @@ class InstructionPage(StrictModel):
 
 
 class Box(StrictModel):
-    """A step of a trial, or of the practice: a joint has to be chosen.
+    """A step of a trial or of the practice: the participant has to choose a joint.
 
     Attributes:
-        practice: Whether it is the practice box.
-        number: Which box, from 1; 0 is the practice box.
-        of: How many there are; the practice does not count.
-        step: The step that is to be taken, from 1.
+        number: The number of the box, from 1; 0 is the practice box.
+        of: The number of boxes without the practice.
+        step: The step to take, from 1.
         budget: Steps of the trial.
-        ask: Whether it is asked, before a joint is chosen, what the last action did.
-        panel: What is shown.
+        ask: Whether the page asks what the last action did before a joint can be chosen.
         history: All steps of this trial so far, oldest first; empty where the experimenter shows none.
-        history_open: Whether they are unfolded when a box begins.
-        device: Whether the page says with what a choice was made, and how large its window was.
+        history_open: Whether the history is unfolded when a box begins.
+        device: Whether the page sends the pointer device and the window size with each choice.
     """
 
     kind: Literal["box"] = "box"
@@ -173,15 +148,9 @@ class Box(StrictModel):
 
 
 class TrialOver(StrictModel):
-    """A box is done with. What the last attempt did is said only where the experimenter says so (``feedback``).
+    """The end of a box. ``number`` is 0 for the practice box; ``of`` does not count the practice.
 
-    Attributes:
-        practice: Whether it was the practice box.
-        number: Which box, from 1; 0 is the practice box.
-        of: How many there are; the practice does not count.
-        solved: Whether it was opened; None where that is not said.
-        title: In words.
-        paragraphs: The same at length.
+    ``solved`` is None where the experimenter gives no feedback.
     """
 
     kind: Literal["over"] = "over"
@@ -194,7 +163,7 @@ class TrialOver(StrictModel):
 
 
 class Check(StrictModel):
-    """An attention check: one of some options, of which only the server knows the right one."""
+    """An attention check. Only the server knows the right option."""
 
     kind: Literal["check"] = "check"
     question: str
@@ -202,17 +171,10 @@ class Check(StrictModel):
 
 
 class Ask(StrictModel):
-    """A question of the experimenter's at the end.
+    """A question of the experimenter at the end; ``name`` is its column.
 
-    Attributes:
-        name: The name of its column.
-        question: The question.
-        options: What can be chosen; empty for an answer in words.
-        required: Whether it can be left empty.
-        longest: Characters that an answer in words may have.
-        type: What a written answer has to be.
-        low: The least number that is taken; None for any.
-        high: The largest number that is taken; None for any.
+    Without options the answer is written: at most ``longest`` characters, and a number from ``low`` to ``high`` where
+    ``type`` asks for one.
     """
 
     kind: Literal["ask"] = "ask"
@@ -227,14 +189,7 @@ class Ask(StrictModel):
 
 
 class Debrief(StrictModel):
-    """The end: what it was about, and the way back to the recruitment platform, if there is one.
-
-    Attributes:
-        title: Its title.
-        paragraphs: Its text.
-        completion_url: Where to go on.
-        completion_code: What to enter there.
-    """
+    """The debriefing, and the way back to the recruitment platform if there is one."""
 
     kind: Literal["debrief"] = "debrief"
     title: str
@@ -244,15 +199,10 @@ class Debrief(StrictModel):
 
 
 class Closed(StrictModel):
-    """Nothing can be done here (any more).
+    """The participant cannot go on.
 
-    Attributes:
-        why: ``declined``, ``withdrawn``, ``full`` (nobody can join), ``taken`` (this person of the recruitment platform
-            takes part already, in another browser), ``late`` (was away too long).
-        title: In words.
-        paragraphs: The same at length.
-        completion_url: Where to go on, where there is such a place for those who come no further.
-        completion_code: What to enter there.
+    ``why``: ``declined``, ``withdrawn``, ``full`` (no place left), ``taken`` (the same platform ID takes part in
+    another browser), or ``late`` (was away too long).
     """
 
     kind: Literal["closed"] = "closed"

@@ -1,8 +1,8 @@
-"""What the server does for participants, without HTTP: they load the page, act, go on later, and withdraw.
+"""The participants' server without HTTP: load the page, act, resume, withdraw.
 
-Everything runs in one event loop. A token identifies a participant, a lease the page that may act, and a turn the scene
-that an act is for. So no act counts twice, no act is lost once its outcome was shown, and two pages cannot play one
-box.
+Everything runs in one event loop. A token identifies a participant, a lease the page that may act, and a turn the
+scene that an act answers. So no act counts twice, no act is lost after its outcome was shown, and two pages cannot
+play one box.
 """
 
 from __future__ import annotations
@@ -41,11 +41,10 @@ class PageReply:
 
     Attributes:
         token: Identifies the participant; the browser keeps it where scripts cannot read it.
-        lease: What the page has to send with its acts.
+        lease: The page sends it with every act.
         turn: The number of the scene, from 1.
-        scene: The scene to show.
-        identity: The participant; None before somebody has agreed to take part.
-        may_withdraw: Whether there is something to delete.
+        identity: The participant; None before consent.
+        may_withdraw: Whether there are data to delete.
     """
 
     token: str
@@ -57,7 +56,7 @@ class PageReply:
 
 
 class ServerState:
-    """Everybody who takes part in a study. Use :meth:`open`."""
+    """All participants of a study. Use :meth:`open`."""
 
     def __init__(self, opened: OpenStudy, tokens: Tokens, roster: Roster) -> None:
         self._opened = opened
@@ -77,20 +76,20 @@ class ServerState:
         clock: Callable[[], float] = time.time,
         page: str = "",
     ) -> AsyncIterator[ServerState]:
-        """Open a study for people, new or to go on.
+        """Open a new study for people, or continue one.
 
         Args:
-            directory: The directory of the study, made if it is not there. People join the models that played there.
+            directory: The directory of the study, created if missing. Models may have played there before.
             study: The study; its agents do not matter.
             experiment: How people take part.
             words: The texts that they read.
             clock: Seconds since 1970.
-            page: Version of the page on which they play, for the record.
+            page: Version of the page, for the record.
 
         Raises:
-            SettingsChanged: If the directory holds another study, or people have joined under other settings.
+            SettingsChanged: If the directory holds another study, or people joined under other settings.
             DirectoryBusy: If another process is writing there.
-            BadFile: If a file in it is damaged, or a replayed trial reports something else than it showed.
+            BadFile: If a file in it is damaged, or a replayed trial differs from what was shown.
             UserMistake: If the plant is not available.
         """
         async with open_study(directory, study, experiment, words, clock=clock, page=page) as opened:
@@ -114,26 +113,26 @@ class ServerState:
         return self._opened.experiment
 
     def check(self) -> None:
-        """Refuse to go on where another process has changed the records.
+        """Check that no other process has changed the records.
 
         Raises:
-            BadFile: If it has.
+            BadFile: If one has.
         """
         self._opened.journal.check()
 
     def invite(self) -> None:
-        """From now on people can come. Whatever happens, what the start wrote stays."""
+        """People can come from now on. If the start fails later, its files stay."""
         self._opened.invited.set()
 
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> PageReply:
-        """Somebody loads the page: they go on where they were, and their other open pages can act no longer.
+        """Answer a page that was just loaded. The participant resumes here; older pages can act no longer.
 
         Args:
-            token: The token that the browser sends; None if it has none.
+            token: The browser's token; None if it has none.
             platform: The parameters of the URL.
 
         Raises:
-            ActRefused: As ``forged``, or as ``incomplete`` if a parameter that is kept is missing or not filled in.
+            ActRefused: As ``forged``, or as ``incomplete`` if a required parameter is missing or not filled in.
             BadFile: If something cannot be written or read.
         """
         admission = self._admission
@@ -153,20 +152,20 @@ class ServerState:
         return _outside(token, lease, admission.ask(platform, code))
 
     async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> PageReply:
-        """Somebody does something. It is on disk before this returns.
+        """Do an act and return the next scene. The act is on disk before this returns.
 
         Args:
-            token: The token that the browser sends.
+            token: The browser's token; None if it has none.
             lease: The lease that the page got when it was loaded.
-            turn: The number of the scene that the act is for.
-            act: What is done.
+            turn: The number of the scene that the act answers.
+            act: The act.
             platform: The parameters of the URL.
 
         Raises:
             ActRefused: As ``forged``; ``elsewhere`` if a newer page was loaded; ``stale`` if another scene is shown;
-                ``impossible`` if this scene does not allow it; ``malformed``; ``incomplete``; ``wrong-code``. Then
-                nothing is written, except that a box broke or that somebody was away too long.
-            BadFile: If something cannot be written or read; then it has not been done.
+                ``impossible`` if this scene does not allow the act; ``malformed``; ``incomplete``; ``wrong-code``.
+                Nothing is then written, except that a box broke or that the participant was away too long.
+            BadFile: If something cannot be written or read; the act then has no effect.
         """
         token, mark = self._proof(token, lease)
         session = self._roster.marked(mark)
@@ -197,11 +196,11 @@ class ServerState:
             return await self._reply(token, lease, session)
 
     async def withdraw(self, token: str | None, lease: str) -> PageReply:
-        """Somebody withdraws: all data of theirs is deleted.
+        """Delete all data of the participant, at the participant's request.
 
         Raises:
             ActRefused: As ``forged``, ``elsewhere`` or ``malformed``.
-            BadFile: If it cannot be written; then it is finished when the study is next opened.
+            BadFile: If it cannot be written; the next opening of the study then finishes the deletion.
         """
         token, mark = self._proof(token, lease)
         async with self._admission.lock:  # they may be about to join
@@ -213,11 +212,11 @@ class ServerState:
         return _outside(token, lease, self._opened.texts.closed("withdrawn"))
 
     async def withdraw_participant(self, identity: str) -> None:
-        """Delete all data of somebody, as the experimenter asks.
+        """Delete all data of a participant, at the experimenter's request.
 
         Raises:
             ActRefused: As ``unknown``, if there is no such participant.
-            BadFile: If it cannot be written; then it is finished when the study is next opened.
+            BadFile: If it cannot be written; the next opening of the study then finishes the deletion.
         """
         if (session := self._roster.called(identity)) is None:
             raise ActRefused("unknown", "no such participant")
@@ -234,7 +233,7 @@ class ServerState:
         return progress_of(self.study, journeys, self._roster.finished(), withdrawn(self._opened.directory))
 
     def withdrawals(self) -> tuple[int, str | None]:
-        """How many have withdrawn, and whose deletion is under way: it changes with every withdrawal."""
+        """The number of withdrawals and the deletion under way; both change with every withdrawal."""
         return withdrawn(self._opened.directory), withdrawing(self._opened.directory)
 
     async def _reply(self, token: str, lease: str, session: Session) -> PageReply:
@@ -257,7 +256,7 @@ class ServerState:
             raise ActRefused("elsewhere", "open in another page")
 
     async def _delete(self, session: Session) -> None:
-        """Delete all data of somebody, whose lock is held. From the note on they cannot act."""
+        """Delete all data of a participant, whose lock is held. After the note they cannot act."""
         await session.let_go()
         self._finish()  # a deletion that was noted before and failed, perhaps this one
         if self._roster.called(session.journey.identity) is session:
@@ -273,5 +272,5 @@ class ServerState:
 
 
 def _outside(token: str, lease: str, scene: Scene) -> PageReply:
-    """The reply to somebody who does not take part."""
+    """The reply to a person who does not take part."""
     return PageReply(token=token, lease=lease, turn=1, scene=scene, identity=None, may_withdraw=False)

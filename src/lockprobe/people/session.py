@@ -1,4 +1,4 @@
-"""One participant who takes part now: shows scenes, takes acts, and writes each act to disk before showing more."""
+"""The session of one participant: it shows scenes, takes acts, and writes each act to disk before the next scene."""
 
 from __future__ import annotations
 
@@ -25,17 +25,13 @@ __all__ = ["Session"]
 
 
 class Session:
-    """One participant.
-
-    Args:
-        opened: The study.
-        journey: How far the participant has come.
+    """The session of one participant.
 
     Attributes:
         journey: How far the participant has come.
-        lock: Held by whoever acts for the participant; one at a time.
+        lock: Held while one request acts for the participant.
         lease: The lease of the page that may act; None before the first page asks.
-        gone: Whether all data of the participant has been deleted.
+        gone: Whether all data of the participant have been deleted.
         used: When the participant last asked for something, seconds since 1970.
         on_line: Called with each line after it is written.
     """
@@ -54,11 +50,11 @@ class Session:
 
     @classmethod
     async def restore(cls, opened: OpenStudy, diary: Diary) -> Session:
-        """Somebody who joined before. A trial that was over and not recorded is replayed and recorded.
+        """A session for a participant who joined before. Replays and records a finished, unrecorded trial.
 
         Raises:
-            BadFile: If the diary is of another study, holds other steps than the record, or a replayed trial reports
-                something else than it showed.
+            BadFile: If the diary belongs to another study, its steps differ from the record, or a replayed trial
+                differs from what was shown.
         """
         diary.check_slots(opened.study, opened.directory)
         way = stations(opened.experiment, opened.words, len(diary.joined.slots))
@@ -100,7 +96,7 @@ class Session:
 
         Raises:
             ActRefused: If the scene does not allow the act; then nothing is written.
-            BadFile: If it cannot be written; then it has not been done.
+            BadFile: If it cannot be written; the act then has no effect.
         """
         journey, turn = self.journey, self.journey.turn
         trial, station = await self._ready(), self.journey.station
@@ -251,7 +247,7 @@ class Session:
         return box > 0 and not self._opened.journal.owes(self._plan(box)[0].key)
 
     async def _record_again(self, box: int, diary: Diary) -> None:
-        """Record a finished trial that was not recorded, from the steps in the diary.
+        """Record a finished trial from the steps in the diary.
 
         Raises:
             BadFile: If the replay ends differently, or the record cannot be written.
@@ -273,7 +269,7 @@ class Session:
             self._record()
 
     def _record(self) -> None:
-        """Write the trial that is over, if there is one; retry where writing failed before.
+        """Write the finished trial, if one waits; retry where writing failed before.
 
         A trial that the record already holds stays as it is, whoever played it.
         """

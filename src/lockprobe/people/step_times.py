@@ -1,4 +1,4 @@
-"""Response times: the act of a participant behind each step of the record. Records have no clock, diaries have."""
+"""Response times: the diary entry behind each recorded step. Records have no clock, diaries do."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["acts_of_steps", "key_of", "times_of_steps"]
 
 
 def key_of(study: Study, diary: Diary, box: int | None) -> str:
-    """The key of the trial that somebody plays as their box number ``box``, from 1; empty for the practice box."""
+    """The key of a participant's trial number ``box``, from 1; empty for the practice box."""
     if not box or box > len(diary.joined.slots):
         return ""
     return diary.joined.slots[box - 1].plan(study, diary.identity).key
@@ -25,16 +25,12 @@ def key_of(study: Study, diary: Diary, box: int | None) -> str:
 def acts_of_steps(
     study: Study, trials: Mapping[str, Trial], diaries: Iterable[Diary], directory: Path
 ) -> dict[tuple[str, int], Did]:
-    """The act behind each step of the trials that people played, by key of the trial and step from 1.
+    """The act behind each step of people's trials, by key of the trial and step from 1.
 
-    Args:
-        study: The study.
-        trials: Its trials by key.
-        diaries: What its participants did.
-        directory: Where it lies, for messages.
+    ``directory`` is named in messages.
 
     Raises:
-        BadFile: If a diary and a record say different things, or a diary is of another study.
+        BadFile: If a diary and a record disagree, or a diary belongs to another study.
     """
     found: dict[tuple[str, int], Did] = {}
     for diary in diaries:
@@ -59,10 +55,10 @@ def acts_of_steps(
 
 
 def times_of_steps(directory: Path, trials: Iterable[Trial]) -> dict[tuple[str, int], float]:
-    """How long people took for each choice, ms, by key of the trial and step from 1; none where nobody takes part.
+    """Response times of people in ms, by key of the trial and step from 1; empty without participants.
 
     Raises:
-        BadFile: If a diary is damaged, or it and a record say different things.
+        BadFile: If a diary is damaged, or a diary and a record disagree.
     """
     if not (diaries := read_diaries(directory)):
         return {}

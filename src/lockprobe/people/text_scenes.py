@@ -19,14 +19,7 @@ Why = Literal["declined", "withdrawn", "full", "taken", "late"]
 
 
 class TextScenes:
-    """Makes scenes of the texts, with the facts of the study filled in.
-
-    Args:
-        words: The texts.
-        study: The study.
-        experiment: How people take part.
-        examples: An example box in each modality, for the instructions.
-    """
+    """Makes scenes of the texts, with the facts of the study and an example box in each modality filled in."""
 
     def __init__(
         self, words: Words, study: Study, experiment: Experiment, examples: Mapping[str, ExamplePanels] | None = None
@@ -39,17 +32,12 @@ class TextScenes:
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
 
     def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
-        """The first scene.
-
-        Args:
-            boxes: How many there would be.
-            ask_code: Whether the code with which one joins has to be asked for.
-        """
+        """The first scene; ``boxes`` is how many a participant would play."""
         title, paragraphs = self._filled(self._words.consent, {"boxes": boxes})
         return Consent(title=title, paragraphs=paragraphs, ask_code=ask_code)
 
     def closed(self, why: Why) -> Closed:
-        """Nothing can be done. Who leaves early learns too that reports were false, where they were."""
+        """The last scene of a participant who cannot go on. It admits false reports to those who leave early."""
         text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
         title, paragraphs = self._filled(text, {}, then)
@@ -57,11 +45,11 @@ class TextScenes:
         return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
 
     def _back(self, end: str) -> tuple[str, str]:
-        """Where those go who come to an end, and what they enter there."""
+        """URL and code of the recruitment platform for one way to end."""
         return getattr(self._experiment, f"{end}_url"), getattr(self._experiment, f"{end}_code")
 
     def at(self, journey: Journey) -> InstructionPage | TrialOver | Check | Ask | Debrief:
-        """The scene in which somebody stands, if it is no box."""
+        """The scene of a participant outside a box."""
         station, boxes = journey.station, len(journey.joined.slots)
         if station.kind == "page":
             number = int(station.item)
@@ -94,7 +82,7 @@ class TextScenes:
         return tuple(Example(panel=shown.after, ask=self._asks) for shown in found) if what == "step" else ()
 
     def _over(self, journey: Journey, station: Station) -> TrialOver:
-        """After a box; whether it was opened is said of the practice, else where the experimenter says so."""
+        """The scene after a box. It says whether the box was opened after the practice and with feedback."""
         number, of, over = station.box, len(journey.joined.slots), self._words.over
         ending = journey.endings.get(number) if number else journey.practised
         said = not number or self._experiment.feedback
@@ -112,7 +100,7 @@ class TextScenes:
         of_false_reports: tuple[str, ...] = (),
         more: tuple[str, ...] = (),
     ) -> tuple[str, tuple[str, ...]]:
-        """A title and what stands under it, with what is said only where reports are false at times."""
+        """A filled-in title and its paragraphs; ``of_false_reports`` only in studies with false reports."""
         known = {**self._facts, **facts}
         paragraphs = (*text.paragraphs, *more, *(of_false_reports if self._are_false else ()))
         return filled(text.title, **known), tuple(filled(part, **known) for part in paragraphs)

@@ -17,10 +17,10 @@ __all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "pag
 _TEXTS = Path(__file__).with_name("texts")
 
 LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
-"""Those that ship."""
+"""The shipped languages."""
 
 TEXTS = "texts.toml"
-"""Where beside the diaries the texts stand that were read."""
+"""The copy of the texts, next to the diaries."""
 
 Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(seen)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
@@ -41,9 +41,9 @@ class _Instruction(Longer):
     """A page of instructions.
 
     Attributes:
-        if_asked: More of it, where it is asked after every step what the last action did.
-        example: What is shown of an example box: ``box`` before the first step, ``step`` after one, with what was told
-            and the question, or ``none``. Left out it is :func:`example_on` that says it.
+        if_asked: More paragraphs, where the page asks after every step what the last action did.
+        example: The example box: ``box`` before the first step, ``step`` after one with its report and the question, or
+            ``none``. If left out, :func:`example_on` decides.
     """
 
     if_asked: Paragraphs | None = None
@@ -76,7 +76,7 @@ class _Closed(_Part):
 
 
 class _OfThePage(_Part):
-    """Buttons and labels. Those that may be None came with later releases; see :func:`page_texts`."""
+    """Buttons and labels. Later releases added those that may be None; see :func:`page_texts`."""
 
     next: Text
     begin: Text
@@ -137,17 +137,7 @@ class _OfThePage(_Part):
 class Words(_Part):
     """Everything that a participant reads.
 
-    Attributes:
-        language: BCP 47 tag, for screen readers.
-        direction: Which way it is read.
-        title: Of the page.
-        consent: The first scene.
-        instructions: Pages of instructions, in order.
-        practice_over: After the practice box.
-        over: After every other box.
-        debrief: The end.
-        closed: Where nothing can be done.
-        page: Buttons and labels of the page itself.
+    ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons and labels. Each other field is a scene.
     """
 
     language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
@@ -163,7 +153,7 @@ class Words(_Part):
 
 
 def filled(text: str, **facts: object) -> str:
-    """A text with its ``{names}`` filled in; what is in braces and no fact stays as it is.
+    """A text with its ``{names}`` filled in; unknown names stay as they are.
 
     >>> filled("Step {step} of {budget} {x}", step=1, budget=20)
     'Step 1 of 20 {x}'
@@ -172,9 +162,9 @@ def filled(text: str, **facts: object) -> str:
 
 
 def example_on(words: Words, number: int) -> Literal["box", "step", "none"]:
-    """What is shown of an example box on a page of instructions, from 1.
+    """The example box on a page of instructions, from 1.
 
-    Where the texts do not say it: the box on the first page and a step on the second, or a step on the only one.
+    By default the first page shows the box and the second a step; a single page shows a step.
     """
     pages = words.instructions
     if (said := pages[number - 1].example) is not None:
@@ -185,21 +175,18 @@ def example_on(words: Words, number: int) -> Literal["box", "step", "none"]:
 
 
 def page_texts(words: Words) -> dict[str, str]:
-    """Buttons and labels, those that a file of before does not have in the shipped texts of its language or English."""
+    """Buttons and labels; texts that an older file lacks come from its language as shipped, or from English."""
     language = words.language.partition("-")[0].lower()
     shipped = read_words(language if language in LANGUAGES else "en").page.model_dump()
     return shipped | words.page.model_dump(exclude_none=True)
 
 
 def read_words(name: str) -> Words:
-    """The texts of a language that ships, or of a file.
-
-    Args:
-        name: ``en``, or the path of a TOML file.
+    """The texts of a shipped language such as ``en``, or of a TOML file.
 
     Raises:
-        UnknownName: If there is no such language.
-        BadFile: If the file holds something else, or a text is missing; the message says which.
+        UnknownName: If the language does not exist.
+        BadFile: If a text is missing or wrong; the message says which.
     """
     path = words_file(name)
     try:
@@ -209,10 +196,10 @@ def read_words(name: str) -> Words:
 
 
 def words_file(name: str) -> Path:
-    """Where the texts of a language that ships lie, or those of a file, whether it is there or not.
+    """The path of a shipped language's texts or of a file, whether it exists or not.
 
     Raises:
-        UnknownName: If there is no such language.
+        UnknownName: If the language does not exist.
     """
     if name.endswith(".toml") or "/" in name:
         return Path(name)

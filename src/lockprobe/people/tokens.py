@@ -22,14 +22,14 @@ _BYTES = 32
 
 
 class Tokens:
-    """Issues tokens and recognises them: random bytes, and their keyed hash (HMAC) under the secret of this study.
+    """Issues and recognises tokens: random bytes and their keyed hash (HMAC) under the secret of this study.
 
     Args:
-        path: The file of the secret. It is made where there is none; only its owner can read it.
-        given: Whether tokens were given out before, so that the file has to be there.
+        path: The file of the secret. It is created if missing; only its owner can read it.
+        given: Whether tokens were issued before, so that the file has to exist.
 
     Raises:
-        BadFile: If it cannot be read or made, or is no such secret.
+        BadFile: If it cannot be read or made, or holds no such secret.
     """
 
     def __init__(self, path: Path, *, given: bool = False) -> None:
@@ -50,15 +50,15 @@ class Tokens:
             raise BadFile(path, f"is no secret of {_BYTES} bytes; without it nobody can go on where they were")
 
     def new(self) -> str:
-        """A token for somebody who has none."""
+        """A new token."""
         chance = secrets.token_bytes(_BYTES)
         return _written(chance + self._sealed(chance))
 
     def mark(self, token: str) -> str:
-        """The mark by which a token is known here: its SHA-256, from which the token cannot be derived.
+        """SHA-256 of a token, under which it is stored. The token cannot be derived from it.
 
         Raises:
-            ActRefused: As ``forged``, if it was not given out here.
+            ActRefused: As ``forged``, if the token was not issued here.
         """
         try:
             raw = base64.b64decode(token.encode("ascii"), altchars=b"-_", validate=True)

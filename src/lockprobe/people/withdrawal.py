@@ -1,6 +1,6 @@
-"""Withdrawal: all data of a participant is deleted, and only the number of withdrawals stays.
+"""Withdrawal: deletes all data of a participant and keeps only the number of withdrawals.
 
-A note is written first, so that a deletion that was killed is finished at the next opening or before the next deletion.
+A note is written first. The next opening, or the next deletion, finishes one that was interrupted.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _COUNT = "withdrawn.json"
 
 
 def withdrawn(directory: Path) -> int:
-    """How many have withdrawn from the study in a directory.
+    """The number of withdrawals from the study in a directory.
 
     Raises:
         BadFile: If the count is damaged.
@@ -32,7 +32,7 @@ def withdrawn(directory: Path) -> int:
 
 
 def withdrawing(directory: Path) -> str | None:
-    """Whose deletion is noted and not finished; None where none is.
+    """The participant whose deletion is noted and not finished; None if there is none.
 
     Raises:
         BadFile: If the note is damaged.
@@ -42,12 +42,10 @@ def withdrawing(directory: Path) -> str | None:
 
 
 def note_withdrawal(journal: Journal, identity: str) -> None:
-    """Note that all data of a participant is to be deleted. From then on the deletion can be finished at any time.
-
-    There is one such note: an earlier deletion has to be finished first.
+    """Note that all data of a participant are to be deleted. The deletion can be finished at any later time.
 
     Raises:
-        BadFile: If it cannot be written, or something that was noted before is not finished.
+        BadFile: If it cannot be written, or an earlier deletion is not finished.
     """
     people = journal.directory / PEOPLE_DIRECTORY
     if (people / _UNDER_WAY).exists():
@@ -56,10 +54,7 @@ def note_withdrawal(journal: Journal, identity: str) -> None:
 
 
 def finish_withdrawal(journal: Journal) -> str | None:
-    """Finish the deletion that was noted, if there is one.
-
-    Returns:
-        Who has withdrawn with it; None if nothing was noted.
+    """Finish the noted deletion and return its participant; None if none was noted.
 
     Raises:
         BadFile: If it cannot be written; it stays noted.

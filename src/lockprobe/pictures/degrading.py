@@ -1,4 +1,4 @@
-"""Pictures made worse: something in the way, a lens out of focus, a noisy sensor, in this order."""
+"""Degraded pictures: an opaque patch, then blur, then sensor noise."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from lockprobe.pictures.frame import Frame
 __all__ = ["Damage", "degraded"]
 
 _PATCH: Final = 128
-"""Its grey."""
+"""Grey level of the patch."""
 
 _MARGIN: Final = 0.5
-"""Of the panel around handles, as a share of how far one travels."""
+"""Margin of the panel around the handles, as a share of a handle's travel."""
 
 _SEEDS: Final = 2**53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damage:
-    """How much worse a picture is made.
+    """How a picture is degraded.
 
     Attributes:
         blur: Standard deviation of a Gaussian blur of colours, pixels, from 0.
-        noise: Standard deviation of noise in every pixel and colour, as a share of the brightest, from 0.
+        noise: Standard deviation of noise in every pixel and colour, as a share of full brightness, from 0.
         occlude: Share of the panel that an opaque patch hides, [0, 1].
 
     Raises:
-        BadValue: If one is out of range.
+        BadValue: If a value is out of range.
     """
 
     blur: float = 0.0
@@ -48,14 +48,14 @@ class Damage:
 
 
 def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
-    """A picture made worse; without damage it is the same.
+    """A degraded picture; without damage it is the same.
 
-    What a smaller patch hides a larger one hides too, and more noise is the same noise, larger.
+    A larger patch covers every smaller one, and more noise is the same noise scaled.
 
     Args:
         frame: The picture.
-        damage: How much.
-        luck: Three numbers, [0, 1): where the patch lies across and down, and of which noise.
+        damage: The degradation.
+        luck: Three numbers, [0, 1): position of the patch across and down, and the seed of the noise.
     """
     if damage == Damage():
         return frame
@@ -75,7 +75,7 @@ def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
 
 
 def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[int, int, int, int]:
-    """First column, first row, and the ends, of a patch over so much of the panel on which handles lie."""
+    """First column and row of the patch, and the column and row after its last."""
     places = frame.camera.project(frame.handles)[..., :2]
     apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
     low = places.min(axis=(0, 1)) - _MARGIN * apart

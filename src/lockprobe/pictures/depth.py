@@ -1,8 +1,4 @@
-"""Depth as pictures that can be shown: over a fixed window, so that colours mean the same in every picture.
-
-Were the window taken from each picture, its nearest and farthest point, all colours would change whenever one thing
-moves.
-"""
+"""Depth as pictures, over a fixed window, so that a colour means the same distance in every picture."""
 
 from __future__ import annotations
 
@@ -18,17 +14,7 @@ from numpy.typing import NDArray
 from lockprobe.errors import BadValue
 from lockprobe.pictures.frame import Camera
 
-__all__ = [
-    "HEIGHTS",
-    "DepthKind",
-    "Window",
-    "decode",
-    "encode",
-    "from_millimetres",
-    "legend",
-    "to_millimetres",
-    "turbo",
-]
+__all__ = ["HEIGHTS", "DepthKind", "Window", "encode", "from_millimetres", "legend", "to_millimetres", "turbo"]
 
 DepthKind = Literal["turbo", "gray", "height", "packed"]
 """Colours from near to far; greys from near to far; colours by height above the board; 16 bits in three channels."""
@@ -36,14 +22,14 @@ DepthKind = Literal["turbo", "gray", "height", "packed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """What the first and the last colour mean.
+    """The depths of the first and the last colour.
 
     Attributes:
         near: Metres.
-        far: Metres, more than ``near``.
+        far: Metres, more than ``near``, at most 65.
 
     Raises:
-        BadValue: If that is not so.
+        BadValue: If a depth is out of range.
     """
 
     near: float
@@ -55,20 +41,19 @@ class Window:
 
 
 HEIGHTS = (-0.02, 0.06)
-"""The window of pictures by height, metres above the board: handles end at 0.05, and what lies below the board's edge
-is told from the board."""
+"""The window of pictures by height, metres above the board: handles end at 0.05, and the ground is below the board."""
 
 _MOST_MILLIMETRES = 2**16 - 1
 
 
 def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
-    """Depth as a picture. Whatever lies outside the window has the colour of its end.
+    """Depth as a picture. A value outside the window has the colour of the window's nearer end.
 
     Args:
         depth: Shape (height, width), metres; 0 where there is no reading, which is black.
-        kind: How.
-        window: Of depth, for ``turbo`` and ``gray``. Heights have a window of their own, :data:`HEIGHTS`.
-        camera: Where the board is, for ``height``.
+        kind: The kind of picture.
+        window: The window of depth, for ``turbo`` and ``gray``; ``height`` uses :data:`HEIGHTS`.
+        camera: Pose of the board, for ``height``.
 
     Returns:
         Shape (height, width) for ``gray``, (height, width, 3) otherwise.
@@ -84,35 +69,8 @@ def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: 
     return _painted(depth, np.take(turbo(), levels, axis=0))
 
 
-def decode(image: NDArray[np.uint8], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.float32]:
-    """Depth from a picture made by :func:`encode`, to within half a colour; what was outside the window is at its end.
-
-    Args:
-        image: The picture.
-        kind: How it was made.
-        window: With what window.
-        camera: Where the board was, for ``height``.
-
-    Returns:
-        Shape (height, width), metres; 0 where there was no reading, and where the colour is none that ``encode`` gives.
-    """
-    _known(kind)
-    if kind == "packed":
-        red, green, blue = np.moveaxis(image.astype(np.uint16), -1, 0)
-        return from_millimetres(256 * red + 4 * green + blue // 8)
-    if kind == "gray":
-        metres = window.far + image / 255 * (window.near - window.far)
-        return np.where(image > 0, metres, 0).astype(np.float32)
-    level = _level_of_colour(image)
-    if kind == "height":
-        heights = HEIGHTS[0] + level / 255 * (HEIGHTS[1] - HEIGHTS[0])
-        return np.where(level >= 0, camera.depth_at(heights), 0).astype(np.float32)
-    metres = window.far + level / 255 * (window.near - window.far)
-    return np.where(level >= 0, metres, 0).astype(np.float32)
-
-
 def legend(kind: DepthKind, window: Window) -> str:
-    """One sentence that says what the colours mean."""
+    """The meaning of the colours in one sentence."""
     _known(kind)
     near, far = f"{window.near:g} m", f"{window.far:g} m"
     return {
@@ -128,7 +86,7 @@ def legend(kind: DepthKind, window: Window) -> str:
 
 
 def to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Metres as whole millimetres; 0, no reading, for what is 65.536 m away or farther."""
+    """Metres as whole millimetres; 0 (no reading) from 65.536 m on."""
     millimetres = np.rint(depth * np.float32(1000))
     return np.where(millimetres <= _MOST_MILLIMETRES, millimetres, 0).astype(np.uint16)
 
@@ -140,7 +98,7 @@ def from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
 
 @functools.cache
 def turbo() -> NDArray[np.uint8]:
-    """Google's turbo colours from dark blue to dark red, shape (256, 3); none of them is black."""
+    """Google's turbo colours from dark blue to dark red, shape (256, 3); none is black."""
     text = resources.files("lockprobe.pictures").joinpath("turbo.json").read_text(encoding="utf-8")
     colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
     colours.setflags(write=False)
@@ -165,18 +123,7 @@ def _painted(depth: NDArray[np.float32], colours: NDArray[np.uint8]) -> NDArray[
 
 
 def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """As SpatialBot packs it (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel."""
+    """The packing of SpatialBot (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel."""
     millimetres = to_millimetres(depth)
     channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
     return np.stack(channels, axis=-1).astype(np.uint8)
-
-
-def _level_of_colour(image: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Which of turbo's colours a pixel has; -1 for none of them."""
-    weights = np.array([65536, 256, 1])
-    known = turbo().astype(np.int64) @ weights
-    order = np.argsort(known)
-    asked = image.astype(np.int64) @ weights
-    place = order[np.clip(np.searchsorted(known[order], asked), 0, 255)]
-    level: NDArray[np.int64] = np.where(known[place] == asked, place, -1)
-    return level

@@ -1,4 +1,4 @@
-"""What a camera sees at one moment, and where in it things are."""
+"""A colour and a depth image with the camera that took them, and positions in the image."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ __all__ = ["Camera", "Frame"]
 class Camera:
     """A pinhole camera that looks at a panel.
 
-    The frame of the panel: x to the right and y up as one sees it, z out of the board; the origin is the middle of
-    the board's front. The frame of the camera: x to the right, y down, z away from it.
+    The frame of the panel: x to the right and y up as seen from the front, z out of the board; the origin is the
+    middle of the board's front. The frame of the camera: x to the right, y down, z away from it.
 
     Attributes:
         width: Pixels.
@@ -30,7 +30,7 @@ class Camera:
     panel: NDArray[np.float64]
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where points of the panel's frame are seen.
+        """Pixels at which points of the panel's frame appear.
 
         Args:
             points: Shape (..., 3), metres.
@@ -43,7 +43,7 @@ class Camera:
         return np.concatenate([middle + self.focal * seen[..., :2] / seen[..., 2:], seen[..., 2:]], axis=-1)
 
     def heights(self, depth: NDArray[np.floating]) -> NDArray[np.float64]:
-        """How far above the board's front things are.
+        """Heights above the board's front.
 
         Args:
             depth: Shape (height, width), metres along the optical axis.
@@ -51,20 +51,11 @@ class Camera:
         Returns:
             Shape (height, width), metres; without meaning where depth is 0.
         """
-        slope, offset = self._board()
-        return depth * slope - offset
-
-    def depth_at(self, heights: NDArray[np.floating]) -> NDArray[np.float64]:
-        """The depth of things that are so far above the board; the inverse of :meth:`heights`."""
-        slope, offset = self._board()
-        return (heights + offset) / slope
-
-    def _board(self) -> tuple[NDArray[np.float64], float]:
-        """Height above the board gained per metre of depth, for every pixel, and the board's own distance along z."""
         z = self.panel[:3, 2]
         right = (np.arange(self.width) - (self.width - 1) / 2) / self.focal
         down = (np.arange(self.height) - (self.height - 1) / 2) / self.focal
-        return z[0] * right + z[1] * down[:, None] + z[2], float(z @ self.panel[:3, 3])
+        height_per_metre: NDArray[np.float64] = z[0] * right + z[1] * down[:, None] + z[2]
+        return depth * height_per_metre - float(z @ self.panel[:3, 3])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,10 +65,10 @@ class Frame:
     Attributes:
         rgb: Shape (height, width, 3), 0 to 255.
         depth: Shape (height, width), metres along the optical axis; 0 where there is no reading.
-        camera: Where they were taken from, as far as is known.
-        handles: Where the top of each joint's handle is at position 0 and at position 1, shape (joints, 2, 3), metres
-            in the frame of the panel; a fact of the panel, whatever the joint's position.
-        renderer: What made it.
+        camera: The camera that took them.
+        handles: Top of each joint's handle at position 0 and at position 1, whatever the joint's position is now,
+            shape (joints, 2, 3), metres in the frame of the panel.
+        renderer: Name of the renderer.
     """
 
     rgb: NDArray[np.uint8]

@@ -10,7 +10,7 @@ from typing import Literal
 __all__ = ["PICTURE_NAME", "Picture", "PictureKind"]
 
 PictureKind = Literal["rgb", "depth", "depth16"]
-"""Colours; depth as an agent is shown it; depth in millimetres, as it was measured."""
+"""Colours; depth as the agent sees it; measured depth in millimetres."""
 
 PICTURE_NAME = re.compile(r"[0-9a-f]{20}\.png")
 """The file names of pictures."""
@@ -21,9 +21,9 @@ class Picture:
     """One picture in a percept.
 
     Attributes:
-        kind: Of what.
+        kind: What it shows.
         png: The file.
-        shown: Whether the agent sees it; what is not shown is kept for the record.
+        shown: Whether the agent sees it; otherwise it is only recorded.
     """
 
     kind: PictureKind
@@ -32,5 +32,5 @@ class Picture:
 
     @property
     def name(self) -> str:
-        """Its file name, which says what is in it: equal names are equal pictures."""
+        """Its file name, a hash of its bytes: equal names mean equal pictures."""
         return f"{hashlib.sha256(self.png).hexdigest()[:20]}.png"

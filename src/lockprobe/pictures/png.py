@@ -1,4 +1,4 @@
-"""Arrays as PNG files and back; the only importer of Pillow among pictures."""
+"""Arrays as PNG files and back."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["from_png", "to_png"]
 _MISSING = ("pictures need the package pillow", "pip install 'lockprobe[twin]'")
 
 _COMPRESSION = {"compress_level": 1, "compress_type": 3}
-"""Least effort, looking for runs only: twice as fast as the usual, for files of the same size."""
+"""Run-length matching only: twice as fast as the default, with files of the same size."""
 
 _MOST_PIXELS = 4096 * 4096
-"""As large as a plant takes pictures; files may come from anyone."""
+"""The largest picture of a plant. Files may come from elsewhere, so larger ones are refused."""
 
 
 def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
@@ -27,7 +27,7 @@ def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
         image: Shape (height, width) of uint8 or uint16, or (height, width, 3) of uint8.
 
     Raises:
-        BadValue: If it is none of these.
+        BadValue: If its shape or type is another.
         Missing: If Pillow is not installed.
     """
     try:
@@ -44,10 +44,10 @@ def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
 
 
 def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """The image in a file, as it was given to :func:`to_png`.
+    """The image that was given to :func:`to_png`.
 
     Raises:
-        BadValue: If it is not a PNG file of that kind.
+        BadValue: If it is not such a PNG file.
         Missing: If Pillow is not installed.
     """
     try:

@@ -1,9 +1,9 @@
-"""The plants by spec. Nothing heavy is imported before it is asked for.
+"""The plants by spec. Heavy packages are imported only when a plant needs them.
 
 Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor).
-Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Beside them stand those that installed packages
-add by an entry point in the group ``lockprobe.plants``, and ``python:module:Name``: a class or function that is called
-with ``box``, ``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options.
+Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Installed packages add plants by an entry point
+in the group ``lockprobe.plants``. ``python:module:Name`` names a class or function that is called with ``box``,
+``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class PlantSource:
 
     Attributes:
         spec: Its spec.
-        settings: Of a physical plant, options read; None for the symbolic one.
-        make: Builds it for one trial: the box, the labels of its joints in panel order, the trial's stream ``plant``.
-        check: Finds out whether ``make`` can work here for a box, with the same errors.
+        settings: The options of a physical plant; None for any other.
+        make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
+        check: Tests whether ``make`` works here for a box; raises the same errors.
     """
 
     spec: str
@@ -56,7 +56,7 @@ class PlantSource:
 
 
 def known_plants() -> dict[str, str]:
-    """Every plant that Lockprobe has itself, and what it is."""
+    """Lockprobe's own plants, each with a description."""
     options = {name: ", ".join(field.name for field in fields(kind)) for name, kind in _SETTINGS.items()}
     return {
         "symbolic": "The rules and nothing else.",
@@ -77,7 +77,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec, "plant")
     if spec.full_name in _SETTINGS:
         settings = with_options(_SETTINGS[spec.full_name], spec.full_name, spec.options)
-        make = _twin(settings) if isinstance(settings, TwinSettings) else _fast_twin(settings)
+        make = _physical(settings)
         return PlantSource(spec=str(spec), settings=settings, make=make, check=partial(_check, settings, make))
     if spec.full_name == "symbolic":
         if spec.options:
@@ -89,10 +89,10 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
 
 
 def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
-    """A plant that Lockprobe does not have itself. Nothing of it is imported before it is made or checked."""
+    """A plant from another package, which is imported when the plant is made or checked."""
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
-        # not guarded: what breaks here breaks one trial, and not the study
+        # not guarded: an error here breaks one trial, not the study
         kind, given = plugin.load(), {"box": box, "labels": labels, "rng": rng}
         made: Plant = kind(**given, **arguments_from(kind, plugin.name, spec.options, given))
         return made
@@ -109,8 +109,12 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
     return PlantSource(spec=str(spec), make=make, check=check)
 
 
-def _fast_twin(settings: SceneSettings) -> Make:
+def _physical(settings: SceneSettings) -> Make:
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        if isinstance(settings, TwinSettings):
+            from lockprobe.plants.twin import Twin
+
+            return Twin(box, labels=labels, settings=settings, rng=rng)
         from lockprobe.plants.fast_twin import FastTwin
 
         return FastTwin(box, labels=labels, settings=settings, rng=rng)
@@ -118,21 +122,12 @@ def _fast_twin(settings: SceneSettings) -> Make:
     return make
 
 
-def _twin(settings: TwinSettings) -> Make:
-    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
-        from lockprobe.plants.twin import Twin
-
-        return Twin(box, labels=labels, settings=settings, rng=rng)
-
-    return make
-
-
 def require_mujoco() -> None:
-    """Finds out whether boxes can be simulated and drawn here.
+    """Check that boxes can be simulated and drawn here.
 
     Raises:
         Missing: If a package is missing.
-        BadValue: If the environment makes MuJoCo ask for an OpenGL platform that is not there: its import then fails.
+        BadValue: If ``MUJOCO_GL`` names an OpenGL platform that is not there, so that MuJoCo cannot be imported.
     """
     for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
         if importlib.util.find_spec(module) is None:
@@ -145,7 +140,7 @@ def require_mujoco() -> None:
 
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
-    """Refuses what this machine cannot simulate or draw, and boxes that cannot be built or reached."""
+    """Refuses a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
     require_mujoco()
     from lockprobe.plants.rendering.choose_renderer import decide
 

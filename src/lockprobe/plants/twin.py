@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Configuration, Lockbox
@@ -19,12 +18,11 @@ from lockprobe.plants.arm.hand import add_hand
 from lockprobe.plants.arm.panda import add_panda
 from lockprobe.plants.arm.simulated_arm import SimulatedArm
 from lockprobe.plants.arm.skin import find_skin, wear_skin
-from lockprobe.plants.rendering.camera import PlantCamera
-from lockprobe.plants.scene.mechanism import Mechanism
+from lockprobe.plants.fast_twin import SimulatedLockbox
 from lockprobe.plants.scene.mounted_joint import KNOB_TOP
 from lockprobe.plants.scene.scene import build_scene
 from lockprobe.plants.twin_settings import TwinSettings
-from lockprobe.record import Fact, Snapshot
+from lockprobe.record import Fact
 
 __all__ = ["Twin"]
 
@@ -38,7 +36,7 @@ _FILM_EVERY = 1 / 25
 """Seconds between frames of a film."""
 
 
-class Twin:
+class Twin(SimulatedLockbox):
     """A lockbox, an arm and a camera in one simulation.
 
     Before every attempt the robot gets the true positions of the handles, up to ``pose_error``. So a wrong
@@ -74,13 +72,8 @@ class Twin:
         skin = find_skin() if film is not None else None
         if skin is not None:
             wear_skin(scene.spec, skin)
+        super().__init__(scene, settings, noise)
         self._box, self._settings, self._panel, self._film = box, settings, scene.panel, film
-        self._model = scene.spec.compile()
-        self._data = mujoco.MjData(self._model)
-        self._mechanism = Mechanism(self._model, self._data, scene)
-        self._camera = PlantCamera(
-            self._model, self._data, mechanism=self._mechanism, scene=scene, settings=settings, rng=noise
-        )
         self._next_film = 0.0
         self._arm = SimulatedArm(
             self._model,
@@ -88,45 +81,17 @@ class Twin:
             force_noise=settings.force_noise,
             rng=self._force,
             before_step=self._mechanism.before_step,
-            after_step=self._filmed if film is not None else None,
+            after_step=self._filmed,
         )
         self._move = GuardedMove()
         self._refuse_out_of_reach()
         self.put(box.initial)
 
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """Engine, settings and renderer (None if no picture was taken)."""
-        return self._camera.facts
-
-    def observe(self) -> Snapshot:
-        """The truth now."""
-        return Snapshot(
-            configuration=self._mechanism.configuration(),
-            look=self._camera.look_now(),
-            render=self._camera.look_as_if(),
-        )
-
-    def attempt(self, joint: int) -> Snapshot:
-        """Let the arm attempt a joint, by index in panel order.
-
-        Raises:
-            PlantFault: If the arm was blocked, a joint stayed between its ends, or another joint moved.
-        """
-        before = self._mechanism.configuration()
-        self._camera.end_moment()
+    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
         self._arm.use_stream(self._force.spawn(1)[0])
         touch = self._move.attempt(self._arm, self._believed_path(joint, before[joint]))
         self._settle()
-        after = self._mechanism.configuration_after(joint, before)
-        return Snapshot(
-            configuration=after,
-            joint=joint,
-            outcome="moved" if after[joint] != before[joint] else "blocked",
-            sensed=touch.as_facts(),
-            look=self._camera.look_now(),
-            render=self._camera.look_as_if(),
-        )
+        return touch.as_facts()
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -143,10 +108,6 @@ class Twin:
         self._mechanism.set_configuration(configuration)
         self._arm.stand()
         self._settle()
-
-    def close(self) -> None:
-        """Release the renderer."""
-        self._camera.close()
 
     def _settle(self) -> None:
         """Wait until every joint is at an end, up to a time limit."""
@@ -165,11 +126,7 @@ class Twin:
         mounted = self._panel.mounted_joints[joint]
         fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)
         tops = np.array([[*mounted.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
-        return HandlePath(points=self._in_world(tops), axis=-self._panel.pose[:3, 2])
-
-    def _in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        pose = self._panel.pose
-        return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+        return HandlePath(points=self._panel.in_world(tops), axis=-self._panel.pose[:3, 2])
 
     def _believed_path(self, joint: int, position: bool) -> HandlePath:
         """The path shifted in the panel's plane by a random error of the robot."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pydantic import Field
 
 from lockprobe.analysis.excursion import Excursion, decision_points, excursions
-from lockprobe.formatting import bracketed, p_cell, points
+from lockprobe.formatting import bracketed, p_cell
 from lockprobe.prose.excursion import among_said, excursion_said, outcome_said
 from lockprobe.prose.subject import Subject
 from lockprobe.record import Trial
@@ -86,7 +86,7 @@ def excursion_table(rows: Sequence[LieResult]) -> TextTable:
             bracketed(one.effect, one.low, one.high),
             p_cell(one.p_value),
             str(one.points),
-            points(one.smallest),
+            f"{100 * one.smallest:.0f}",
         ]
         for row in rows
         for one in row.effects

@@ -10,7 +10,7 @@ from typing import Any
 
 from lockprobe.analysis.response_times import response_times
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.audit.shipped_rates import shipped
+from lockprobe.audit.rates import shipped
 from lockprobe.prose.agent_comparison import comparison_said, ranking_said
 from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding

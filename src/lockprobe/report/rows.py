@@ -14,7 +14,7 @@ from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.audit.shipped_rates import false_positives
+from lockprobe.audit.rates import false_positives
 from lockprobe.prose.hypothesis_tests import asked, note_said, unit_said, why_missing
 from lockprobe.record import Trial
 from lockprobe.report.claims import ClaimRow

@@ -42,15 +42,12 @@ __all__ = [
 
 
 class Replacement:
-    """A file that is about to be replaced: a draft is written, and then put in its place, or dropped.
+    """A draft of a file, which replaces the file or is dropped.
 
-    Args:
-        path: Where the file belongs; its directory exists.
-        alone: Whether no other process writes the file meanwhile.
+    ``alone`` says that no other process writes the file meanwhile.
 
     Attributes:
-        draft: Where it is written until it is complete. It does not exist yet; unless this process writes alone, it has
-            the ending of the file's name.
+        draft: Its path. The draft does not exist yet. Unless ``alone``, it has the ending of the file's name.
 
     Raises:
         BadFile: If the path is no regular file, or cannot be written.
@@ -63,10 +60,7 @@ class Replacement:
         self.draft = _own_draft(self._target) if alone else self._target.with_name(name)
 
     def create(self, mode: int = 0o666) -> None:
-        """Make the draft, empty, instead of one that a killed process left.
-
-        Args:
-            mode: Its permissions where the file does not exist, less the umask.
+        """Make an empty draft, instead of one that a killed process left; ``mode`` is for a new file, less the umask.
 
         Raises:
             BadFile: If that is not possible.
@@ -154,12 +148,9 @@ def write_file(path: Path, content: str | bytes, *, alone: bool = False, mode: i
 
 
 def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
-    """Write a file into a directory that nobody else may read, and in which no other process writes meanwhile.
+    """Write a file that no other process writes, into a directory that is made for this user alone if it is missing.
 
-    Args:
-        path: Where it belongs; its directory is made, for nobody else to read, if it is not there.
-        content: What stands in it.
-        mode: Its permissions where it does not exist, less the umask.
+    ``mode`` holds for a new file, less the umask.
 
     Raises:
         BadFile: If it is no regular file, or cannot be written.
@@ -182,15 +173,9 @@ def remove_file(path: Path) -> None:
 
 
 def write_files(files: Mapping[Path, str | bytes], *, alone: bool = False, mode: int = 0o666) -> None:
-    """Write some files: nothing is replaced before all of them are on the disk.
+    """Write files, text as UTF-8 with its own line ends. None is replaced before all are on the disk.
 
-    Args:
-        files: What stands in each; text is written as UTF-8, with the ends of lines that it has.
-        alone: Whether no other process writes the files meanwhile.
-        mode: Permissions of a file that does not exist, less the umask; any other keeps its own.
-
-    Raises:
-        BadFile: If a path is no regular file, or a file cannot be written.
+    Arguments and errors are those of :func:`atomic_files`.
     """
     with atomic_files(*files, alone=alone, mode=mode) as drafts:
         for draft, (path, content) in zip(drafts, files.items(), strict=True):
@@ -201,10 +186,7 @@ def write_files(files: Mapping[Path, str | bytes], *, alone: bool = False, mode:
 
 
 class NewDirectory:
-    """A directory that is about to exist: a draft is filled, and then put in its place, or dropped.
-
-    Args:
-        path: Of the directory; it does not exist, or is empty.
+    """A draft of a directory that does not exist or is empty; it becomes the directory or is dropped.
 
     Attributes:
         draft: The directory that is filled.
@@ -247,10 +229,7 @@ class NewDirectory:
 
 @contextmanager
 def atomic_directory(path: Path) -> Iterator[Path]:
-    """The draft of a directory; it becomes the directory when the block ends without an error.
-
-    Args:
-        path: Of the directory; it does not exist, or is empty.
+    """The draft of a missing or empty directory; it becomes the directory if the block ends without an error.
 
     Raises:
         BadFile: If it cannot be written.
@@ -266,11 +245,7 @@ def atomic_directory(path: Path) -> Iterator[Path]:
 
 
 def sync_directory(directory: Path) -> None:
-    """Wait until the disk knows which files a directory holds.
-
-    Raises:
-        OSError: If it cannot be read.
-    """
+    """Force the list of a directory's files to the disk. Raises OSError if it cannot be read."""
     handle = os.open(directory, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -110,14 +110,10 @@ class LineFile:
         return self._file.fileno()
 
     def append(self, line: bytes, *, sync: bool = False) -> None:
-        """Write one line, whole or not at all.
-
-        Args:
-            line: The line without its end.
-            sync: Whether to wait until the disk itself has it.
+        """Write one line, given without its end, whole or not at all; ``sync`` waits until the disk itself has it.
 
         Raises:
-            BadFile: If it cannot be written, as on a full disk, or if anybody else has changed the file.
+            BadFile: If it cannot be written, as on a full disk, or if another process has changed the file.
         """
         self.used = True
         if changed := self._changed():
@@ -136,27 +132,19 @@ class LineFile:
         self._left = State(self._left.device, self._left.inode, end + len(line) + 1, tail)
 
     def check(self) -> None:
-        """Refuse to go on where anybody else has changed the file.
-
-        Raises:
-            BadFile: If they have.
-        """
+        """Raise :class:`BadFile` if another process has changed the file."""
         if changed := self._changed():
             raise BadFile(self.path, self._stopped(changed))
 
     def cut_torn_tail(self) -> None:
-        """Cut an unfinished last line off, so that the next line starts clean."""
+        """Cut off an unfinished last line, so that the next line starts clean."""
         whole = _end_of_whole_lines(self.fileno(), self._left.size)
         if whole != self._left.size:
             self._file.truncate(whole)
             self._left = _state(self.fileno())
 
     def sync(self) -> None:
-        """Wait until the disk itself has what was written.
-
-        Raises:
-            OSError: If it cannot.
-        """
+        """Force what was written to the disk (fsync). Raises OSError if it cannot."""
         os.fsync(self.fileno())
 
     def close(self) -> None:
@@ -191,14 +179,9 @@ class _Rescue:
         self._kept: set[bytes] = set()
 
     def keep(self, line: bytes | None, *, whole: bool) -> str:
-        """Write a line there, once.
+        """Write a line there, once, and return what to do with it, as the end of a sentence.
 
-        Args:
-            line: The line; None where there is none.
-            whole: Whether to begin with all lines of the file, which has lost its name.
-
-        Returns:
-            What to do with it, as the end of a sentence.
+        ``whole`` begins with all lines of the file, because it has lost its name.
         """
         if line is None and not whole:
             return ""
@@ -262,10 +245,7 @@ _CHECKSUM = re.compile(rb',"crc":"([0-9a-f]{8})"\}\Z')
 
 
 def with_checksum(line: bytes) -> bytes:
-    """A line with its checksum.
-
-    Args:
-        line: A JSON object that is not empty, without a newline.
+    """A line with its checksum. It is a JSON object that is not empty, without a newline.
 
     >>> with_checksum(b'{"a":1}')
     b'{"a":1,"crc":"a702fc6e"}'
@@ -281,9 +261,6 @@ def has_checksum(line: bytes) -> bool:
 
 def without_checksum(line: bytes) -> bytes:
     """A line without its checksum, which is checked; a line that has none is given back as it is.
-
-    Args:
-        line: A JSON object, with or without a newline.
 
     Raises:
         BadValue: If the checksum is not that of the line.

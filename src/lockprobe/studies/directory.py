@@ -56,9 +56,6 @@ class StudyDirectory:
     The lock is on the directory itself, so it holds whatever happens to the files. If an error comes before anything
     was played, asked or joined, new files and directories are removed and the settings are restored.
 
-    Args:
-        path: Where it is.
-
     Attributes:
         used: Set it to True when something was played or asked; then an error removes nothing.
 

@@ -87,12 +87,7 @@ def estimates(
 
 
 def most_of_one_call(study: Study, agent: str) -> float:
-    """What the first call of a trial can cost, in US dollars, whatever is replied; 0 where no price is known.
-
-    Args:
-        study: The study.
-        agent: One of its agents that ask a provider.
-    """
+    """What the first call of a trial can cost, in US dollars, whatever is replied; 0 where no price is known."""
     name, settings = read_settings(agent)
     facts = facts_of(name)
     if facts.price is None:

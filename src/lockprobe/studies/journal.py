@@ -251,16 +251,12 @@ def _readings(timings: Path, owners: Mapping[str, Sequence[str]], agent: str) ->
 
 
 def rewritten(old: LineFile, lines: Iterable[bytes]) -> LineFile:
-    """Replace the lines of a file atomically, and open the new file for appending.
+    """Replace the lines of an open file atomically, close it, and return the new file, open for appending.
 
-    Not :func:`write_file`, because it has to be open and locked before it is in its place.
-
-    Args:
-        old: The file as it is open; it is closed.
-        lines: Whole lines.
+    Not :func:`write_file`, because the new file has to be open and locked before it is renamed.
 
     Raises:
-        BadFile: If it cannot be written, or somebody else has changed it; then the old one stays.
+        BadFile: If it cannot be written, or another process has changed it; then the old one stays.
     """
     old.check()
     replacement = Replacement(old.path, alone=True)

@@ -37,12 +37,12 @@ class MergeSource:
 
     Attributes:
         path: Where they were found, for messages.
-        study: The study that they are of.
+        study: Their study.
         trials: The trials.
         unfinished: Keys of trials that were begun there and have no record.
-        seconds: How long each took, by key, as far as it is known.
-        calls: What was asked of a provider there.
-        picture: From a picture's name to its file; None where it is not there.
+        seconds: The duration of each, by key, as far as it is known.
+        calls: The calls to providers there.
+        picture: The content of a picture by its name; None where it is missing.
     """
 
     path: Path
@@ -56,14 +56,14 @@ class MergeSource:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gathered:
-    """What came of it.
+    """The counts of a merge.
 
     Attributes:
         taken: Trials that the directory did not have.
         there: Trials that it had finished already.
-        different: Those of them that were played otherwise than here; the records here stay.
+        different: Of these, trials that were played otherwise than here; the records here stay.
         unfinished: Trials that were begun there and finished nowhere; they are owed.
-        replies: Replies taken that belong to such trials, which go on from them.
+        replies: Replies taken for such trials, which resume from them.
         agents: Agents that were new to the study.
         pictures_missing: Pictures that the trials taken name and that were not found.
     """
@@ -103,13 +103,12 @@ def source_of_directory(directory: Path) -> MergeSource:
 def gather(
     directory: Path, sources: Sequence[MergeSource], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
 ) -> Gathered:
-    """Take into a directory the trials that it does not have. It is made if it does not exist.
+    """Take into a directory, which need not exist, the trials that it does not have.
 
     Args:
         directory: Of the study.
-        sources: Where trials are; the first sources go before later ones.
-        beside: What else is to be taken: called with the trials that the directory then has, while nobody else may
-            write there.
+        sources: Where trials are; earlier sources have precedence.
+        beside: Called with all trials that the directory then has, while no other process may write there.
 
     Raises:
         BadValue: If there is no source.

@@ -83,21 +83,14 @@ def shown(modality: str) -> TextChannel | CameraChannel:
 
 
 def false_rate(modality: str) -> float:
-    """How often a modality's pictures are false of themselves, [0, 1]: ``rgb?p=0.4``.
-
-    Raises:
-        UnknownName: As of :func:`shown`.
-        BadValue: As of :func:`shown`.
-    """
+    """How often a modality's pictures are false by its own option, [0, 1]: ``rgb?p=0.4``. Raises as :func:`shown`."""
     return _read(modality)[1]
 
 
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
     """Refuse conditions that a plant cannot show, and two modalities that show the same.
 
-    Args:
-        conditions: The conditions of a study. Of those read from settings nothing is imported.
-        plant: The plant of the study.
+    Conditions that were read from settings are not imported.
 
     Raises:
         UnknownName: If there is no such modality, or it has no such option.
@@ -160,7 +153,7 @@ def _check_tellable(modality: str, channel: Channel, own: float, flips: Sequence
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
-    """Those of some modalities that an agent plays: one that reads reports has nothing to gain from pictures.
+    """The modalities that an agent plays: an agent that reads reports plays none that shows pictures.
 
     Raises:
         UnknownName: If there is no such agent.

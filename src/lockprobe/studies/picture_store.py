@@ -19,9 +19,6 @@ class Album:
 
     A picture gets its name when it is whole, before the record that names it is written down, so that a record never
     names a picture that is not there.
-
-    Args:
-        directory: Of the pictures; made with the first.
     """
 
     def __init__(self, directory: Path | str) -> None:

@@ -75,11 +75,11 @@ async def play_timed(
     """Play one plan and read the clock.
 
     Args:
-        plan: What is to be played.
+        plan: The plan.
         agent: Who decides.
         on_step: Called with the plan's key and every step.
-        pictures: Directory in which the pictures that the record names are kept; without it they are lost.
-        calls: Where the agent's calls are written down, if it makes some.
+        pictures: Directory for the pictures that the record names; without it they are lost.
+        calls: Log of the agent's calls, if it makes some.
         place: Where its plant does its work.
     """
     began = time.perf_counter()

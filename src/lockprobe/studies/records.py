@@ -92,11 +92,7 @@ def read_records(directory: Path | str) -> tuple[list[Trial], LeftOut]:
 
 
 class _Own:
-    """Tells records of one study from those of others.
-
-    Args:
-        settings: Of the study.
-    """
+    """Tells records of one study from those of others."""
 
     def __init__(self, settings: Mapping[str, object]) -> None:
         known = {**LATER, **settings}
@@ -112,11 +108,9 @@ class _Own:
         }
 
     def why_foreign(self, trial: Trial, identity: str) -> str:
-        """What of a record is not as in this study; empty where it is one of it.
+        """How a record differs from this study; empty if it belongs to it.
 
-        Args:
-            trial: The trial.
-            identity: Of which study it says that it is; empty where it is older than that, and its values tell.
+        Records of earlier releases bear no ``identity``, so their values decide.
         """
         if identity == self._identity:
             return ""

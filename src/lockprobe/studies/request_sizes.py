@@ -58,11 +58,6 @@ class Request:
 class PromptSizes:
     """How large the requests of a trial are, step by step.
 
-    Args:
-        plan: The trial.
-        settings: How the model is asked.
-        facts: What is known of it.
-
     Attributes:
         output: Tokens of a reply of the form that is asked for.
     """
@@ -97,12 +92,7 @@ class PromptSizes:
         return self._text[step - 1] + shown * self._per_step
 
     def repeated(self, step: int, longer: float = 1.0) -> float:
-        """Tokens at the start of the request of a step that the one before began with.
-
-        Args:
-            step: From 1.
-            longer: Factor by which a provider counts more tokens than is guessed here.
-        """
+        """Tokens at the start of a step's request that the request before began with, times ``longer``."""
         if step == 1:
             return 0.0
         if self._shared:
@@ -122,12 +112,7 @@ class PromptSizes:
         return at_most(conversation(made_up_steps(replace(self._plan, budget=1))[0]), self._settings, self._facts)
 
     def most(self, first: int, trials: int) -> Usage:
-        """What so many trials can take from a step on, whatever is replied, remembered, and said beside reports.
-
-        Args:
-            first: The step, from 1.
-            trials: How many.
-        """
+        """The most that so many trials can take from step ``first`` (from 1) on, whatever is replied."""
         longest = conversation(_longest(self._plan), images=self._images)
         steps = range(first, self._plan.budget + 1)
         if len(steps) <= _COUNTED and not self._images:
@@ -157,12 +142,7 @@ _SAID: Mapping[str, object] = {"last_action": "did not move", "confidence": 90, 
 
 
 def reply(hypothesis: str, asked: Iterable[str] = ("last_action", "hypothesis", "joint")) -> str:
-    """A reply as models give it.
-
-    Args:
-        hypothesis: What it says about the box.
-        asked: The keys of what it is asked, in order.
-    """
+    """A reply as models give it, to the keys that are asked, in their order."""
     return json.dumps({key: hypothesis if key == "hypothesis" else _SAID[key] for key in asked})
 
 
@@ -174,13 +154,10 @@ def _reply_in(situation: Situation, hypothesis: str) -> str:
 
 
 def made_up_steps(plan: Plan, said: str = "") -> list[Situation]:
-    """Every step of a made-up trial in which joints are attempted in turn, and every other moves.
+    """Every step of a made-up trial in which joints are attempted in turn, and every other one moves.
 
-    What acts in the condition acts on it, on what is told, asked and remembered.
-
-    Args:
-        plan: The trial.
-        said: The agent's reply in every step; where it is empty, one of the form that is asked for.
+    The interventions of its condition act on it. ``said`` is the agent's reply in every step; where it is empty, the
+    reply has the form that is asked for.
     """
     interventions = interventions_for(plan.condition)
     return _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)

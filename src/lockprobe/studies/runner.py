@@ -89,10 +89,10 @@ class Silent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """How much at once. None of it changes a record.
+    """Limits of concurrency; none of them changes a record.
 
     Attributes:
-        workers: Processes for what needs a processor: local models, and plants that are simulated.
+        workers: Processes for local models and simulated plants.
         access: How hosted models are reached.
     """
 
@@ -302,20 +302,17 @@ async def play_in_lanes(
 
 
 def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
-    """Owe again every trial of a study whose error is final (``lockprobe run … --again reply``).
+    """Owe again every trial of a study whose error is final (``lockprobe run … --again reply``), and count them.
 
-    An agent that never gave a usable reply is a finding, so its trial is final. Where the fault was in the set-up, for
-    example a server that left a field out, the trial can be played again. Nothing is lost: the old record stays in the
-    file, a copy of it that says "again" follows, and the record of the new trial counts how often it was played again.
-    The new trial makes new calls; the old calls stay on disk and count as spent.
+    An agent that never gave a usable reply is a finding, so its trial is final. If the set-up was at fault, for example
+    a server that left a field out, the trial can be played again: a copy of its record that says "again" follows the
+    old record, and the new record counts the replays. The new trial makes new calls; the old ones count as spent.
+    People's trials are left alone.
 
     Args:
         journal: The open journal of the study.
-        study: The study; people's trials are left alone.
+        study: The study.
         boundary: ``reply``, the only one whose errors are final.
-
-    Returns:
-        How many trials those are.
 
     Raises:
         BadValue: If there is no such boundary, or its errors are owed anyhow.

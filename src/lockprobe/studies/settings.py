@@ -12,9 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.condition import Condition, Recorded, flips
 from lockprobe.lockbox.boxfile import box_from_data
-from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.directory import read_settings
-from lockprobe.studies.modality import check_shown
 from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
 from lockprobe.validation import plain
 
@@ -75,11 +73,7 @@ def read_study(directory: Path | str) -> Study:
 
 
 def study_from(settings: Mapping[str, object], path: Path) -> Study:
-    """The study that settings describe, as :meth:`lockprobe.studies.study.Study.settings` has them.
-
-    Args:
-        settings: The settings.
-        path: Where they stood, for messages.
+    """The study of which these are the :meth:`~lockprobe.studies.study.Study.settings`; messages name the path.
 
     Raises:
         BadFile: If they describe none, or one of another release.
@@ -92,17 +86,15 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
     if found.identity != IDENTITY_VERSION:
         raise BadFile(path, f"settings of version {found.identity}; this release knows version {IDENTITY_VERSION}")
     try:
-        study = Study(
+        return Study(
             name=found.study,
             agents=tuple(found.agents),
             box=box_from_data(found.box, path),
             conditions=_conditions(found),
             **found.model_dump(include=_AS_THEY_STAND),
         )
-        check_shown(study.conditions, resolve_plant(study.plant))
     except (BadValue, UnknownName) as error:
         raise BadFile(path, str(error)) from None
-    return study
 
 
 def _conditions(found: _Settings) -> tuple[Condition, ...]:

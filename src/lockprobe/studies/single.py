@@ -30,12 +30,10 @@ def run_trial(**options: Unpack[TrialOptions]) -> Trial:
     'trial/human-inspired/p=0.4/rep=1/trial=1'
 
     Args:
-        options: Any of :class:`lockprobe.studies.trial_options.TrialOptions`: ``agent``, ``box``, ``p``, ``flip``,
-            ``condition``, ``modality``, ``plant``, ``layout``, ``shuffle``, ``max_steps``, ``assessment``, ``seed``,
-            ``repetition``, ``trial`` and ``pictures``.
+        options: Any of :class:`lockprobe.studies.trial_options.TrialOptions`.
 
     Raises:
-        UserMistake: If a name does not exist, a value is out of range, or something is missing that is needed.
+        UserMistake: If a name does not exist, a value is out of range, or something is missing.
     """
     asked, pictures = options.get("agent"), options.get("pictures")
     agent = paper.REFERENCES[-1] if asked is None else asked

@@ -84,12 +84,7 @@ def _unknown_dollars(call: Call, price: Price) -> float:
 
 
 class Ledger:
-    """What a study has cost, call by call.
-
-    Args:
-        study: The study.
-        calls: The calls to begin with, those that were never answered as broken off.
-    """
+    """What a study has cost, call by call."""
 
     def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
         self._owners, self._pictured = Owners(study), study.has_pictures
@@ -195,14 +190,12 @@ def _drops_pictures(agent: str) -> bool:
 
 
 class Budget:
-    """An amount that a study may spend, earlier runs included. A call whose cost nobody knows counts as its worst case.
+    """An amount that a study may spend, earlier runs included. A call of unknown cost counts as its worst case.
 
-    Args:
-        study: The study.
-        allowed: US dollars, above 0.
+    ``allowed`` is in US dollars.
 
     Raises:
-        BadValue: If there is nothing to spend, or no price is known of a model that would be asked.
+        BadValue: If the amount is not above 0, or no price is known of a model that would be asked.
     """
 
     def __init__(self, study: Study, allowed: float) -> None:
@@ -226,18 +219,13 @@ class Budget:
             self._prices[agent] = price
 
     def reserve(self, key: str, worst: Usage, unanswered: int = 0) -> bool:
-        """Set aside what the next call of a trial can cost; False where calls on their way have to come back first.
+        """Set aside the maximum cost of a trial's next call; False where calls on their way have to come back first.
 
-        Where a call is made again, what it took so far counts as spent, and one that waits has nothing set aside: so
-        calls never wait for each other.
-
-        Args:
-            key: The trial.
-            worst: What one attempt can cost at most.
-            unanswered: Attempts of the same call that may have been charged for.
+        When a call is repeated, its earlier attempts count as spent at ``worst`` each. A waiting call has nothing set
+        aside, so calls never wait for each other.
 
         Raises:
-            BudgetReached: If it does not fit even if those cost nothing. From then on nothing fits.
+            BudgetReached: If it does not fit even if those on their way cost nothing. From then on nothing fits.
         """
         if self._reached is not None:
             raise self._reached
@@ -268,11 +256,7 @@ class Budget:
 
 
 class Owners:
-    """Whose trial a key names.
-
-    Args:
-        study: The study.
-    """
+    """Whose trial a key names."""
 
     def __init__(self, study: Study) -> None:
         self._study = f"{study.name}/"

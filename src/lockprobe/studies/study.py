@@ -15,10 +15,11 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.spec import PEOPLE, group_of, spec_name
-from lockprobe.studies.modality import is_pictured, taken_in
+from lockprobe.studies.modality import check_shown, is_pictured, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
 
@@ -64,8 +65,8 @@ class Study:
             behaviour.
 
     Raises:
-        BadValue: If a setting is out of range, or two conditions are the same. Whether its plant can show them is
-            checked where a study is made of options or settings: :func:`lockprobe.studies.modality.check_shown`.
+        UnknownName: If there is no such plant or modality.
+        BadValue: If a setting is out of range, two conditions are the same, or its plant cannot show them.
     """
 
     name: str
@@ -103,6 +104,7 @@ class Study:
         if PEOPLE in self.agents and not self.of_flips:
             other = next((one.label for one in self.conditions if one.p is None), self.conditions[-1].label)
             raise BadValue("condition", other, "flip rates alone where people take part")
+        check_shown(self.conditions, resolve_plant(self.plant))
 
     @property
     def p(self) -> tuple[float, ...]:
@@ -223,14 +225,9 @@ class Study:
                     yield self.plan(agent, condition, repetition, trial)
 
     def plan(self, agent: str, condition: Condition, repetition: int, trial: int, seed: int | None = None) -> Plan:
-        """One trial of the study. Where a person plays it, it is one of those that people have together.
+        """One trial of the study; repetition and trial count from 1. People share the trials of ``participant``.
 
-        Args:
-            agent: Agent spec.
-            condition: One of its conditions.
-            repetition: From 1.
-            trial: From 1.
-            seed: For the trial of a study that differs in its seed alone; None for this one.
+        ``seed`` replaces the study's own, for the same trial in a study that differs in its seed alone.
         """
         box, seed = self.box, self.seed if seed is None else seed
         if self.layout == "shuffled":
@@ -330,12 +327,10 @@ def _settings_of(condition: Condition) -> dict[str, object]:
 
 
 def record_identity(settings: Mapping[str, object]) -> str:
-    """Of which study a record is: twelve hexadecimal digits that change with any setting that its key does not say.
+    """The study of a record: twelve hexadecimal digits that change with any setting that its key does not say.
 
-    Agents, p, repetitions, trials and modalities are in the key, so that a study can be added to.
-
-    Args:
-        settings: Of the study, as :meth:`Study.settings` has them.
+    Agents, p, repetitions, trials and modalities are in the key, so that a study can be added to. ``settings`` are
+    those of :meth:`Study.settings`.
     """
     said = {name: value for name, value in {**LATER, **settings}.items() if name not in _IN_KEYS}
     text = json.dumps(json.loads(json.dumps(said), parse_float=_number), sort_keys=True)
@@ -348,16 +343,10 @@ def _number(text: str) -> float:
 
 
 def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:
-    """The agents of a study in whose directory these are asked for: new ones come after those that are there.
-
-    People are invited and not run; they stand last where agents are added.
+    """The agents of a study after agents are added: new ones follow those that are there, and people stand last.
 
     >>> joined_agents(["random"], ["round-robin"]), joined_agents(["participant"], ["random"])
     (('random', 'round-robin'), ('random', 'participant'))
-
-    Args:
-        there: The agents that it has.
-        asked: Those asked for.
     """
     if {*asked} <= {*there}:
         return tuple(there)

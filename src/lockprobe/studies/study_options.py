@@ -170,13 +170,7 @@ def study_options(given: Mapping[str, Any]) -> StudyOptions:
 
 
 def refusal_of(error: ValidationError, name: str, got: object) -> BadValue:
-    """What is wrong with the value of an option, in one line.
-
-    Args:
-        error: What was found; the first mistake is told.
-        name: The option as its user calls it.
-        got: The value that came.
-    """
+    """The first mistake in the value of an option, in one line; ``name`` is the option as its user calls it."""
     first = error.errors()[0]
     expected = plain(first["msg"]).removeprefix("expected ")
     if first["type"] == "literal_error":

@@ -31,7 +31,7 @@ from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.protocols import Intervention
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
-from lockprobe.studies.modality import check_shown, taken_in
+from lockprobe.studies.modality import taken_in
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
 from lockprobe.studies.trial_options import trial_options
@@ -91,14 +91,14 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
 
 
 def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") -> Study:
-    """The study whose last trial is asked for: it has one condition, and no control beside it.
+    """The study of which the given trial is the last. It has one condition and no control.
 
     >>> trial_study({"condition": "tremble?p=0.1", "trial": 3}, agent="random").conditions[0].label
     'tremble?p=0.1'
 
     Args:
         given: Any of :class:`lockprobe.studies.trial_options.TrialOptions`.
-        agent: Who plays it; nobody is looked up.
+        agent: Who plays it; it is not looked up.
         name: Its name, with which the key of the record begins.
 
     Raises:
@@ -117,7 +117,7 @@ def _planned(
     conditions: Sequence[Condition],
     extent: paper.Extent,
 ) -> Study:
-    planned = Study(
+    return Study(
         name=_given(request.name, request.study),
         agents=tuple(agents),
         box=find_box(paper.BOX if request.box is None else request.box),
@@ -131,8 +131,6 @@ def _planned(
         layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
         assessment=_given(request.assessment, True),
     )
-    check_shown(planned.conditions, plant)
-    return planned
 
 
 def _plant(request: StudyOptions) -> str:

@@ -20,25 +20,17 @@ __all__ = ["TrialOptions", "trial_options"]
 
 
 class TrialOptions(TypedDict, total=False):
-    """What can be asked of one trial.
+    """The options of one trial.
 
-    The options of :class:`lockprobe.studies.study_options.StudyOptions` that a single trial has; they mean what they
-    mean there, and one that is left out is what it is in a study of flips.
+    Those that are not listed here mean what they mean in
+    :class:`lockprobe.studies.study_options.StudyOptions`; without them a trial is that of a study of flips.
 
     Attributes:
         agent: Agent spec, or an object with the :class:`lockprobe.protocols.Agent` protocol (human-inspired).
-        box: Name of a box, path of a TOML file, or a box.
         p: Flip rate, [0, 1] (0).
-        flip: Kind of outcome flip.
         condition: What acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), interventions, or
             a condition; ``lockprobe interventions`` lists them. A flip rate is put in front of it.
         modality: How the box is shown, as its spec, where the condition does not say it.
-        plant: What is acted on, as its spec.
-        layout: Whether the joints are dealt anew to the places of the panel.
-        shuffle: Whether labels and their listing are shuffled.
-        max_steps: Budget in steps.
-        assessment: Whether the agent is asked what its last action did.
-        seed: Seed of the study.
         repetition: Repetition of the study, from 1 (1).
         trial: Trial of the repetition, from 1 (1).
         pictures: Directory in which the pictures that the record names are kept; without it they are lost.
@@ -72,10 +64,9 @@ _OBJECTS = ("agent", "condition", "pictures")
 
 
 def trial_options(given: Mapping[str, Any]) -> StudyOptions:
-    """The options of the shortest study that has the trial. Agent, condition and pictures are checked, and left out.
+    """The options of the shortest study that has the trial; agent, condition and pictures are checked and left out.
 
-    Args:
-        given: Any of :class:`TrialOptions`; None is as if it were left out.
+    A value of None counts as left out.
 
     Raises:
         UnknownName: If one does not exist; the message lists those that do.

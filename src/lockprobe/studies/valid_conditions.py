@@ -32,10 +32,6 @@ def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invali
     """The conditions of a study that have errors and no valid trial, in the order of the study.
 
     Conditions that nobody has played yet, and those of people, are left out.
-
-    Args:
-        study: The study.
-        trials: Its trials by key.
     """
     played: dict[str, list[Trial]] = {}
     for agent in study.run_agents:

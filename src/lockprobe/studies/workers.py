@@ -44,14 +44,10 @@ class _Worker:
 def play_in_workers(
     plans: list[Plan], workers: int, on_step: OnStep, finish: Finish, *, pictures: Path | None = None
 ) -> None:
-    """Play plans of one agent on several processes.
+    """Play plans of one agent, in their order, on at least one process.
 
-    Args:
-        plans: What is to be played, all of one agent, in this order.
-        workers: Number of processes, at least 1.
-        on_step: Called here with every step.
-        finish: Called here with every finished trial, before its worker begins another.
-        pictures: Directory in which workers keep the pictures that records name.
+    ``on_step`` and ``finish`` are called here; ``finish`` before the worker begins another trial. Workers keep the
+    pictures that records name in the directory ``pictures``.
 
     Raises:
         UserMistake: If the agent cannot be had, or workers keep dying.

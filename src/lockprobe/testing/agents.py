@@ -1,4 +1,4 @@
-"""The contract of an agent. A hosted model cannot keep it, as it does not give the same answer twice."""
+"""The contract of an agent. Hosted models cannot fulfil it, since their answers vary."""
 
 from __future__ import annotations
 
@@ -31,16 +31,15 @@ def check_agent(
     plant: str = "symbolic",
     modality: str = "symbolic",
 ) -> None:
-    """Hold an agent against its contract.
+    """Check that an agent fulfils its contract.
 
-    It chooses joints that are listed. The same trial is played alike again: all that it draws it draws from the stream
-    that it is given. It keeps nothing between calls: two trials side by side are played as one after the other. Its
-    facts and its decisions survive the record.
+    It chooses listed joints. It plays the same trial identically again, drawing only from the given stream. It keeps
+    nothing between calls: two interleaved trials equal two separate ones. Its facts and decisions survive the record.
 
     Args:
         agent: Its spec, or an agent.
-        boxes: What it plays, told the truth and with false reports.
-        plant: What is acted on, as its spec.
+        boxes: The boxes it plays, with true and with false reports.
+        plant: The plant, as its spec.
         modality: How the box is shown, as its spec; with pictures no report is false.
 
     Raises:
@@ -71,13 +70,13 @@ def check_agent(
 
 
 def _played(trial: Trial) -> tuple[object, ...]:
-    """What came of a trial, whoever's name stands on it."""
+    """The steps and the ending of a trial, without the agent."""
     return trial.steps, trial.ending
 
 
 @dataclass(frozen=True)
 class _Call:
-    """What an agent was asked once, with its stream as it was, and what it answered."""
+    """One call of an agent: the situation, its stream before the call, and its decision."""
 
     situation: Situation
     rng: np.random.Generator
@@ -86,7 +85,7 @@ class _Call:
 
 @dataclass
 class _Listening:
-    """An agent, with a note of all that it is asked."""
+    """An agent whose calls are noted."""
 
     agent: Agent
     calls: list[_Call] = field(default_factory=list)
@@ -104,7 +103,7 @@ class _Listening:
 
 @dataclass
 class _Beside:
-    """An agent that is asked of another trial before every step of its own."""
+    """An agent that is asked about another trial before every step of this one."""
 
     agent: Agent
     calls: Sequence[_Call]

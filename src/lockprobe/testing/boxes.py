@@ -18,10 +18,10 @@ __all__ = ["check_box"]
 
 
 def check_box(box: str | Path | Lockbox | Callable[[], Lockbox]) -> None:
-    """Hold a box against its contract.
+    """Check that a box fulfils its contract.
 
-    It can be solved, and no alternative of its target is contradictory. It is the same whenever it is asked for. As
-    data, in a study's settings and in a TOML file, it is the same box. It can be played.
+    It can be solved, and no alternative of its target is contradictory. Asking for it again returns the same box, and
+    so does writing it as data, settings or TOML and reading it back. It can be played.
 
     Args:
         box: A name, a path, a box, or a function that returns one.

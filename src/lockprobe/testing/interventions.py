@@ -23,15 +23,15 @@ AGENTS = ("random", "human-inspired", "cognitive:perseverant")
 
 
 def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -> None:
-    """Hold an intervention against its contract.
+    """Check that an intervention fulfils its contract.
 
-    It is a frozen dataclass that acts at exactly one place; it can be named by a spec, and its settings survive JSON;
-    it keeps nothing between calls; it draws equally often whatever its dose; at dose 0 every agent plays byte for byte
-    as in truth.
+    It is a frozen dataclass that acts at exactly one place. A spec can name it, and its settings survive JSON. It keeps
+    nothing between calls and draws equally often whatever its dose. At dose 0 every agent plays as in truth, byte for
+    byte.
 
     Args:
-        one: The intervention, with the settings to be tested.
-        doses: Values of its dose between which draws are compared; not used where it has none.
+        one: The intervention, with the settings to test.
+        doses: Doses between which draws are compared; unused where it has no dose.
 
     Raises:
         AssertionError: If it breaks one of these; the message says which.
@@ -68,7 +68,7 @@ def _unnamed(trial: Trial) -> bytes:
 
 @dataclass(frozen=True)
 class _Witness:
-    """Notes what an intervention at its place would be given, and changes nothing."""
+    """Notes the arguments of an intervention at its place, and changes nothing."""
 
     seen: list[tuple[object, ...]] = field(default_factory=list)
 
@@ -101,7 +101,7 @@ _WITNESSES: dict[str, Callable[[], Any]] = {"told": _Told, "asked": _Asked, "rem
 
 
 def _calls(place: str) -> list[tuple[object, ...]]:
-    """What an intervention at this place is given in one trial."""
+    """The arguments of an intervention at this place in one trial."""
     witness = _WITNESSES[place]()
     run_trial(agent="random", condition=(witness,), max_steps=30, box="chain-7")
     calls: list[tuple[object, ...]] = witness.seen

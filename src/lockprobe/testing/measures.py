@@ -13,19 +13,19 @@ __all__ = ["check_measure"]
 
 
 def check_measure(measure: str | Measure, *, trials: Sequence[Trial] = ()) -> None:
-    """Hold a measure against its contract.
+    """Check that a measure fulfils its contract.
 
-    Of any trial, also one that broke before its first step, it returns a finite number, True or False, or None; always
-    a number, or always True or False. It returns the same again and leaves the trial as it was. To one of the trials at
-    least it applies.
+    For any trial, also one that broke before its first step, it returns a finite number, a bool, or None. It never
+    mixes numbers and bools. It returns the same value again and leaves the trial unchanged. It applies to at least one
+    trial.
 
     Args:
         measure: Its spec, or the function.
-        trials: What it is tried on beside trials of two agents, told the truth, told falsely and not told.
+        trials: Further trials; two agents always play true, false and missing reports.
 
     Raises:
         AssertionError: If it breaks one of these; the message says which.
-        UserMistake: If it is none, or returns what is none.
+        UserMistake: If it is no measure, or returns an invalid value.
     """
     found = find_measure(measure)
     every = [*trials, *_various()]

@@ -24,16 +24,16 @@ def check_plant(
     boxes: Sequence[str | Path | Lockbox] = ("chain-4", "bichain-4", "gray-code"),
     attempts: int = 40,
 ) -> None:
-    """Hold a plant against its contract.
+    """Check that a plant fulfils its contract.
 
-    Before the first attempt it shows the box as it starts, and looking changes nothing. An attempt toggles the joint if
-    the interlock allows that and changes nothing else; the snapshot says so. A new plant starts anew, whatever another
-    one did. What it senses and its facts survive the record. It can be closed.
+    It starts with the box's initial configuration, and looking changes nothing. An attempt toggles the joint if the
+    interlock allows that and changes nothing else; the snapshot says so. A new plant starts afresh. Its sensors and
+    facts survive the record. It can be closed.
 
     Args:
-        plant: Its spec, or what is called with ``box``, ``labels`` and ``rng``.
+        plant: Its spec, or a callable with ``box``, ``labels`` and ``rng``.
         boxes: The boxes that it is made for.
-        attempts: How many joints, drawn at random, are attempted on each.
+        attempts: How many random joints are attempted on each.
 
     Raises:
         AssertionError: If it breaks one of these; the message says which.

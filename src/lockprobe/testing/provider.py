@@ -6,7 +6,7 @@
         trial = lockprobe.run_trial(agent=provider.agent, condition=[Mine()], max_steps=1)
     assert "my sentence" in words(provider.requests[0]["messages"][0])
 
-It needs nothing but the standard library; that models can be asked at all needs Lockprobe's own dependency Inspect AI.
+It uses only the standard library; asking a model needs Lockprobe's dependency Inspect AI.
 """
 
 from __future__ import annotations
@@ -47,22 +47,21 @@ _LARGEST = 2**26
 
 
 class ScriptedProvider:
-    """Answers chat completions from a list, or by a function of the request, and keeps what it was asked.
+    """Answers chat completions from a list or by a function, and keeps the requests.
 
-    It serves from a thread while the ``with`` block runs. As long as that does, the environment holds where it is, so
-    that :attr:`agent` finds it.
+    It serves from a thread while the ``with`` block runs. Meanwhile the environment holds its address, so that
+    :attr:`agent` finds it.
 
     Args:
-        answers: One for each request, in the order in which they come; or a function of a request; or nothing for a
-            model that repeats what it was told and goes through the joints as they are listed (:func:`in_turn`). What a
-            function raises ends the request, and is raised again at the end of the block.
-        name: What the agent is called: ``llm:openai-api/NAME/model``; a word in small letters.
+        answers: One per request, in order; or a function of a request; or nothing, for :func:`in_turn`. An exception in
+            the function ends the request and is raised again at the end of the block.
+        name: The agent is ``llm:openai-api/NAME/model``; a word in lower case.
         keep: Whether requests are kept.
 
     Attributes:
         url: Base URL, once it runs.
-        requests: The body of every request that came, in order, where they are kept.
-        headers: Every header line that came, each once.
+        requests: The body of every request, in order, where they are kept.
+        headers: Every header line received, each once.
     """
 
     def __init__(
@@ -114,12 +113,7 @@ class ScriptedProvider:
             raise self._raised
 
     async def serve(self, started: Callable[[str], None], until: asyncio.Future[Any]) -> None:
-        """Serve on a free port until told to stop.
-
-        Args:
-            started: Called with the base URL.
-            until: Awaited.
-        """
+        """Serve on a free port until ``until`` is done; ``started`` is called with the base URL."""
         server = await asyncio.start_server(self._connection, "127.0.0.1", 0, limit=_LARGEST, backlog=1024)
         self.url = f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}/v1"
         started(self.url)
@@ -141,11 +135,11 @@ class ScriptedProvider:
         return completion(answer if isinstance(answer, str) else json.dumps(answer))
 
     def told(self) -> dict[str, Any]:
-        """What it answers to whoever asks for no completion."""
+        """The answer to a request that asks for no completion."""
         return {"requests": len(self.requests)}
 
     async def answered(self, request: Request, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
-        """Answer one request; whether the connection lives on."""
+        """Answer one request; whether the connection stays open."""
         status, body = self.answer(request)
         send(writer, status, body)
         return True
@@ -161,7 +155,7 @@ class ScriptedProvider:
             writer.close()
 
     async def _exchange(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
-        """One request and its answer; whether the connection lives on."""
+        """One request and its answer; whether the connection stays open."""
         head = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1")
         first, *lines = head.strip().split("\r\n")
         self.headers.update(lines)
@@ -179,14 +173,9 @@ class ScriptedProvider:
 def send(
     writer: asyncio.StreamWriter, status: int, body: Any, more: Iterable[str] = (), *, midway: bool = False
 ) -> None:
-    """Write an answer.
+    """Write an answer: bytes as they are, everything else as JSON.
 
-    Args:
-        writer: Of the connection.
-        status: Of HTTP.
-        body: Bytes as they are, all else as JSON.
-        more: Header lines.
-        midway: Whether half of the body is left out.
+    ``more`` are header lines. With ``midway`` half of the body is left out.
     """
     content = body if isinstance(body, bytes) else json.dumps(body).encode()
     lines = [f"HTTP/1.1 {status} x", "content-type: application/json", f"content-length: {len(content)}", *more]
@@ -213,12 +202,9 @@ async def _tidy() -> None:
 
 
 def completion(text: str | None, *, stop: str = "stop", refusal: str | None = None) -> tuple[int, dict[str, Any]]:
-    """A successful answer that says this.
+    """A successful answer with this text.
 
-    Args:
-        text: What is said.
-        stop: Why it ends: ``stop``, ``length`` or ``content_filter``.
-        refusal: What is said instead, by a model that refuses.
+    ``stop`` is ``stop``, ``length`` or ``content_filter``; ``refusal`` is the text of a model that refuses.
     """
     message = {"role": "assistant", "content": text} | ({} if refusal is None else {"refusal": refusal})
     return 200, {
@@ -232,17 +218,12 @@ def completion(text: str | None, *, stop: str = "stop", refusal: str | None = No
 
 
 def failure(status: int, message: str) -> tuple[int, dict[str, Any]]:
-    """An error of the provider. Those from 500 on, and 429, are asked again; others end a trial.
-
-    Args:
-        status: Of HTTP.
-        message: What it says.
-    """
+    """An error of the provider. Lockprobe retries 429 and those from 500 on; others end a trial."""
     return status, {"error": {"message": message, "type": "error", "code": status}}
 
 
 def words(message: Mapping[str, Any]) -> str:
-    """The text of a message, whether pictures come with it or not."""
+    """The text of a message, with or without pictures."""
     content = message["content"] or ""
     return content if isinstance(content, str) else " ".join(part["text"] for part in content if part["type"] == "text")
 
@@ -260,7 +241,7 @@ def pictures(message: Mapping[str, Any]) -> list[tuple[bytes, str, str]]:
 
 
 def joints(request: Request) -> list[str]:
-    """The joints in the order listed: of the form of the reply, or else of the text.
+    """The joints in listed order, from the reply form or else from the text.
 
     Raises:
         ValueError: If neither names them.
@@ -279,7 +260,7 @@ def _form(request: Request) -> dict[str, Any]:
 
 
 def turns(request: Request) -> tuple[int, str]:
-    """How many steps were played, and what was told last; replies of no use and what was asked after them aside."""
+    """How many steps were played, and the last report; unusable replies and the requests after them do not count."""
     listing, turn, told = joints(request), 0, request["messages"][0]
     for reply, after in zip(request["messages"], request["messages"][1:], strict=False):
         with contextlib.suppress(ValueError, KeyError, TypeError):
@@ -289,12 +270,9 @@ def turns(request: Request) -> tuple[int, str]:
 
 
 def replying(request: Request, joint: str, hypothesis: str = "in turn") -> tuple[int, dict[str, Any]]:
-    """A reply of the form that is asked for, which repeats what was told.
+    """A reply in the requested form that names a joint and repeats the last report.
 
-    Args:
-        request: What was asked.
-        joint: The joint that it names.
-        hypothesis: What it says about the box, where it is asked.
+    ``hypothesis`` is what it says about the box, if the form asks.
     """
     turn, told = turns(request)
     last = "none" if turn == 0 else "did not move" if "did not move" in told else "moved"
@@ -306,6 +284,6 @@ def replying(request: Request, joint: str, hypothesis: str = "in turn") -> tuple
 
 
 def in_turn(request: Request) -> tuple[int, dict[str, Any]]:
-    """A well-formed reply: it repeats what it was told and goes through the joints in the order listed."""
+    """A well-formed reply that repeats the last report and names the joints in listed order."""
     listing, (turn, _) = joints(request), turns(request)
     return replying(request, listing[turn % len(listing)])

@@ -12,7 +12,7 @@ __all__ = ["check_facts", "check_record"]
 
 
 def check_facts(facts: object, whose: str) -> None:
-    """Facts are a mapping of names to texts, numbers, yes or no, or nothing, and survive JSON.
+    """Check that facts map names to text, numbers, bools or None, and survive JSON.
 
     Raises:
         AssertionError: If they do not.
@@ -24,7 +24,7 @@ def check_facts(facts: object, whose: str) -> None:
 
 
 def check_record(trial: Trial, whose: str) -> None:
-    """A trial did not break, and survives JSON.
+    """Check that a trial did not break and survives JSON.
 
     Raises:
         AssertionError: If it did, or does not.

@@ -23,13 +23,13 @@ __all__ = ["ScriptedAgent", "make_trial", "play_trials"]
 
 @dataclass(frozen=True, kw_only=True)
 class ScriptedAgent:
-    """Plays a given list of joints, then begins anew; it heeds nothing.
+    """Plays a list of joints again and again, whatever the reports say.
 
-    It knows its place in the list by the exchanges that it remembers: ``history`` and ``forget`` confuse it.
+    It counts the exchanges that it remembers, so ``history`` and ``forget`` confuse it.
 
     Attributes:
-        joints: Places in the listing, from 0; without shuffling that is the panel order.
-        claims: What it says of the step before, step by step; the first is about nothing. It says nothing after them.
+        joints: Positions in the listing, from 0; without shuffling that is the panel order.
+        claims: What it says of the step before, step by step; the first has no meaning. Afterwards it says nothing.
         breaks: Whether it breaks at the end of its list.
 
     Raises:
@@ -64,7 +64,7 @@ class ScriptedAgent:
 
 @dataclass(frozen=True, kw_only=True)
 class _FalseAt:
-    """The reports of some steps, from 1, are inverted."""
+    """Inverts the reports of some steps, from 1."""
 
     steps: tuple[int, ...]
 
@@ -82,16 +82,16 @@ def make_trial(
     condition: Sequence[Intervention] = (),
     **options: Any,
 ) -> Trial:
-    """A trial that attempts these joints, as the box really reacts. It ends with the list, or when the target moves.
+    """A trial that attempts these joints as the box really reacts. It ends with the list or when the target moves.
 
     Args:
-        joints: Places in panel order, from 0.
+        joints: Positions in panel order, from 0.
         box: The box: a name, a path, or a box.
-        false_at: Steps, from 1, of which the report is inverted.
-        claims: What the agent says of the step before; the first is about nothing.
-        broken: Whether it breaks after these joints; it ends as ``error`` then.
-        condition: Interventions that act as well.
-        **options: Others of :func:`lockprobe.run_trial`: ``seed``, ``repetition``, ``trial``, ``plant`` …
+        false_at: Steps, from 1, whose report is inverted.
+        claims: What the agent says of the step before; the first has no meaning.
+        broken: Whether it breaks after these joints; it then ends as ``error``.
+        condition: Further interventions.
+        **options: Other options of :func:`lockprobe.run_trial`: ``seed``, ``repetition``, ``trial``, ``plant`` …
     """
     agent = ScriptedAgent(joints=tuple(joints), claims=tuple(claims), breaks=broken)
     false = (_FalseAt(steps=tuple(false_at)),) if false_at else ()
@@ -100,11 +100,11 @@ def make_trial(
 
 
 def play_trials(agent: str | Agent = "random", trials: int = 10, **options: Any) -> list[Trial]:
-    """The first trials of one agent under one condition, really played.
+    """The first trials of one agent under one condition, played for real.
 
     Args:
         agent: Agent spec, or an agent.
-        trials: How many, from 1; each has luck of its own.
-        **options: Others of :func:`lockprobe.run_trial`: ``box``, ``condition``, ``seed``, ``max_steps`` …
+        trials: How many, from 1; each has its own random streams.
+        **options: Other options of :func:`lockprobe.run_trial`: ``box``, ``condition``, ``seed``, ``max_steps`` …
     """
     return [run_trial(agent=agent, trial=number, **options) for number in range(1, trials + 1)]

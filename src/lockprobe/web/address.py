@@ -1,4 +1,4 @@
-"""The addresses of the server: where it listens, which names it answers to, and when it may be reached from outside."""
+"""Where the server listens, the host names it accepts, and the conditions for access from other machines."""
 
 from __future__ import annotations
 
@@ -41,13 +41,12 @@ _NAME = re.compile(r"[A-Za-z0-9_]([A-Za-z0-9_.-]{0,251}[A-Za-z0-9_])?|\[[0-9A-Fa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Address:
-    """Where the server listens, and how browsers get there.
+    """Where the server listens, and how browsers reach it.
 
     Attributes:
-        host: What is listened on, a name or an IP address.
+        host: The name or IP address to listen on.
         port: The port.
-        public: Origin under which participants come, ``https://name`` or ``http://name:port``; empty where they come
-            to ``host`` itself.
+        public: The origin that participants use, ``https://name`` or ``http://name:port``; empty for ``host``.
         allowed: More names of this machine, without port.
 
     Raises:
@@ -68,12 +67,12 @@ class Address:
 
     @property
     def url(self) -> str:
-        """Where participants go; it ends with a slash."""
+        """The address for participants; it ends with a slash."""
         return (self.public.rstrip("/") or self._origin((*self._own, *self.allowed, *LOOPBACK)[0])) + "/"
 
     @property
     def secure(self) -> bool:
-        """Whether browsers come over TLS, which a proxy in front ends."""
+        """Whether browsers connect over TLS, which a proxy terminates."""
         return self.public.startswith("https://")
 
     @property
@@ -85,12 +84,12 @@ class Address:
 
     @property
     def hosts(self) -> frozenset[str]:
-        """What the Host of a request may be. Another one is a foreign name that leads here (DNS rebinding)."""
+        """The accepted Host headers. Any other name is a foreign one that leads here (DNS rebinding)."""
         return frozenset(origin.partition("://")[2] for origin in self.origins)
 
     @property
     def _own(self) -> tuple[str, ...]:
-        """The name of what is listened on; everywhere has none."""
+        """The name of ``host``; none where the server listens everywhere."""
         if self.host in EVERYWHERE:
             return ()
         return (f"[{self.host}]",) if ":" in self.host else (self.host,)
@@ -111,7 +110,7 @@ def _is_origin(url: str) -> bool:
 
 
 def _plain_origin(url: str) -> str:
-    """An origin as browsers write it: in small letters, without the port that its scheme has anyway."""
+    """An origin as browsers write it: lower case, without the default port of its scheme."""
     parts = urlsplit(url)
     usual = {"http": 80, "https": 443}[parts.scheme]
     name = f"[{parts.hostname}]" if ":" in (parts.hostname or "") else parts.hostname
@@ -119,7 +118,7 @@ def _plain_origin(url: str) -> str:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach what listens there."""
+    """Whether only this machine can reach the host."""
     if host == "localhost":
         return True
     try:
@@ -129,10 +128,10 @@ def is_loopback(host: str) -> bool:
 
 
 def check_token(token: str) -> None:
-    """Refuse an admin token that could be guessed, or that no header can hold.
+    """Refuse an admin token that is short or does not fit in a header. The message does not repeat it.
 
     Raises:
-        BadValue: If it is one; the message does not hold it.
+        BadValue: If it is one.
     """
     if len(token) < SHORTEST_TOKEN or not re.fullmatch(r"[!-~]+", token):
         expected = f"{SHORTEST_TOKEN} or more of letters, digits and signs, without spaces"
@@ -140,16 +139,10 @@ def check_token(token: str) -> None:
 
 
 def check_exposure(host: str, token: str | None, public: str, allowed: Sequence[str]) -> None:
-    """Refuse to be reached from other machines before it was said how.
-
-    Args:
-        host: What is to be listened on.
-        token: The token of the admin page from the environment; None if there is none.
-        public: Origin under which participants come; empty if there is no other.
-        allowed: More names by which this machine is asked for.
+    """Refuse access from other machines without a token of the admin page and a name of the server.
 
     Raises:
-        Missing: If there is no token, or no name.
+        Missing: If there is no token (None), or neither a public origin nor another name.
     """
     if is_loopback(host):
         return
@@ -161,14 +154,10 @@ def check_exposure(host: str, token: str | None, public: str, allowed: Sequence[
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens.
-
-    Args:
-        host: A name or an IP address.
-        port: The port; 0 for any that is free.
+    """A listening socket; port 0 takes any free port.
 
     Raises:
-        BadValue: If it cannot be had.
+        BadValue: If the host or the port cannot be used.
     """
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]

@@ -36,7 +36,7 @@ class AdminPage:
     """What the admin page shows besides progress.
 
     Attributes:
-        study_url: Makes the address to paste into a recruitment platform from that of the server.
+        study_url: Turns the server's address into the one for a recruitment platform.
         reminders: What the experimenter still has to do before people come.
         files: The files to download.
     """
@@ -47,13 +47,9 @@ class AdminPage:
 
 
 class AdminApi:
-    """What an experimenter can ask for.
+    """The requests of an experimenter, who sends ``Authorization: Bearer TOKEN``.
 
-    Args:
-        state: The participants.
-        token: The token that requests have to send, as ``Authorization: Bearer TOKEN``.
-        url: The address for participants.
-        page: What the page shows besides progress.
+    ``url`` is the address for participants.
     """
 
     def __init__(self, state: ServerState, token: str, url: str = "", page: AdminPage | None = None) -> None:
@@ -78,7 +74,7 @@ class AdminApi:
         return JSONResponse({"participants": found})
 
     async def data(self, request: Request) -> Response:
-        """A file with what was played so far; the steps where the path names none."""
+        """A file with the data so far; the steps where the path names none."""
         self._check(request)
         return await self._downloads.answer(request.path_params.get("name", "steps.csv"))
 

@@ -64,15 +64,7 @@ class _Withdraw(StrictModel):
 
 
 def application(state: ServerState, words: Words, address: Address, log: ServerLog, *, admin: AdminApi) -> ASGIApp:
-    """The whole as an ASGI application.
-
-    Args:
-        state: The participants.
-        words: The texts that they read.
-        address: The addresses of the server.
-        log: The log of refused requests.
-        admin: The API of the admin page.
-    """
+    """The application of both pages, with its guard."""
     texts = _of_the_page(words)
     api = _ParticipantApi(state, texts, address)
     files = Files()
@@ -146,7 +138,7 @@ class _ParticipantApi:
         return self._answer(shown, words=self._words)
 
     async def act(self, request: Request) -> Response:
-        """Something was done in a scene."""
+        """A participant acts in a scene."""
         asked = await body_of(request, _Done)
         if isinstance(asked.act, Agree) and asked.act.agreed:
             return self._answer(await self._join(request, asked))
@@ -154,7 +146,7 @@ class _ParticipantApi:
         return self._answer(await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
 
     async def _join(self, request: Request, asked: _Done) -> PageReply:
-        """Somebody agrees to take part. Joining and wrong codes count against the limit of their address."""
+        """A person agrees to take part. Joins and wrong codes count against the limit of their address."""
         address, counted = whence(request, proxied=self._proxied), False
         self._joins.reserve(address)
         try:
@@ -170,7 +162,7 @@ class _ParticipantApi:
         return shown
 
     async def withdraw(self, request: Request) -> Response:
-        """Somebody withdraws: all data of theirs is deleted."""
+        """A participant withdraws: all their data are deleted."""
         asked = await body_of(request, _Withdraw)
         return self._answer(await self._state.withdraw(request.cookies.get(COOKIE), asked.lease))
 
@@ -216,11 +208,11 @@ class _Refusals:
             if request.url.path.startswith("/api/admin/"):
                 answer.headers["www-authenticate"] = "Bearer"
             else:
-                _forget(answer)  # a cookie of another study; the page begins anew
+                _forget(answer)  # a cookie of another study; the page starts again
         return answer
 
     async def no_route(self, request: Request, error: Exception) -> Response:
-        """Nothing is at this path, or not for this method."""
+        """This path does not exist, or not for this method."""
         assert isinstance(error, HTTPException)
         self._log.refused(request.scope, error.status_code, "unknown")
         answer = refusal("unknown", HTTPStatus(error.status_code).phrase, error.status_code)

@@ -1,9 +1,8 @@
-"""ConnectionLimits on connections: slow or idle ones are closed, open ones are capped per address and in all.
+"""Limits on connections: slow or idle ones are closed, and their number is capped per address and in total.
 
-uvicorn limits the time between two requests and the size of a head, not the time until a head is complete, and its
-``limit_concurrency`` counts idle connections, so that those alone can lock everybody else out. Here a new connection
-at the cap takes the place of the one that has waited longest for a request. Only where every other one is being
-answered is it told 503.
+uvicorn limits the time between two requests and the size of a head, but not the time until a head is complete. Its
+``limit_concurrency`` counts idle connections, which alone can lock everybody else out. Here a new connection at the
+cap replaces the one that has waited longest for a request. If every other one is being answered, it gets 503.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ FILES_KEPT_BACK = 256
 """Open files that connections leave to diaries, pictures and plants."""
 
 _MOST_FILES = 65_536
-"""More are not asked for."""
+"""The highest limit requested."""
 
 _REFUSED_AT_ONCE = 64
 """Connections that are told 503 at the same time; more are closed without a word."""
@@ -37,20 +36,20 @@ FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\nretry-after: 2\r\n"
     b"connection: close\r\ncontent-length: " + str(len(_BODY)).encode() + b"\r\n\r\n" + _BODY
 )
-"""What a connection is told for which there is no place."""
+"""The answer to a connection without a place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConnectionLimits:
-    """ConnectionLimits on connections.
+    """Limits on connections.
 
     Attributes:
-        most: Open connections in all.
-        each: Open connections of one address. A browser opens up to six, so about forty behind one router are well
-            below. Connections from this machine are not counted by address: a proxy stands there.
-        head: Seconds in which a request has to have come after its connection was opened, or after its first byte.
-        idle: Seconds for which a connection is kept after an answer.
-        refused: Seconds for which a connection is kept that was told 503, so that the answer is read.
+        most: Open connections in total.
+        each: Open connections per address. A browser opens up to six, so about forty behind one router fit.
+            Connections from this machine do not count: a proxy makes them.
+        head: Seconds for a request to arrive after its connection opened, or after its first byte.
+        idle: Seconds for which a connection stays open after an answer.
+        refused: Seconds for which a connection that got 503 stays open, so that the answer is read.
     """
 
     most: int = 1000
@@ -60,18 +59,14 @@ class ConnectionLimits:
     refused: float = 2.0
 
     def within(self, files: int | None) -> ConnectionLimits:
-        """The same for a process that can open so many files; None for no limit."""
+        """The same for a process that can open this many files; None for no limit."""
         if files is None:
             return self
         return replace(self, most=min(self.most, max(files - FILES_KEPT_BACK, files // 2, 1)))
 
 
 def raise_file_limit() -> int | None:
-    """Let this process open as many files as it may: its soft limit becomes the hard one.
-
-    Returns:
-        How many; None where the system has no such limit.
-    """
+    """Raise the soft limit on open files to the hard one. Returns the limit; None where there is none."""
     try:
         import resource
     except ImportError:  # Windows
@@ -86,19 +81,13 @@ def raise_file_limit() -> int | None:
 
 
 class Connections:
-    """The open connections of a server.
-
-    Args:
-        limits: How many, and for how long.
-        log: Where it is written down when somebody is told 503.
-        proxied: Whether all come through a proxy, so that addresses say nothing.
-    """
+    """The open connections of a server. With ``proxied``, addresses are not counted: a proxy hides them."""
 
     def __init__(self, limits: ConnectionLimits, log: ServerLog, *, proxied: bool) -> None:
         self.limits = limits
         self.log, self._proxied = log, proxied
         self._open: dict[Connection, None] = {}
-        """Those that wait longest come first."""
+        """Longest waiting first."""
         self._by_address: dict[str, dict[Connection, None]] = {}
         self._refused: set[Connection] = set()
         self._ended = False
@@ -117,7 +106,7 @@ class Connections:
         return Connection(self, config, server_state, app_state, _loop)
 
     def admit(self, one: Connection) -> bool:
-        """Give a new connection a place, that of the longest waiting one where there is none left."""
+        """Give a new connection a place; at the cap, the place of the longest waiting one."""
         address = self._address(one)
         theirs = self._by_address.get(address, {})
         if self._ended:
@@ -141,18 +130,18 @@ class Connections:
         return True
 
     def end(self) -> None:
-        """The server is to end: nobody is let in any more."""
+        """Admit no connection any more: the server is stopping."""
         self._ended = True
 
     def answered(self, one: Connection) -> None:
-        """It waits again, and longest of all last."""
+        """Move a connection to the end of the queue: it has just been answered."""
         for group in (self._open, self._by_address.get(self._address(one), {})):
             if one in group:
                 del group[one]
                 group[one] = None
 
     def remove(self, one: Connection) -> None:
-        """It is closed."""
+        """Forget a closed connection."""
         self._open.pop(one, None)
         self._refused.discard(one)
         address = self._address(one)
@@ -162,7 +151,7 @@ class Connections:
             self._by_address.pop(address, None)
 
     def _make_room(self, group: dict[Connection, None]) -> bool:
-        """Close the connection of a group that waits longest, first of those that never asked for anything."""
+        """Close the longest waiting connection of a group, preferably one that never sent a request."""
         waiting = [one for one in group if one.waits]
         found = next((one for one in waiting if one.cycle is None), waiting[0] if waiting else None)
         if found is None:
@@ -172,13 +161,13 @@ class Connections:
         return True
 
     def _address(self, one: Connection) -> str:
-        """Whose it is; empty where that is not counted."""
+        """The address that a connection counts for; empty where addresses are not counted."""
         host = one.client[0] if one.client else ""
         return "" if self._proxied or is_loopback(host) else host
 
 
 class Connection(H11Protocol):
-    """One connection, which is closed where it keeps the server waiting."""
+    """One connection, which is closed if it keeps the server waiting."""
 
     def __init__(
         self,
@@ -199,7 +188,7 @@ class Connection(H11Protocol):
         return cycle is None or cycle.response_complete or cycle.more_body or self.flow.write_paused
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as in the base
-        """It is opened: it gets a place, or is told that there is none."""
+        """The connection gets a place, or 503."""
         super().connection_made(transport)
         if self._all.admit(self):
             self._close_in(self._all.limits.head)
@@ -214,7 +203,7 @@ class Connection(H11Protocol):
         self._close_in(self._all.limits.refused)
 
     def data_received(self, data: bytes) -> None:
-        """Bytes came. They do not prolong the time for a head."""
+        """Bytes arrived. They do not extend the time for a head."""
         if self._refused:
             return
         super().data_received(data)

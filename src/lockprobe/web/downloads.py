@@ -1,7 +1,7 @@
-"""Downloads for the experimenter, written by a background process and sent in pieces while participants play on.
+"""Downloads for the experimenter, written by a background process and sent in pieces while participants continue.
 
-One file is written at a time. If somebody withdraws meanwhile, the file is written again without their data. The file
-has no name on disk any more while it is sent.
+One file is written at a time. If a participant withdraws meanwhile, the file is written again without their data. The
+file has no name on disk while it is sent.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ PIECE = 1 << 18
 """Bytes of one piece."""
 
 ATTEMPTS = 5
-"""How often a file is written again because somebody withdraws, before the request is refused."""
+"""How often a file is rewritten because a participant withdraws, before the request is refused."""
 
 BEHIND = 10
 """The nice value of the background process: participants come first."""
@@ -40,8 +40,8 @@ class Downloadable(Protocol):
 
     Attributes:
         name: The name of the file.
-        about: What is in it, in words.
-        write: Writes it; raises UserMistake if it cannot. Another process calls it.
+        about: Its content, in words.
+        write: Writes it in another process; raises UserMistake if it cannot.
     """
 
     @property
@@ -53,12 +53,7 @@ class Downloadable(Protocol):
 
 
 class Downloads:
-    """The files to download.
-
-    Args:
-        files: The files.
-        withdrawals: A value that changes with every withdrawal.
-    """
+    """The files to download. ``withdrawals`` returns a value that changes with every withdrawal."""
 
     def __init__(self, files: Iterable[Downloadable], withdrawals: Callable[[], Hashable]) -> None:
         self._files = {file.name: file for file in files}
@@ -67,14 +62,14 @@ class Downloads:
 
     @property
     def described(self) -> list[dict[str, str]]:
-        """Name of each file, and what is in it."""
+        """The name and content of each file."""
         return [{"name": file.name, "about": file.about} for file in self._files.values()]
 
     async def answer(self, name: str) -> Response:
         """The answer that holds a file.
 
         Raises:
-            RequestRefused: As ``unknown`` if there is no such file, or it cannot be written; as ``busy`` if people keep
+            RequestRefused: As ``unknown`` if the file does not exist or cannot be written; as ``busy`` if people keep
                 withdrawing.
         """
         if name not in self._files:
@@ -97,7 +92,7 @@ class Downloads:
 
 
 async def _elsewhere(write: Callable[[Path], None], file: Path, mistake: Path) -> None:
-    """Have a file written by another process; where it could not be, ``mistake`` says why, or neither is there."""
+    """Write a file in another process. If that fails, ``mistake`` holds the reason, or neither file exists."""
     process = get_context("spawn").Process(target=_write, args=(write, file, mistake), daemon=True)
     process.start()
     try:

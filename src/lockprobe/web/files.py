@@ -33,7 +33,7 @@ _AGAIN = "no-cache"  # kept, and asked for again: a new release is seen at once
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """One file: what is in it, its type, and a tag that changes with what is in it."""
+    """The content of a file, its type, and a tag that changes with the content."""
 
     content: bytes
     kind: str
@@ -41,10 +41,7 @@ class File:
 
 
 class Files:
-    """The files in a directory, none below it.
-
-    Args:
-        directory: Where they lie.
+    """The files in a directory, not below it.
 
     Raises:
         BadFile: If one cannot be read.
@@ -59,7 +56,7 @@ class Files:
             raise BadFile(error.filename or directory, f"cannot be read ({error.strerror})") from error
 
     def answer(self, name: str, request: Request) -> Response:
-        """The file of a name, or that it has not changed.
+        """The file, or 304 if the browser has it.
 
         Raises:
             RequestRefused: If there is none.

@@ -1,9 +1,9 @@
-"""Checks that every request passes first (host, origin, size, JSON), and the security headers of every answer.
+"""Checks on every request (host, origin, size, JSON), and the security headers of every answer.
 
 The Host header has to be a name of this server with its port. (Starlette's ``TrustedHostMiddleware`` ignores the port,
-accepts a second Host header, and neither logs nor answers in JSON.) A request that posts has to come from a page of
-this server, to be JSON, and to be small. Headers that proxies set are not trusted here, since any client can set them;
-the one exception is in :mod:`lockprobe.web.rate_limit`.
+accepts a second Host header, and neither logs nor answers in JSON.) A POST has to come from a page of this server, be
+JSON, and be small. Proxy headers are not trusted, since any client can set them; the one exception is in
+:mod:`lockprobe.web.rate_limit`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ AT_ONCE = 1024
 """Bodies that are read at once."""
 
 SECONDS_FOR_A_BODY = 20.0
-"""In which a body has to have come."""
+"""The time for a body to arrive."""
 
 SECURITY_HEADERS: Mapping[str, str] = {
     "content-security-policy": (
@@ -66,13 +66,7 @@ async def body_of(request: Request, kind: type[Body]) -> Body:
 
 
 class Guard:
-    """Stands before the application.
-
-    Args:
-        app: The application.
-        address: By which names the server may be asked for.
-        log: Where refusals are written down.
-    """
+    """Checks requests before the application sees them, and logs those that it refuses."""
 
     def __init__(self, app: ASGIApp, address: Address, log: ServerLog) -> None:
         self._app, self._log = app, log
@@ -107,17 +101,17 @@ class Guard:
             _check_body(headers)
 
     def _check_page(self, headers: Headers) -> None:
-        """Browsers say from which page a request comes, and no page can make them say another. Others need not."""
+        """Check which page sent the request. Browsers always say so, and no page can forge it; others need not."""
         origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
         if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
             raise RequestRefused("cross-site", "only the study's own page can do that")
 
     async def _body(self, headers: Headers, receive: Receive) -> bytes:
-        """The body of a request, read as far as it is small.
+        """The body of a request.
 
         Raises:
-            RequestRefused: If it is large or slow, or there are too many.
-            ConnectionError: If whoever sent it has gone.
+            RequestRefused: If it is large or slow, or too many are being read.
+            ConnectionError: If the client has gone.
         """
         stated = headers.get("content-length", "0")
         if stated.isdecimal() and int(stated[:9]) > LARGEST_BODY:
@@ -164,7 +158,7 @@ async def _read(receive: Receive) -> bytes:
 
 
 def _once(body: bytes, receive: Receive) -> Receive:
-    """The body in one message, and after it whatever else comes."""
+    """The body in one message, then whatever else arrives."""
     given = False
 
     async def next_message() -> Message:

@@ -28,12 +28,7 @@ _LONGEST_METHOD = 10
 
 
 class ServerLog(logging.Handler):
-    """Writes the log to a file and to standard error. Use :meth:`open`.
-
-    Args:
-        file: The file to append to.
-        clock: Seconds since 1970.
-    """
+    """Writes the log to a file and to standard error. Use :meth:`open`."""
 
     def __init__(self, file: IO[bytes], clock: Callable[[], float] = time.time) -> None:
         super().__init__(logging.ERROR)
@@ -43,7 +38,7 @@ class ServerLog(logging.Handler):
     @classmethod
     @contextmanager
     def open(cls, directory: Path, clock: Callable[[], float] = time.time) -> Iterator[ServerLog]:
-        """The log in a directory, made if it is not there, readable by its owner only.
+        """Open the log in a directory. It is created if missing, and only its owner can read it.
 
         Raises:
             BadFile: If it cannot be written.
@@ -57,14 +52,7 @@ class ServerLog(logging.Handler):
             yield cls(file, clock)
 
     def refused(self, scope: MutableMapping[str, Any], status: int, code: str, more: str = "") -> None:
-        """Log a request that was refused.
-
-        Args:
-            scope: The request, as ASGI has it.
-            status: The status of the answer.
-            code: Why.
-            more: Where an unexpected error was raised.
-        """
+        """Log a refused request: ``code`` is the reason, ``more`` where an unexpected error was raised."""
         path = scope.get("raw_path", b"").decode("ascii", "replace")
         cut = path[:_LONGEST_PATH] + ("…" if len(path) > _LONGEST_PATH else "")
         self.say(" ".join(filter(None, (str(status), code, scope["method"][:_LONGEST_METHOD], cut, more))))
@@ -83,7 +71,7 @@ class ServerLog(logging.Handler):
         self._write(now, text)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Log an error of a library: its logger, the first line without arguments, and the kind of the exception."""
+        """Log an error of a library: its logger, the first line without arguments, and the exception type."""
         raised = record.exc_info[1] if record.exc_info else None
         if LOGGED not in getattr(raised, "__notes__", ()):
             first = str(record.msg).strip().partition("\n")[0][:_LONGEST_PATH]  # arguments could say who asked

@@ -1,4 +1,4 @@
-"""The rate limit on joining, per address: one script cannot take all places of a study at once."""
+"""The rate limit on joining, per address: no script can take all places of a study at once."""
 
 from __future__ import annotations
 
@@ -21,11 +21,9 @@ _NETWORK = 64
 
 
 class JoinLimit:
-    """How many can join in a minute from one address. Addresses are kept in memory for that minute, and nowhere else.
+    """At most ``most`` joins per minute from one address. Addresses stay in memory for that minute only.
 
-    Args:
-        most: How many.
-        clock: Monotonic, in seconds.
+    ``clock`` is monotonic, in seconds.
     """
 
     def __init__(self, most: int, clock: Callable[[], float] = time.monotonic) -> None:
@@ -33,10 +31,10 @@ class JoinLimit:
         self._joins: dict[str, deque[float]] = {}
 
     def reserve(self, address: str) -> None:
-        """Count somebody who is about to join.
+        """Count a person who is about to join.
 
         Raises:
-            RequestRefused: As ``busy``; the page tries again by itself.
+            RequestRefused: As ``busy``; the page retries by itself.
         """
         now = self._clock()
         self._forget(now)
@@ -49,12 +47,12 @@ class JoinLimit:
         self._joins[address] = self._joins.pop(address)  # the latest last
 
     def give_back(self, address: str) -> None:
-        """Whoever was counted last has not joined."""
+        """Uncount the last person, who has not joined."""
         if joins := self._joins.get(address):
             joins.pop()
 
     def _forget(self, now: float) -> None:
-        """Addresses from which nobody joined for a minute."""
+        """Drop addresses from which nobody joined for a minute."""
         while self._joins:
             address, joins = next(iter(self._joins.items()))
             if joins and joins[-1] > now - _WINDOW:
@@ -63,14 +61,11 @@ class JoinLimit:
 
 
 def whence(request: Request, *, proxied: bool) -> str:
-    """From which address a request comes, for counting alone.
+    """The address of a request, for counting only.
 
-    Behind a proxy that is the last address of ``X-Forwarded-For``: the proxy itself writes it. It is read only where
-    the proxy is on this machine or, with ``--public-url``, on the local network. IPv6 addresses count by network.
-
-    Args:
-        request: The request.
-        proxied: Whether participants come through a proxy.
+    Behind a proxy (``proxied``) it is the last address of ``X-Forwarded-For``, which the proxy itself writes. It is
+    read only from a proxy on this machine or, with ``--public-url``, on the local network. IPv6 addresses count by
+    network.
     """
     peer = request.client.host if request.client else ""
     last = request.headers.get("x-forwarded-for", "").rpartition(",")[2].strip()
@@ -86,7 +81,7 @@ def _is_proxy(peer: str, *, proxied: bool) -> bool:
 
 
 def _network(text: str) -> str:
-    """An address, or the network of an IPv6 one; empty where it is none."""
+    """An IPv4 address, or the network of an IPv6 one; empty for anything else."""
     try:
         address = ipaddress.ip_address(text)
     except ValueError:

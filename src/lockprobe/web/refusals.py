@@ -29,11 +29,11 @@ STATUS: Mapping[str, int] = {
 
 
 class RequestRefused(LockprobeError):
-    """Raised when a request cannot be answered, whoever sends it.
+    """A request cannot be answered, whoever sends it.
 
     Args:
         code: One of :data:`STATUS`.
-        message: The same in words, for the log and the page. It repeats nothing that was sent.
+        message: For the log and the page. It repeats nothing that was sent.
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -42,10 +42,10 @@ class RequestRefused(LockprobeError):
 
 
 def refusal(code: str, message: str, status: int, **more: object) -> JSONResponse:
-    """The answer to a request that is refused."""
+    """The answer to a refused request."""
     return JSONResponse({"error": code, "message": message, **more}, status)
 
 
 def refused(error: ActRefused | RequestRefused, **more: object) -> JSONResponse:
-    """The answer that an error stands for."""
+    """The answer for an error."""
     return refusal(error.code, str(error), STATUS[error.code], **more)

@@ -45,11 +45,11 @@ class ServerOptions:
 
     Attributes:
         host: The name or address to listen on.
-        port: The port; 0 for any that is free.
+        port: The port; 0 for any free one.
         public: The origin that participants use through a proxy; empty without a proxy.
         allowed: More names of this machine.
-        token: The token of the admin page; None makes one up.
-        limits: How many connections there may be, and for how long.
+        token: The token of the admin page; None generates one.
+        limits: Limits on connections.
 
     Raises:
         Missing: If other machines can connect, and a token or a name is missing.
@@ -71,11 +71,11 @@ class ServerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunningServer:
-    """The addresses of a running server.
+    """A running server.
 
     Attributes:
         url: The address for participants.
-        admin_url: The address for the experimenter; it holds the token if that was made up.
+        admin_url: The address for the experimenter; it holds the token if that was generated.
         directory: The directory of the study.
         check: Raises BadFile where another process has changed the records.
     """
@@ -95,15 +95,9 @@ async def opened(
     options: ServerOptions,
     page: AdminPage | None = None,
 ) -> AsyncIterator[RunningServer]:
-    """A server that participants can use. On exit it finishes the requests that are under way.
+    """A server that participants can use. On exit it finishes the requests under way.
 
-    Args:
-        directory: The directory of the study.
-        study: The study.
-        experiment: How people take part.
-        words: The texts that they read.
-        options: How the server is reached.
-        page: What the admin page shows besides progress.
+    ``words`` are the texts that participants read; ``page`` is what the admin page shows besides progress.
 
     Raises:
         UserMistake: If the port or the directory cannot be used.
@@ -157,7 +151,7 @@ async def serve(
 
 
 class _Server(uvicorn.Server):
-    """A server that says when it is ready. Its caller handles signals."""
+    """A server that reports when it is ready. Its caller handles signals."""
 
     def __init__(self, app: object, connections: Connections) -> None:
         super().__init__(_config(app, connections))
@@ -170,7 +164,7 @@ class _Server(uvicorn.Server):
         self.ready.set()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Finish the requests that are under way; refuse new connections."""
+        """Finish the requests under way; refuse new connections."""
         self._connections.end()
         await super().shutdown(sockets)
 

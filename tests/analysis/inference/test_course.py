@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lockprobe.analysis.inference import ushape
 from lockprobe.analysis.inference.course import course, course_kind, levels
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.ushape import two_lines
@@ -23,11 +24,17 @@ def drawn(shares, n=300, seed=1):
     return Outcomes(p=p, repetition=ones, trial=trial, length=10 * ones, solved=solved, onset=0 * ones)
 
 
-def found(shares, **settings):
+@pytest.fixture
+def without_slopes(monkeypatch):
+    """The two-lines test without the slopes of its lines, for speed: p-values and directions do not use them."""
+    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
+
+
+def found(shares, permutations=2000, **settings):
     outcomes = drawn(shares, **settings)
     return course(
         points(outcomes, by_repetition=False),
-        any_difference(outcomes, np.random.default_rng(2)),
+        any_difference(outcomes, np.random.default_rng(2), permutations),
         two_lines(outcomes.p, outcomes.solved),
     )
 
@@ -56,9 +63,9 @@ def test_a_course_names_its_ends_and_extremes():
     assert seen.highest > 0.8
 
 
-def test_where_nothing_happens_a_course_is_rarely_seen():
+def test_where_nothing_happens_a_course_is_rarely_seen(without_slopes):
     """Two tests at 5 %, one of them cautious: at most a tenth of studies, here 100 of them."""
-    seen = [found([0.5] * 7, n=30, seed=seed).kind for seed in range(100)]
+    seen = [found([0.5] * 7, 199, n=30, seed=seed).kind for seed in range(100)]
     assert sum(kind != "no change detectable" for kind in seen) <= 15
 
 
@@ -69,7 +76,7 @@ def test_without_trials_there_is_no_course():
     )
 
 
-def test_over_many_agents_a_course_is_seldom_said_that_is_none():
+def test_over_many_agents_a_course_is_seldom_said_that_is_none(without_slopes):
     """Thirteen agents to whom p does nothing: without correction some course is seen in half of the studies."""
     alone, corrected = [], []
     for study in range(25):

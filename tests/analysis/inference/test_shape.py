@@ -97,8 +97,10 @@ def test_few_trials_or_values():
 
 
 def test_a_maximum_exists_exactly_if_no_polynomial_separates():
-    """All patterns of none, some and all solved at four p: against the strict definition, one trial at a time."""
+    """Patterns of none, some and all solved at four p (of mirror images one): against the strict definition."""
     for solved in itertools.product((0, 1, 2), repeat=4):
+        if solved > solved[::-1]:
+            continue
         p, wins = trials(solved, n=2)
         for order in range(4):
             design = np.vander(p, order + 1, increasing=True) * np.where(wins, 1, -1)[:, None]

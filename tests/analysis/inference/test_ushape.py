@@ -92,7 +92,13 @@ def test_the_order_of_trials_and_the_unit_of_p_do_not_matter(test):
     assert test(p / 0.6, solved).p_value == pytest.approx(test(p, solved).p_value)
 
 
-def test_the_break_is_an_inner_value_whatever_is_solved():
+@pytest.fixture
+def without_slopes(monkeypatch):
+    """The two-lines test without the slopes of its lines, for speed: p-values and directions do not use them."""
+    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
+
+
+def test_the_break_is_an_inner_value_whatever_is_solved(without_slopes):
     for solved in itertools.product((0, 3, 6), repeat=5):
         lines = two_lines(*trials(solved, n=6))
         assert lines.break_p in {0.1, 0.2, 0.3}
@@ -122,8 +128,7 @@ def rejected(test, truth, studies=400, n=30, seed=1):
 @pytest.mark.parametrize(
     "truth", [(0.5,) * 7, (0.05,) * 7, SATURATING, (0.23,) + (0.667,) * 6, (0.23,) * 5 + (0.45, 0.667), (0.5,) * 3]
 )
-def test_two_lines_hold_their_level_when_nothing_falls(monkeypatch, truth):
-    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)  # no slopes, for speed: the test does not use them
+def test_two_lines_hold_their_level_when_nothing_falls(without_slopes, truth):
     assert rejected(two_lines, truth) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
 
 
@@ -133,7 +138,7 @@ def test_two_lines_find_a_decline_and_lind_mehlum_a_mere_levelling_off(monkeypat
     assert rejected(two_lines, np.array(EXPECTED) / 30, n=100) > 0.5
 
 
-def test_people_who_play_at_one_p_only_are_no_u():
+def test_people_who_play_at_one_p_only_are_no_u(without_slopes):
     """Six people with ten boxes at each p: as independent trials a rise and fall is seen in a quarter of studies."""
     seen = []
     for seed in range(150):

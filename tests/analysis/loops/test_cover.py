@@ -83,7 +83,7 @@ def test_the_linear_programme_is_optimal_where_copies_may_overlap() -> None:
             assert found.covered == getattr(expected, rule), (trial, rule)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=60)
 @given(trial=TRIALS | CYCLES, overlap=st.booleans(), min_length=st.integers(1, 5), rule=st.sampled_from(RULES))
 def test_both_solvers_cover_equally_much(trial: tuple[int, ...], overlap: bool, min_length: int, rule: Rule) -> None:
     exact, literal = (

@@ -8,12 +8,11 @@ from analysis.loops.definition import Truth, patterns, truth
 
 from lockprobe.analysis.loops import any_loop_batch, cover, measure, onset_batch
 
-ALL = [(2, 12), (3, 9), (4, 8)]
-"""How many actions there are, and up to which length all trials are tried: 4 096, 4 926 and 3 818 trials."""
+ALL = [(2, 12, False), (3, 9, False), (4, 8, False), (2, 11, True), (3, 8, True), (4, 7, True)]
+"""Number of actions, length up to which all trials are tried (4 096, 4 926 and 3 818 trials), and overlap of copies."""
 
 
-@pytest.mark.parametrize(("actions", "longest"), ALL)
-@pytest.mark.parametrize("overlap", [False, True])
+@pytest.mark.parametrize(("actions", "longest", "overlap"), ALL)
 def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, overlap: bool) -> None:
     trials = list(patterns(actions, longest))
     expected = [truth(trial, overlap) for trial in trials]

@@ -84,6 +84,17 @@ def egl():
         renderer.close()
 
 
+@pytest.fixture(scope="module", params=["egl", "rays"])
+def table_renderer(request, table):
+    """A renderer of the table for all tests of a file, EGL in one run and rays in another."""
+    if request.param == "egl" and not (probed := probe_one("egl")).ok:
+        pytest.skip(f"EGL does not work here: {probed.detail}")
+    size = {"width": 160, "height": 120}
+    renderer = OpenGL(table, platform="egl", **size) if request.param == "egl" else RayCaster(table, **size)
+    yield renderer
+    renderer.close()
+
+
 @pytest.fixture(params=["egl", "rays"])
 def opens(request):
     """Opens renderers, EGL in one run and rays in another."""

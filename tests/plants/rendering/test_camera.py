@@ -4,25 +4,36 @@ import mujoco
 import numpy as np
 import pytest
 
-from lockprobe.errors import BadValue, PlantFault
+from lockprobe.errors import PlantFault
 from lockprobe.plants.rendering import camera as camera_module
-from lockprobe.plants.rendering.camera import FixedCamera, PlantCamera, add_depth_noise
+from lockprobe.plants.rendering.camera import PlantCamera, add_depth_noise
 from lockprobe.plants.scene.mechanism import Mechanism
 from lockprobe.plants.twin_settings import SceneSettings
 
 RAYS = SceneSettings(renderer="rays", width=64, height=64, depth_noise=0.002)
+LARGE = SceneSettings(renderer="rays", width=320, height=240)
 
 
 @pytest.fixture
 def camera(lockbox_scene, lockbox_model, state):
     """Makes a camera of the lockbox, with a stream of noise."""
 
-    def make(seed=1):
-        data, rng = state(lockbox_model), np.random.default_rng(seed)
-        mechanism = Mechanism(lockbox_model, data, lockbox_scene)
-        return PlantCamera(lockbox_model, data, mechanism=mechanism, scene=lockbox_scene, settings=RAYS, rng=rng)
+    def make(data=None, settings=RAYS):
+        data = data or state(lockbox_model)
+        return PlantCamera(
+            lockbox_model,
+            data,
+            mechanism=Mechanism(lockbox_model, data, lockbox_scene),
+            panel=lockbox_scene.panel,
+            settings=settings,
+            rng=np.random.default_rng(1),
+        )
 
     return make
+
+
+def look(camera):
+    return camera.look_now()()
 
 
 def test_a_moment_can_be_looked_at_until_it_ends(camera):
@@ -76,21 +87,14 @@ def test_a_look_that_is_refused_takes_no_luck(camera):
     np.testing.assert_array_equal(one.look_now()().depth, other.look_now()().depth)
 
 
-LARGE = SceneSettings(renderer="rays", width=320, height=240)
-
-
-def look(eye, scene, data, seed=1):
-    return eye.look(data, scene.panel.pose, scene.panel.handles, np.random.default_rng(seed))
-
-
 @pytest.mark.parametrize("position", [0, 1])
-def test_handles_are_seen_where_they_are(lockbox_scene, lockbox_model, position):
+def test_handles_are_seen_where_they_are(camera, lockbox_model, position):
     data = mujoco.MjData(lockbox_model)
     for joint in range(4):
         first = lockbox_model.joint(f"joint-{joint}")
         data.qpos[first.qposadr[0]] = first.range[position]
     mujoco.mj_forward(lockbox_model, data)
-    frame = look(FixedCamera(lockbox_model, lockbox_scene.camera, LARGE), lockbox_scene, data)
+    frame = look(camera(data, LARGE))
     for column, row, depth in frame.camera.project(frame.handles[:, position]):
         assert frame.depth[round(row), round(column)] == pytest.approx(depth, abs=2e-3)
     elsewhere = frame.camera.project(frame.handles[:, 1 - position])
@@ -98,21 +102,19 @@ def test_handles_are_seen_where_they_are(lockbox_scene, lockbox_model, position)
         assert frame.depth[round(row), round(column)] > depth + 0.01
 
 
-def test_the_board_is_where_heights_are_zero(lockbox_scene, lockbox_model, state):
-    frame = look(FixedCamera(lockbox_model, lockbox_scene.camera, LARGE), lockbox_scene, state(lockbox_model))
+def test_the_board_is_where_heights_are_zero(camera):
+    frame = look(camera(settings=LARGE))
     heights = frame.camera.heights(frame.depth)
     assert (np.abs(heights) < 1e-3).mean() > 0.1
     assert heights[frame.depth < frame.camera.project(frame.handles)[..., 2].max()].max() < 0.055
 
 
-def test_where_it_is_does_not_depend_on_what_was_computed_before(lockbox_scene, lockbox_model, state):
-    eye = FixedCamera(lockbox_model, lockbox_scene.camera, LARGE)
-    fresh = mujoco.MjData(lockbox_model)
-    known = look(eye, lockbox_scene, state(lockbox_model)).camera.panel
-    np.testing.assert_array_equal(look(eye, lockbox_scene, fresh).camera.panel, known)
+def test_where_it_is_does_not_depend_on_what_was_computed_before(camera, lockbox_model):
+    known, fresh = look(camera()), look(camera(mujoco.MjData(lockbox_model)))
+    np.testing.assert_array_equal(fresh.camera.panel, known.camera.panel)
 
 
-def test_nothing_is_opened_before_it_looks(lockbox_scene, lockbox_model, state, monkeypatch):
+def test_nothing_is_opened_before_it_looks(camera, monkeypatch):
     opened = []
     really = camera_module.open_renderer
 
@@ -121,36 +123,28 @@ def test_nothing_is_opened_before_it_looks(lockbox_scene, lockbox_model, state, 
         return really(*args, **options)
 
     monkeypatch.setattr(camera_module, "open_renderer", counted)
-    eye = FixedCamera(lockbox_model, lockbox_scene.camera, LARGE)
-    eye.close()
+    seen = camera(settings=SceneSettings(renderer="rays", width=64, height=64))
+    seen.close()
     assert opened == []
-    first = look(eye, lockbox_scene, state(lockbox_model))
-    look(eye, lockbox_scene, state(lockbox_model))
+    first = look(seen)
+    look(seen)
     assert opened == ["rays"]
     assert first.renderer.startswith("rays (mujoco ")
-    eye.close()
-    again = look(eye, lockbox_scene, state(lockbox_model))
+    seen.close()
+    again = look(seen)
     np.testing.assert_array_equal(first.rgb, again.rgb)
     np.testing.assert_array_equal(first.depth, again.depth)
     assert opened == ["rays", "rays"]
 
 
-def test_noise_is_the_settings(lockbox_scene, lockbox_model, state):
-    data = state(lockbox_model)
-    clean = look(FixedCamera(lockbox_model, lockbox_scene.camera, LARGE), lockbox_scene, data)
-    noisy_eye = FixedCamera(
-        lockbox_model, lockbox_scene.camera, SceneSettings(renderer="rays", width=320, height=240, depth_noise=0.002)
-    )
-    noisy = look(noisy_eye, lockbox_scene, data)
+def test_noise_is_the_settings(camera):
+    size = {"renderer": "rays", "width": 160, "height": 120}
+    clean = look(camera(settings=SceneSettings(**size)))
+    noisy, again = (look(camera(settings=SceneSettings(**size, depth_noise=0.002))) for _ in range(2))
     board = (np.abs(clean.camera.heights(clean.depth)) < 1e-3) & (noisy.depth > 0)
     assert 0.0015 < np.std((noisy.depth - clean.depth)[board]) < 0.003
     np.testing.assert_array_equal(noisy.rgb, clean.rgb)
-    np.testing.assert_array_equal(noisy.depth, look(noisy_eye, lockbox_scene, data).depth)
-
-
-def test_an_unknown_camera_is_refused(lockbox_model):
-    with pytest.raises(BadValue, match="camera: got 'front', expected one of rgbd"):
-        FixedCamera(lockbox_model, "front", LARGE)
+    np.testing.assert_array_equal(noisy.depth, again.depth)
 
 
 FLAT = np.full((120, 160), 0.7, np.float32)

@@ -10,7 +10,7 @@ import pytest
 
 from lockprobe.errors import BadValue, Missing
 from lockprobe.plants.rendering import choose_renderer
-from lockprobe.plants.rendering.choose_renderer import Probed, automatic, decide, probe
+from lockprobe.plants.rendering.choose_renderer import Probed, decide, probe
 
 NO_GRAPHICS = """
 import ctypes, ctypes.util
@@ -28,14 +28,14 @@ LOOKS = """
 import json, os, sys
 import lockprobe
 assert "mujoco" not in sys.modules
-from lockprobe.plants.rendering.choose_renderer import automatic, probe
+from lockprobe.plants.rendering.choose_renderer import decide, probe
 import mujoco
 from lockprobe.plants.rendering.choose_renderer import open_renderer
 world = "<worldbody><geom size='1'/><camera name='eye' pos='0 0 3'/></worldbody>"
 model = mujoco.MjModel.from_xml_string(f"<mujoco>{world}</mujoco>")
 renderer = open_renderer(model, width=64, height=64)
 rgb, depth = renderer.render(mujoco.MjData(model), "eye")
-print(json.dumps([automatic(), renderer.name, float(depth[32, 32]), [one.detail for one in probe()],
+print(json.dumps([decide(), renderer.name, float(depth[32, 32]), [one.detail for one in probe()],
                   os.environ.get("MUJOCO_GL")]))
 """
 
@@ -77,7 +77,7 @@ def test_without_any_graphics_library_rays_are_cast(tmp_path):
     assert platform is None
 
 
-def test_importing_touches_neither_mujoco_nor_graphics():
+def test_importing_and_naming_plants_touches_neither_mujoco_nor_graphics():
     modules = [
         "lockprobe",
         "lockprobe.cli",
@@ -86,8 +86,10 @@ def test_importing_touches_neither_mujoco_nor_graphics():
         "lockprobe.pictures.depth",
         "lockprobe.pictures.png",
         "lockprobe.plants.rendering.choose_renderer",
+        "lockprobe.plants.catalogue as plants",
     ]
     program = "; ".join(f"import {module}" for module in modules)
+    program += "; [plants.resolve_plant(name) for name in plants.PLANTS]"
     program += "; import sys; print([name for name in ('mujoco', 'OpenGL', 'glfw', 'PIL') if name in sys.modules])"
     assert python(program).strip() == "[]"
 
@@ -95,7 +97,7 @@ def test_importing_touches_neither_mujoco_nor_graphics():
 def test_the_first_that_works_is_taken(works):
     for names, taken in ((("egl", "rays"), "egl"), (("osmesa", "rays"), "osmesa"), (("rays",), "rays")):
         works(*names)
-        assert automatic() == decide("auto") == taken
+        assert decide() == decide("auto") == taken
 
 
 def test_the_environment_variable_stands_for_auto_only(works, monkeypatch):

@@ -7,14 +7,14 @@ import pytest
 import lockprobe
 from lockprobe.errors import BadValue
 from lockprobe.plants.rendering.ray_caster import RayCaster, Shader
-from lockprobe.plants.scene.scene import build_scene
+from lockprobe.plants.scene.scene import EYE, build_scene
 from lockprobe.plants.twin_settings import SceneSettings
 
 TOLERANCE = 2e-3
 """Metres by which depth may differ in all but a thousandth of the pixels."""
 
 
-def both(model, data, camera, egl, *, width=320, height=240):
+def both(model, data, camera, egl, *, width=160, height=120):
     drawn = egl(model, width=width, height=height).render(data, camera)
     return drawn, RayCaster(model, width=width, height=height).render(data, camera)
 
@@ -29,21 +29,21 @@ def ends(model, joints, configuration):
     return data
 
 
-@pytest.mark.parametrize("configuration", [(0, 0, 0, 0), (1, 0, 1, 0), (0, 1, 1, 1)])
-def test_depth_of_a_lockbox_agrees_but_for_a_thousandth(lockbox_model, configuration, egl):
-    data = ends(lockbox_model, 4, configuration)
-    (rgb, depth), (cast_rgb, cast_depth) = both(lockbox_model, data, "rgbd", egl)
-    assert (np.abs(depth - cast_depth) > TOLERANCE).mean() <= 1e-3
-    assert np.abs(rgb.astype(int) - cast_rgb).mean() < 3
+def test_depth_of_a_lockbox_agrees_but_for_a_thousandth(lockbox_model, egl):
+    opengl, rays = egl(lockbox_model, width=320, height=240), RayCaster(lockbox_model, width=320, height=240)
+    for configuration in ((0, 0, 0, 0), (1, 0, 1, 0), (0, 1, 1, 1)):
+        data = ends(lockbox_model, 4, configuration)
+        (rgb, depth), (cast_rgb, cast_depth) = (renderer.render(data, EYE) for renderer in (opengl, rays))
+        assert (np.abs(depth - cast_depth) > TOLERANCE).mean() <= 1e-3
+        assert np.abs(rgb.astype(int) - cast_rgb).mean() < 3
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_varied_looks_agree_too(seed, egl):
+def test_varied_looks_agree_too(egl):
     box = lockprobe.box("chain-4")
     settings = SceneSettings(looks="varied")
-    scene = build_scene(box, labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(seed))
+    scene = build_scene(box, labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(2))
     model = scene.spec.compile()
-    (rgb, depth), (cast_rgb, cast_depth) = both(model, ends(model, 4, (0, 1, 0, 1)), scene.camera, egl)
+    (rgb, depth), (cast_rgb, cast_depth) = both(model, ends(model, 4, (0, 1, 0, 1)), EYE, egl, width=320, height=240)
     assert (np.abs(depth - cast_depth) > TOLERANCE).mean() <= 1e-3
     assert np.abs(rgb.astype(int) - cast_rgb).mean() < 3
 

@@ -30,8 +30,7 @@ def test_chain_4_from_every_configuration(kind):
         assert_pushed_as_ruled(mechanism, box(), joint)
 
 
-@pytest.mark.parametrize("newtons", [10.0, 100.0])
-@pytest.mark.parametrize("places", [((0.25, 0.5), (0.75, 0.5)), ((0.4, 0.8), (0.6, 0.2))])
+@pytest.mark.parametrize(("newtons", "places"), [(10.0, ((0.25, 0.5), (0.75, 0.5))), (100.0, ((0.4, 0.8), (0.6, 0.2)))])
 @pytest.mark.parametrize(("locked", "by"), list(itertools.product(KINDS, KINDS)))
 def test_every_kind_locks_every_kind(locked, by, places, newtons):
     for asked in (False, True):
@@ -42,7 +41,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
             assert_pushed_as_ruled(mechanism, drawn, joint, newtons)
 
 
-@pytest.mark.parametrize("layout", ["serial", "zigzag", "ngram", "scattered"])
+@pytest.mark.parametrize("layout", ["ngram", "scattered"])
 def test_random_boxes_with_alternatives_pushed_at_random(layout):
     recipes = (
         Recipe(
@@ -59,7 +58,7 @@ def test_random_boxes_with_alternatives_pushed_at_random(layout):
     drawn = next(found for found in map(generate, recipes) if not isinstance(found, RefusedRecipe))
     mechanism, _, _ = mechanism_of(drawn)
     mechanism.set_configuration(drawn.initial)
-    for joint in np.random.default_rng(5).integers(len(drawn.joints), size=40):
+    for joint in np.random.default_rng(5).integers(len(drawn.joints), size=30):
         assert_pushed_as_ruled(mechanism, drawn, int(joint))
 
 

@@ -1,1 +1,1 @@
-"""Agents side by side: paired on the same boxes with the same false reports."""
+"""Comparisons of agents: paired on the same boxes with the same false reports."""

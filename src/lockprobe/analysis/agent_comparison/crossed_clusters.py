@@ -1,9 +1,8 @@
-"""Differences between an agent and people: trials belong together by luck, and those of one person by the person.
+"""Differences between an agent and people, with trials clustered by luck and by person.
 
-An agent's trials of one block of luck are alike over p, and so are a person's boxes, which lie in several blocks. Then
-neither whole blocks nor whole people may be exchanged: their differences are no throws of a coin by themselves. What
-is left is Student's t on a variance that counts both. At a single p no two people share a luck, so that whole people
-can be exchanged.
+An agent's trials of one block of luck are alike over p, and so are a person's boxes, which lie in several blocks. So
+neither whole blocks nor whole people may be exchanged; Student's t is used on a variance that counts both. At a single
+p no two people share a luck, so that whole people can be exchanged.
 """
 
 from __future__ import annotations
@@ -28,22 +27,21 @@ _Labels = NDArray[Any]
 
 
 def people_of(laid: tuple[Sheet, Sheet]) -> _Labels | None:
-    """Who of people played which trial, where one of two agents is people; shape (blocks, p)."""
+    """The person of each trial, where one of two agents is people; shape (blocks, p)."""
     return next((sheet.person for sheet in laid if sheet.person.size), None)
 
 
 def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None) -> BlockMean:
-    """The mean of trials, with those of equal luck and those of one person taken together.
+    """The mean of trials, clustered by luck and by person, with Student's p-value that it is 0.
+
+    The p-value is None with too few people or blocks.
 
     Args:
         values: One for each trial, shape (trials,).
         luck: Its block of luck, of the same shape.
-        person: Who played it, of the same shape.
-        unit: The largest value that a single trial can have; the variance is then widened as if one trial more
-            differed, as :func:`lockprobe.analysis.agent_comparison.paired.block_mean` does.
-
-    Returns:
-        With a p-value of Student's t that the mean is 0; None with too few people or blocks.
+        person: Its person, of the same shape.
+        unit: The largest value of a single trial; the variance is then widened as if one trial more differed, as in
+            :func:`lockprobe.analysis.agent_comparison.paired.block_mean`.
     """
     n = len(values)
     value = float(values.mean()) if n else math.nan
@@ -56,7 +54,7 @@ def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> 
     Args:
         low: Differences of two agents at the lowest p, by block of luck, shape (blocks,).
         high: The same at the higher p.
-        person: Who of people played each, at the lowest p and at the higher, of the same shape.
+        person: The person of each, at the lowest p and at the higher, of the same shape.
     """
     blocks = np.arange(len(low))
     residuals = np.concatenate([low.mean() - low, high - high.mean()])
@@ -104,7 +102,7 @@ def at_one_p(values: Array, person: _Labels, *, unit: float | None = None) -> Bl
 
     Args:
         values: Differences, whole numbers, shape (pairs,).
-        person: Who of people played each, of the same shape.
-        unit: The largest difference that a single trial can make.
+        person: The person of each, of the same shape.
+        unit: The largest difference of a single trial.
     """
     return block_mean(by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1)), unit=unit)

@@ -1,10 +1,10 @@
-"""Does noise help one agent more than another? How far the difference between them moves with p.
+"""Whether noise helps one agent more than another: how the difference between them changes with p.
 
-The difference of two agents in a block of luck at one p, less the same at the lowest p, has a mean of 0 at every p
-if false reports change the success of both alike, in points, however often each solves the box. Signs of whole blocks
-are flipped at random, as if a change were as likely as its opposite, which is a little more than a mean of 0: that
-keeps what trials of a block have in common. Exchanging the agents themselves would test whether they are equal in
-everything. Where one of the two is people their trials belong together by person too, and it is Student's t instead.
+The difference of two agents in a block of luck at one p, less the same at the lowest p, has a mean of 0 at every p if
+false reports change the success of both alike, in points. The test flips the signs of whole blocks, which keeps what
+trials of a block have in common; it assumes that a change is as likely as its opposite. Exchanging the agents would
+test whether they are equal in everything. Where one of the two is people their trials are clustered by person too, and
+Student's t replaces the flips.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InteractionAt:
-    """What the change from the lowest p to this one does to the second agent more than to the first.
+    """How the change from the lowest p to this one differs between two agents.
 
     Attributes:
         p: Flip probability, [0, 1].
-        change: Change of the second's success less that of the first's, with its 95 % interval; uncorrected, and
-            without a p-value of its own.
-        p_adjusted: Flips of whole blocks, corrected for looking at every p (Westfall & Young's maximum); with people
-            Student's t, corrected by Bonferroni.
+        change: Change of the second's success less that of the first's, with its 95 % interval; uncorrected, without a
+            p-value.
+        p_adjusted: Flips of whole blocks, corrected for all p (Westfall & Young's maximum); with people Student's t,
+            corrected by Bonferroni.
     """
 
     p: float
@@ -61,24 +61,21 @@ class Interaction:
 
     @property
     def clearest(self) -> InteractionAt:
-        """The change that the test speaks of: that of the lowest p-value, of equal ones the largest."""
+        """The change of the lowest p-value, of equal ones the largest."""
         return min(self.at, key=lambda at: (at.p_adjusted, -abs(at.change.value)))
 
 
 def interaction(
     values: tuple[float, ...], first: Sheet, second: Sheet, rng: np.random.Generator, flips: int = FLIPS
 ) -> Interaction | None:
-    """Compare how two agents change with p.
+    """Compare how two agents change with p; None where fewer than two blocks have both p of a change.
 
     Args:
         values: The values of p, ascending: the columns of both sheets.
         first: The agent that is compared with.
         second: The agent that is compared.
         rng: The stream of the flips.
-        flips: How many are drawn.
-
-    Returns:
-        None where fewer than two blocks have both agents at the lowest p and a higher one.
+        flips: Number of flips.
     """
     apart = second.solved - first.solved
     if (person := people_of((first, second))) is not None:

@@ -1,4 +1,9 @@
-"""Every agent beside every other: which pairs are compared, and who stands where."""
+"""The leaderboard: which pairs of agents are compared, what holds where trials broke, and the ranks left possible.
+
+A trial that broke for one agent drops its pair. Where the long trials of an agent break, those that remain flatter it.
+So every such comparison is made three times: without the broken trials, with all of them unsolved, and with all of
+them solved at the next step (:mod:`lockprobe.analysis.inference.broken_trials` does the same between conditions).
+"""
 
 from __future__ import annotations
 
@@ -6,14 +11,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
-from lockprobe.analysis.agent_comparison.broken_trials import agreed, both_ends
+import numpy as np
+
+from lockprobe.analysis.agent_comparison.interaction import Interaction
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
-from lockprobe.analysis.agent_comparison.pair import Among, Comparison, compare, corrected
-from lockprobe.analysis.agent_comparison.paired import Sheet, sheets
+from lockprobe.analysis.agent_comparison.pair import Among, Comparison, ComparisonAt, compare, corrected
+from lockprobe.analysis.agent_comparison.paired import BlockMean, Sheet, sheets
+from lockprobe.analysis.inference.broken_trials import completed
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.seeds import generator
 
-__all__ = ["Entrant", "comparisons", "ranked"]
+__all__ = ["Entrant", "agreed", "comparisons", "ranked"]
 
 BASELINES = ("human-inspired", "random")
 """References that every agent is compared with, if they were played: by the head of their spec."""
@@ -21,13 +29,13 @@ BASELINES = ("human-inspired", "random")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entrant:
-    """One agent that is to be compared.
+    """One agent to compare.
 
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
         head: Its spec without options.
-        reference: Whether it is there to be compared with.
+        reference: Whether it is only compared with.
         counted: Its ended trials.
         broken: Its trials that ended as error.
         budget: Steps of a trial.
@@ -48,14 +56,10 @@ class Entrant:
 
 
 def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[Comparison, ...]:
-    """Every two agents that the study is about, and each of them with the baselines.
+    """Compare every two agents that the study is about, and each of them with the baselines.
 
-    Where boxes are shown in several ways, two agents are compared that saw them alike; baselines, which read reports,
-    with all.
-
-    Args:
-        entrants: All agents, in the order of the study.
-        seed: Seed of the study.
+    Two agents are compared that saw the boxes alike. Baselines read reports and are compared with all. Entrants come in
+    the order of the study; ``seed`` is the study's.
     """
     subjects = [one for one in entrants if not one.reference] or list(entrants)
     pairs: list[tuple[Entrant, Entrant, Among]] = [
@@ -103,11 +107,61 @@ def _laid(
     return values, {one.name: found for one, found in zip(entrants, laid, strict=True)}
 
 
+def both_ends(counted: Outcomes, broken: Outcomes, budget: int) -> tuple[Outcomes, Outcomes]:
+    """All trials of an agent: broken ones unsolved, with the whole budget; and solved, one step after their last."""
+    unsolved, solved = completed(counted, broken)
+    beyond = np.arange(len(unsolved)) >= len(counted)
+    return replace(unsolved, length=np.where(beyond, budget, unsolved.length)), solved
+
+
+def agreed(found: Comparison, ends: tuple[Comparison, Comparison]) -> Comparison:
+    """The comparison without the broken trials, with p-values that hold at both ends too.
+
+    Args:
+        found: The two agents over the trials that both finished.
+        ends: The same with all broken trials unsolved, and with all solved.
+    """
+    return replace(
+        found,
+        success=_agreed_mean(found.success, *(end.success for end in ends)),
+        steps=_agreed_mean(found.steps, *(end.steps for end in ends)),
+        at=tuple(_agreed_at(one, [{at.p: at for at in end.at}[one.p] for end in ends]) for one in found.at),
+        interaction=_agreed_interaction(found.interaction, *(end.interaction for end in ends)),
+        bounded=True,
+    )
+
+
+def _agreed_mean(*three: BlockMean) -> BlockMean:
+    """The first, with the largest p-value; 1 where signs differ, or an interval holds 0 and the first does not."""
+    values = [one.p_value for one in three if one.p_value is not None]
+    if len(values) < len(three):
+        return replace(three[0], p_value=None)
+    holds = len({np.sign(one.value) for one in three}) == 1 and all(one.clear >= three[0].clear for one in three)
+    return replace(three[0], p_value=max(values) if holds else 1.0)
+
+
+def _agreed_at(found: ComparisonAt, ends: list[ComparisonAt]) -> ComparisonAt:
+    three = [found, *ends]
+    alike = len({np.sign(one.success.value) for one in three}) == 1
+    success = replace(found.success, p_value=max(one.success.p_value for one in three) if alike else 1.0)
+    return replace(found, success=success, steps=_agreed_mean(*(one.steps for one in three)))
+
+
+def _agreed_interaction(found: Interaction | None, *ends: Interaction | None) -> Interaction | None:
+    if found is None:
+        return None
+    three = [found, *(end for end in ends if end is not None)]
+    signs = {
+        np.sign(change.value) for one in three for at in one.at if at.p == found.clearest.p for change in [at.change]
+    }
+    return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
+
+
 def ranked(standings: Sequence[Standing], found: Sequence[Comparison]) -> tuple[Standing, ...]:
-    """The same with the ranks that the comparisons leave possible, the highest success first.
+    """The rows with the ranks that the comparisons leave possible, the highest success first.
 
     An agent ranks below all that are shown to solve the box more often, and above all that are shown to solve it less
-    often; between those lie the ranks that it may have.
+    often; it may have any rank in between.
     """
     between = [one for one in found if one.among == "subjects"]
     group = {name: name[1] for one in between for name in (one.first, one.second)}

@@ -1,4 +1,4 @@
-"""One agent over all p: a row of the leaderboard. Trials that share their luck over p, or a person, are together."""
+"""One agent over all p: a row of the leaderboard, with trials clustered by luck and by person."""
 
 from __future__ import annotations
 
@@ -23,15 +23,14 @@ __all__ = ["Regret", "Standing", "condition_regret", "standing"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regret:
-    """How much slower than the shortest plan, with a uniformly random agent on the same box as the measure.
+    """How much slower than the shortest plan, relative to a uniformly random agent on the same box.
 
     One less :class:`lockprobe.analysis.curves.Relative`: the area between the shortest plan's curve of success by step
     and the agent's, over that between the shortest plan's and the random agent's.
 
     Attributes:
         value: 0 as the shortest plan, 1 as a random agent; more if worse than random.
-        low: Lower end of the 95 % interval; None where trials do not tell how far they vary.
-        high: Upper end.
+        low, high: Ends of the 95 % interval; None where it cannot be estimated.
     """
 
     value: float
@@ -54,9 +53,9 @@ class Standing:
             None without trials.
         chance_no_repeat: The same of random actions without immediate repeats.
         misread: Misinterpretations over claims.
-        not_asked: Trials in which it was not asked what its actions did.
-        ranks: The best and the worst rank among the agents that the study is about which the paired comparisons
-            leave possible, from 1; None for an agent to compare with, and without trials.
+        not_asked: Trials in which the agent was not asked for its claims.
+        ranks: The best and the worst rank that the paired comparisons leave possible, from 1; None for an agent to
+            compare with, and without trials.
     """
 
     agent: str
@@ -73,13 +72,7 @@ class Standing:
 
 
 def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], reference: Reference | None) -> Standing:
-    """One agent's row.
-
-    Args:
-        trials: All trials of the agent, shown the box in one way.
-        conditions: The same by p.
-        reference: What random agents and the shortest plan reach on the box.
-    """
+    """One agent's row, from all its trials in one modality, the same by p, and the reference of the box."""
     counted, found = ended(trials), outcomes(trials)
     said = [trial_claims(trial) for trial in counted]
     curve = success_curve(trials)
@@ -98,7 +91,7 @@ def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], re
 
 
 def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredProportion:
-    """Of trials of equal luck taken together; of people those of one person too."""
+    """A share of trials clustered by luck, and for people also by person."""
     if found.crossed:
         return crossed_proportion(counts, sizes, found.player, found.luck)
     blocks = int(found.luck.max(initial=-1)) + 1
@@ -107,7 +100,7 @@ def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredPro
 
 
 def condition_regret(condition: ConditionSummary) -> Regret | None:
-    """The same of one condition."""
+    """The regret in one condition."""
     found = condition.relative
     return Regret(value=1 - found.value, low=1 - found.high, high=1 - found.low) if found else None
 

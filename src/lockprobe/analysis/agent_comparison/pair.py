@@ -1,4 +1,4 @@
-"""Two agents side by side, trial by trial on the same boxes with the same false reports."""
+"""Comparison of two agents, trial by trial on the same boxes with the same false reports."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class ComparisonAt:
 
     Attributes:
         p: Flip probability, [0, 1].
-        success: Of the trials that both finished, the share that the second solved less that of the first;
-            McNemar's test, which exchanges the agents too. Where one person has several of them the agents are
-            exchanged within whole people, and the interval is over people.
+        success: Of the trials that both finished, the share that the second solved less that of the first, with
+            McNemar's test. Where one person has several of them, agents are exchanged within whole people, and the
+            interval is over people.
         steps: Mean steps of the second less the first's, an unsolved trial counted with its whole budget.
         p_adjusted: McNemar's p-value corrected for all pairs of agents and all p (Holm); None before that.
     """
@@ -42,12 +42,12 @@ class ComparisonAt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """Two agents, or two that were shown the box in one way, over all p. Differences are the second less the first.
+    """Two agents over all p, shown the box in one way. Differences are the second less the first.
 
     Attributes:
         first: Agent spec and modality.
         second: Agent spec and modality.
-        among: What kind of pair it is; corrections are made for the pairs of one kind.
+        among: Kind of pair; corrections are made for the pairs of one kind.
         first_share: Share that the first solved of the trials that both finished, [0, 1].
         second_share: Share that the second solved of them.
         success: Difference of these shares.
@@ -56,9 +56,9 @@ class Comparison:
         steps_adjusted: Its p-value corrected in the same way.
         at: The same by p, ascending.
         copies: Whether both play every block alike at every p, so that all of ``at`` is the same.
-        people: Whether one of the two is people, whose trials belong together by person too.
-        bounded: Whether trials of one of them broke, so that p-values are the largest over what those may have been.
-        alone: Trials that only one of the two finished; they are in no number here.
+        people: Whether one of the two is people, whose trials are clustered by person too.
+        bounded: Whether trials of one of them broke, so that p-values are the largest over their possible ends.
+        alone: Trials that only one of the two finished; no number here counts them.
         interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
     """
 
@@ -82,14 +82,14 @@ class Comparison:
     def verdict(self) -> int:
         """1 if the second solves the box more often, -1 if less often, 0 if that cannot be told.
 
-        It is told if the corrected test rejects that the two play exchangeably, and the interval leaves out 0: two that
-        solve the box equally often may play differently, and the test sees that.
+        The corrected test must reject that the two play exchangeably, and the interval must leave out 0: two agents
+        that solve the box equally often may play differently, which the test detects.
         """
         return _told(self.success, self.success_adjusted)
 
     @property
     def steps_verdict(self) -> int:
-        """-1 if the second needs fewer steps, 1 if more, 0 if that cannot be told; told as the verdict is."""
+        """-1 if the second needs fewer steps, 1 if more, 0 if that cannot be told; by the rule of the verdict."""
         return _told(self.steps, self.steps_adjusted)
 
 
@@ -110,7 +110,7 @@ def compare(
         names: Agent spec and modality of the first, which is compared with, and of the second.
         values: The values of p, ascending.
         laid: Their sheets.
-        among: What kind of pair it is.
+        among: Kind of pair.
         rng: The stream of the flips.
     """
     first, second = laid
@@ -145,7 +145,7 @@ def compare(
 
 
 def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
-    """Over all p: trials of equal luck together, and where people are one side those of one person too."""
+    """Over all p, clustered by luck, and where one side is people also by person."""
     if person is None:
         return block_mean(differences, unit=unit)
     both = ~np.isnan(differences)
@@ -170,7 +170,7 @@ def _of(person: NDArray[np.str_] | None, both: NDArray[np.bool_], i: int) -> NDA
 
 
 def _most_steps(laid: tuple[Sheet, Sheet]) -> float | None:
-    """The largest difference that a single trial can make; None where no trial failed and so told the budget."""
+    """The largest difference of a single trial; None where no trial failed and so showed the budget."""
     failed = np.concatenate([one.steps[one.solved == 0] for one in laid])
     return float(failed.max()) - 1 if len(failed) else None
 
@@ -183,7 +183,7 @@ def _same_at_every_p(laid: Sheet) -> bool:
 
 
 def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
-    """The same with p-values corrected for how many pairs of one kind, and how many p, were looked at (Holm).
+    """The comparisons with p-values corrected for the number of pairs of one kind and of p (Holm).
 
     Two agents that both play alike at every p are looked at once, not once for each p.
     """

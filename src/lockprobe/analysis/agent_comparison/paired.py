@@ -1,11 +1,10 @@
-"""Differences between two agents that met the same luck: a mean with its interval, and a test that exchanges agents.
+"""Paired differences between two agents that met the same luck: a mean, its interval, and an exchange test.
 
-A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. What is
-tested is that two agents *play exchangeably*: that each is as likely to play a block as the other did. Then the sign of
-a block's difference is as good as the throw of a coin, whatever the block's trials have in common. So agents are
-exchanged within whole blocks, never trial by trial. Two that are equally good on average need not play exchangeably:
-one may fail often in few blocks, the other seldom in many. So nothing is concluded from the test unless the interval of
-the mean, which supposes no such thing, leaves out 0 too.
+A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. The
+null hypothesis is that two agents *play exchangeably*: each is as likely to play a block as the other did. Then the
+sign of a block's difference is random, whatever its trials have in common, so agents are exchanged within whole blocks.
+Agents that are equally good on average need not play exchangeably: one may fail often in few blocks, the other seldom
+in many. So a conclusion also needs the interval of the mean, which does not assume it, to leave out 0.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ class Sheet:
     Attributes:
         solved: 1 where the box was solved, else 0, shape (blocks, p).
         steps: Steps played, of the same shape; an unsolved trial has its whole budget.
-        person: Who played it, of people; empty text where nobody did, and no rows for an agent.
+        person: The person of each trial, empty text where there is no trial; no rows for an agent.
     """
 
     solved: Array
@@ -47,13 +46,12 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockMean:
-    """A mean over pairs of trials, which belong together by blocks of luck.
+    """A mean over pairs of trials, clustered by blocks of luck.
 
     Attributes:
         value: The mean; not a number without pairs.
-        low: Lower end of the 95 % interval, wider where several means are looked at; None where blocks do not tell how
-            far they vary.
-        high: Upper end.
+        low, high: Ends of the 95 % interval, wider where several means are looked at; None where it cannot be
+            estimated.
         p_value: That the two play exchangeably, by exchange within blocks, two-sided; 1 if no block differs; None
             without pairs, and where it would not keep its level.
         pairs: Pairs of trials.
@@ -69,19 +67,12 @@ class BlockMean:
 
     @property
     def clear(self) -> bool:
-        """Whether the interval leaves out 0; not where there is none."""
+        """Whether there is an interval and it leaves out 0."""
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
 def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
-    """Several agents' trials on equal rows and columns.
-
-    Args:
-        groups: The ended trials of one agent each.
-
-    Returns:
-        The values of p, ascending, and a sheet for each agent.
-    """
+    """The values of p, ascending, and the ended trials of each agent on equal rows and columns."""
     values = np.unique(np.concatenate([group.p for group in groups])) if groups else np.empty(0)
     lucks = sorted({luck for group in groups for luck in _lucks(group)})
     row = {luck: i for i, luck in enumerate(lucks)}
@@ -102,15 +93,15 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
 
 
 def block_mean(differences: Array, *, unit: float | None = None, choices: int = 1) -> BlockMean:
-    """The mean of all differences, with blocks taken together.
+    """The mean of all differences, clustered by block.
 
-    The interval is Student's over blocks, of a ratio of sums. Where a unit is known it is widened as if one pair more
-    of every column differed, so that it is no point where few of them do (Agresti and Min 2005 do the same for
-    independent pairs); where all blocks differ alike, or not at all, a block counts as a single trial.
+    The interval is Student's over blocks, of a ratio of sums. With a unit it is widened as if one pair more of every
+    column differed, so that it has a width where few differ (as Agresti and Min 2005 for independent pairs); where all
+    blocks differ alike, or not at all, a block counts as a single trial.
 
     Args:
         differences: Shape (blocks, pairs of a block), not a number where a pair is missing.
-        unit: The largest difference that a single trial can make, 1 for shares; None where it is not known.
+        unit: The largest difference of a single trial, 1 for shares; None where it is not known.
         choices: Number of means that are looked at; the interval has the level 1 - 0.05 / choices.
     """
     present = ~np.isnan(differences)
@@ -143,25 +134,14 @@ def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tu
 
 
 def half_width(se: float, clusters: int, level: float = LEVEL) -> float:
-    """Half of Student's interval.
-
-    Args:
-        se: Standard error.
-        clusters: How many it rests on, at least two.
-        level: Of the interval, (0, 1).
-    """
+    """Half of Student's interval of a standard error from at least two clusters, at a level in (0, 1)."""
     from scipy.stats import t
 
     return float(t.ppf((1 + level) / 2, clusters - 1)) * se
 
 
 def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
-    """One row for each cluster, as wide as the largest; not a number where one has fewer.
-
-    Args:
-        values: Shape (trials,).
-        cluster: The cluster of each, from 0, of the same shape.
-    """
+    """Values of shape (trials,) as one row for each cluster (from 0), padded with not-a-number."""
     place = np.zeros(len(cluster), dtype=np.int64)
     order = np.argsort(cluster, kind="stable")
     sizes = np.bincount(cluster)
@@ -172,10 +152,7 @@ def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
 
 
 def sign_flip(sums: Array) -> float:
-    """How often a sum at least as far from 0 comes of signs thrown at random, every one of them: exact.
-
-    Args:
-        sums: Whole numbers, one of each block, shape (blocks,).
+    """How often random signs give a sum at least as far from 0; exact. One whole number for each block.
 
     >>> sign_flip(np.array([1.0, 2.0, 3.0, 1.0, 1.0]))
     0.0625

@@ -1,4 +1,4 @@
-"""Other people's loop detectors beside the paper's: what each flags, and how often it is wrong."""
+"""Loop detectors, the paper's and others: what each flags, and its error rates."""
 
 from lockprobe.analysis.detectors.catalogue import DETECTORS, Detector
 from lockprobe.analysis.detectors.comparison import Row, as_table, comparison, microseconds

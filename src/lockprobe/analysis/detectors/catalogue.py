@@ -1,34 +1,117 @@
-"""The detectors: name, rule or score, where it comes from."""
+"""The loop detectors: the paper's, rules of agent frameworks, and scores of repetitiveness.
+
+All take the actions in order, and whether each moved its joint as the agent was told. A rule returns 1 if the trial
+breaks it anywhere, else 0. A score is higher for more repetition, needs no outcomes and a threshold, does not depend
+on the names of the actions, and is 0 for a trial without actions.
+"""
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import eq
 
-from lockprobe.analysis.detectors.rules import holds_loop, in_a_row, stuck
-from lockprobe.analysis.detectors.scores import autocorrelation, compression, coverage, determinism, phrase_length
+from lockprobe.analysis.loops import any_loop, cover
+from lockprobe.analysis.loops.alphabet import letters
 
-__all__ = ["DETECTORS", "Detector"]
+__all__ = ["DETECTORS", "Detector", "autocorrelation", "compression", "coverage", "determinism", "phrase_length"]
+
+Score = Callable[[Sequence[Hashable], Sequence[bool]], float]
+
+
+def holds_loop(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+    """Whether some run of three or more actions stands twice without overlap (paper, Sec. 3.3)."""
+    return float(any_loop(actions))
+
+
+def in_a_row(times: int) -> Score:
+    """The rule that the same action was taken this many times in a row."""
+
+    def rule(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+        return float(_longest_run(actions) >= times)
+
+    return rule
+
+
+def stuck(actions: Sequence[Hashable], moved: Sequence[bool]) -> float:
+    """Four times the same action and outcome; three times the same failing action; or A B A B A B with outcomes."""
+    pairs = list(zip(actions, moved, strict=True))
+    failing = [(action, i if went else None) for i, (action, went) in enumerate(pairs)]
+    alternating = [i for i in range(2, len(pairs)) if pairs[i] == pairs[i - 2]]
+    steady = _longest_run([i - place for place, i in enumerate(alternating)])
+    return float(_longest_run(pairs) >= 4 or _longest_run(failing) >= 3 or steady >= 4)
+
+
+def _longest_run(values: Sequence[Hashable]) -> int:
+    """The longest run of one value."""
+    return max((sum(1 for _ in run) for _, run in groupby(values)), default=0)
+
+
+def coverage(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+    """The share of the trial in its best cover by loops, [0, 1] (paper, Sec. 3.3)."""
+    return cover(actions).share
+
+
+def autocorrelation(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+    """The greatest share of actions equal to the one a lag before, over lags up to half the trial, [0, 1]."""
+    text, n = letters(actions), len(actions)
+    return max((sum(map(eq, text, text[lag:])) / (n - lag) for lag in range(1, n // 2 + 1)), default=0.0)
+
+
+def determinism(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+    """The share of recurrences (pairs of steps with the same action) on diagonals of two or more, [0, 1]."""
+    text = letters(actions)
+    points = on_diagonals = 0
+    for lag in range(1, len(text)):
+        diagonal = bytes(map(eq, text, text[lag:]))
+        points += sum(diagonal)
+        on_diagonals += sum(len(run) for run in diagonal.split(b"\0") if len(run) >= 2)
+    return on_diagonals / points if points else 0.0
+
+
+def phrase_length(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+    """The mean length of the phrases of Lempel and Ziv (1976), 1 or more: the trial's length over its complexity.
+
+    Each phrase is the shortest run that is not a copy of an earlier one (the copy may overlap the phrase); the end may
+    cut the last one short.
+    """
+    text, n = letters(actions), len(actions)
+    start = phrases = 0
+    while start < n:
+        end = start + 1
+        while end < n and text.find(text[start:end], 0, end - 1) >= 0:
+            end += 1
+        start, phrases = end, phrases + 1
+    return n / phrases if phrases else 0.0
+
+
+def compression(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
+    """Actions per byte of the trial compressed as a raw deflate stream."""
+    packer = zlib.compressobj(9, wbits=-15)
+    packed = packer.compress(letters(actions).encode("utf-8", "surrogatepass")) + packer.flush()
+    return len(actions) / len(packed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detector:
-    """Something that says how much a trial looks like going round in circles.
+    """A score of how much a trial looks like going round in circles.
 
     Attributes:
         name: Short and unique.
         description: What it looks at, in one line.
-        source: The framework whose rule it follows, or where the method is from.
+        source: The framework whose rule it follows, or the origin of the method.
         score: Actions in order, and whether each moved its joint as the agent was told -> higher for more of a loop.
         rule: Whether the score is a verdict, 0 or 1; other scores need a threshold.
         needs_outcome: Whether it looks at the outcomes; the others may be given none.
-        online: Whether it can stop a trial that still runs: once it flags, more steps do not change that.
+        online: Whether it can stop a running trial: once it flags, more steps do not change that.
     """
 
     name: str
     description: str
     source: str
-    score: Callable[[Sequence[Hashable], Sequence[bool]], float]
+    score: Score
     rule: bool = False
     needs_outcome: bool = False
     online: bool = False

@@ -30,10 +30,10 @@ LONGEST = 100
 
 @cache
 def threshold(detector: Detector, length: int, actions: int = 4) -> float:
-    """The score above which a trial of this length is flagged.
+    """The score above which a trial of this length is flagged; 0 for a rule.
 
     Args:
-        detector: One of the detectors. A rule's threshold is 0.
+        detector: One of the detectors.
         length: Steps in the trial (at most 100, which is all that a score looks at).
         actions: Actions to choose from (at least 2).
     """
@@ -61,7 +61,7 @@ def flags(detector: Detector, actions: Sequence[Hashable], moved: Sequence[bool]
         detector: One of the detectors.
         actions: The actions in order.
         moved: Whether each moved its joint as the agent was told; may be empty for most detectors.
-        joints: Actions that there were to choose from.
+        joints: Number of actions to choose from.
     """
     return score(detector, actions, moved) > threshold(detector, min(len(actions), LONGEST), joints)
 

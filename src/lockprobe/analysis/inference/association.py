@@ -1,4 +1,4 @@
-"""The paper's correlation of looping and success, with what it can and cannot show (Fig. 5a)."""
+"""The paper's correlation of looping and success, with its limits (Fig. 5a)."""
 
 from __future__ import annotations
 
@@ -31,12 +31,11 @@ class Correlation:
     Attributes:
         r: [-1, 1]; None if either is constant or there are fewer than three points.
         n: Points.
-        p_value: Of Student's t for r, as if points were independent and trials equally long; None without r.
-        low: 2.5th percentile over bootstrap resamples; None where nothing can be resampled.
-        high: 97.5th percentile.
-        slope: Of the least-squares line of success on loop rate, which the paper draws; None without r.
-        intercept: Of the same.
-        caveat: Why it must not be read as an effect.
+        p_value: Student's t for r, as if points were independent and trials equally long; None without r.
+        low, high: 2.5th and 97.5th percentiles over bootstrap resamples; None where nothing can be resampled.
+        slope: Slope of the least-squares line of success on loop rate; None without r.
+        intercept: Intercept of that line.
+        caveat: Why r must not be read as an effect.
     """
 
     r: float | None

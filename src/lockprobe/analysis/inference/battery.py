@@ -44,23 +44,23 @@ __all__ = ["Inference", "infer"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inference:
-    """What the trials of one agent over p let one conclude, test by test.
+    """The tests of one agent's trials over p.
 
     Attributes:
-        difference: Does success depend on p?
+        difference: Whether success depends on p.
         course: How success goes over p, in one word; None without trials.
         orders: Polynomials of the logit of success.
-        lines: Does success rise and fall? By two lines.
+        lines: Whether success rises and falls, by two lines.
         bend: The same by a quadratic.
-        speed: Does p change how soon the box is solved?
-        onset: Does p change how soon the agent loops?
-        hazard: Is success rarer after a loop? By p and step.
-        landmark: The same by p, among trials still running after step 10.
+        speed: Whether p changes how soon the box is solved.
+        onset: Whether p changes how soon the agent loops.
+        hazard: Whether success is rarer after a loop, by p and step.
+        landmark: The same by p, among trials that still run after step 10.
         whole: Naive: looped against solved by whole trials.
         fine: Naive: correlation of looping and success over repetitions.
         coarse: Naive: the same over values of p.
         broken: Trials that ended as error, by p; None if none did.
-        tests: All of them in one form, by question, the recommended one first.
+        tests: All tests in one form, by question, the recommended one first.
     """
 
     difference: AnyDifference
@@ -82,7 +82,7 @@ class Inference:
 def infer(
     outcomes: Outcomes, rng: np.random.Generator, *, broken: Outcomes | None = None, blind: Outcomes | None = None
 ) -> Inference:
-    """All tests of one agent's trials over p.
+    """Run all tests on one agent's trials over p.
 
     Where trials broke, the recommended tests conclude only what holds without them, with all of them unsolved, and with
     all of them solved (:mod:`lockprobe.analysis.inference.broken_trials`).
@@ -91,8 +91,8 @@ def infer(
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
         broken: Its trials that ended as error.
-        blind: Trials of a blind agent with the same action habits on the same box, which solving after a loop is
-            held against; without them the null hypothesis there is an odds ratio of 1.
+        blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
+            the null hypothesis; without them it is 1.
 
     Raises:
         BadValue: If a dose is negative or no number.

@@ -1,10 +1,10 @@
-"""Trials that broke: whether they select, and what one may conclude all the same.
+"""Broken trials: whether they select, and which conclusions hold in spite of them.
 
-A trial that ends as error counts neither as solved nor as failed. Where trials break more often under one condition
-than under another, those that remain are a selection: a call that fails with the same chance at every step breaks long
-trials, and long trials are those that are seldom solved. So everything is tested three times: without the broken
-trials, with all of them unsolved from where they broke, and with all of them solved there. Only what all three agree
-on is concluded (bounds as of Manski 1990, at the two ends that treat conditions alike).
+A trial that ends as error counts neither as solved nor as failed. Where trials break more often under one condition,
+the remaining ones are a selection: calls that fail with equal chance at every step break long trials, which are seldom
+solved. So everything is tested three times: without the broken trials, with all of them unsolved from where they
+broke, and with all of them solved there. A conclusion needs all three (bounds of Manski 1990, at the two ends that
+treat conditions alike).
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ PERMUTATIONS = 999
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BrokenShares:
-    """Which trials broke.
+    """Share of broken trials by p.
 
     Attributes:
-        at: Broken of those that were begun, by p, rising.
-        p_value: Whether the shares differ between p: permutation within trials that share their luck; None where no
-            two p share a trial.
+        at: Broken trials among those begun, by p, rising.
+        p_value: Whether the shares differ between p, by permutation within trials that share their luck; None where
+            no two p share a trial.
     """
 
     at: tuple[tuple[float, Proportion], ...]
@@ -45,13 +45,7 @@ class BrokenShares:
 
 
 def broken_shares(counted: Outcomes, broken: Outcomes, rng: np.random.Generator) -> BrokenShares | None:
-    """How many trials broke at each p; None if none did.
-
-    Args:
-        counted: The ended trials of one agent.
-        broken: Its trials that ended as error.
-        rng: The stream of the permutations.
-    """
+    """Count the broken trials of one agent at each p, given its ended ones; None if none broke."""
     if not len(broken):
         return None
     begun = appended(counted, broken)
@@ -64,14 +58,14 @@ def broken_shares(counted: Outcomes, broken: Outcomes, rng: np.random.Generator)
 
 
 def completed(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, Outcomes]:
-    """All trials: those that broke unsolved, censored at their last step; and those that broke solved at the next."""
+    """All trials twice: broken ones unsolved, censored at their last step; and solved at the next step."""
     unsolved = replace(broken, solved=np.zeros(len(broken), dtype=np.bool_))
     solved = replace(broken, solved=np.ones(len(broken), dtype=np.bool_), length=broken.length + 1)
     return appended(counted, unsolved), appended(counted, solved)
 
 
 def agreed_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
-    """The differences without the broken trials, with p-values that hold whatever became of those."""
+    """The differences without the broken trials, with p-values that hold at both ends too."""
     bounds = [{one.p: one for one in other.at} for other in (unsolved, solved)]
     at = tuple(_agreed_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
     return replace(found, at=at, p_value=min((one.p_value for one in at), default=None))
@@ -91,7 +85,7 @@ def _agreed_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: Diffe
 
 
 def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
-    """The two lines without the broken trials, with a shape only where all three show it."""
+    """The two lines without the broken trials, with a shape only where all three tests show it."""
     three = (found, *others)
     if any(one.p_value is None for one in three):
         return replace(found, p_value=None, direction=None)
@@ -106,7 +100,7 @@ def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
 def agreed_tests(
     found: Sequence[TestResult], unsolved: Sequence[TestResult], solved: Sequence[TestResult]
 ) -> tuple[TestResult, ...]:
-    """The recommended tests with the largest of three p-values, or 1 where their directions differ; the rest as is."""
+    """The recommended tests with the largest of three p-values, or 1 where directions differ; others unchanged."""
     return tuple(
         _agreed(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
     )

@@ -1,7 +1,7 @@
-"""Does success rise with p, fall, or both? One word for an agent, from the tests to conclude from.
+"""The course of success over p: whether it rises, falls, or both, in one word for each agent.
 
-The paper describes a course, up to p = 0.4 and down again (Sec. 3.2, Fig. 4). Agents of very different kinds show parts
-of it, so that a course says little of its cause; a study of several agents is read by it.
+The paper describes a rise up to p = 0.4 and a fall after it (Sec. 3.2, Fig. 4). Agents of very different kinds show
+parts of that course, so it says little of its cause.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Course:
         kind: In words.
         first: Share solved at the lowest p.
         highest: The highest share solved.
-        highest_p: Where that is.
+        highest_p: The p of the highest share.
         lowest: The lowest share solved.
-        lowest_p: Where that is.
+        lowest_p: The p of the lowest share.
         last: Share solved at the highest p.
     """
 
@@ -44,13 +44,7 @@ class Course:
 
 
 def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) -> Course | None:
-    """The course of an agent's success over p; None without trials.
-
-    Args:
-        conditions: One point per p, ascending.
-        difference: The test of the differences from the lowest p.
-        lines: The two-lines test.
-    """
+    """The course of an agent's success over p (one point per p, ascending); None without trials."""
     if not conditions:
         return None
     best, worst = (pick(conditions, key=lambda point: point.success) for pick in (max, min))
@@ -67,12 +61,9 @@ def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) 
 
 
 def levels(tests: Sequence[tuple[AnyDifference, TwoLines]]) -> list[float]:
-    """The level for each of several agents at which 5 % of studies say anything false of one of them (Holm 1979).
+    """The level for each agent at which 5 % of studies claim anything false of one of them (Holm 1979).
 
-    An agent's smallest p-value is doubled, since a course can be seen by either of two tests.
-
-    Args:
-        tests: The two tests of each agent.
+    An agent's smallest p-value is doubled, since either of its two tests can show a course.
     """
     smallest = [
         min((2 * p for p in (difference.p_value, lines.p_value) if p is not None), default=1.0)
@@ -87,16 +78,16 @@ def levels(tests: Sequence[tuple[AnyDifference, TwoLines]]) -> list[float]:
 
 
 def course_kind(seen: Course, difference: AnyDifference, lines: TwoLines, level: float = ALPHA) -> CourseKind:
-    """The course in words.
+    """The course in words, from the two tests.
 
-    A rise is a p at which success is above that at the lowest p, a fall one at which it is below (permutation test and
-    interval, corrected for looking at every p); or both by two lines.
+    Success rises if it is higher at some p than at the lowest p, and falls if it is lower (permutation test and
+    interval, corrected for all p). Two lines can show both.
 
     Args:
         seen: Where success is highest and lowest.
         difference: The test of the differences from the lowest p.
         lines: The two-lines test.
-        level: Level of both tests, [0, 1); for one of several agents what :func:`levels` gives it.
+        level: Level of both tests, [0, 1); for one of several agents its value from :func:`levels`.
     """
     if difference.p_value is None:
         return "not tested"

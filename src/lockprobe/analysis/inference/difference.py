@@ -1,8 +1,8 @@
-"""Does success at any p differ from that at the lowest p, once one has looked at all of them?
+"""Differences in success between the lowest p and every other p, corrected for looking at all of them.
 
-An estimate, its interval and its p-value come from one sample. Of an agent that is the trials that both p have: trials
-of equal repetition and trial share their luck, and a study that is not finished has some of them at one p only. Of
-people, who meet no luck twice, it is all trials, and those of one person belong together.
+An estimate, its interval and its p-value come from one sample. An agent's sample is the trials that both p have:
+trials of equal repetition and trial share their luck, and an unfinished study has some of them at one p only. People
+meet no luck twice; their sample is all trials, clustered by person.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """The same difference, had all broken trials ended in one way.
+    """The difference if all broken trials had ended in one way.
 
     Attributes:
         value: Success at the higher p less success at the lowest, [-1, 1].
@@ -48,12 +48,11 @@ class DifferenceAt:
         first: Solved at the lowest p, of the trials compared.
         second: Solved at this p, of the trials compared.
         value: Success at this p less success at the lowest p, [-1, 1].
-        low: Lower end of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest).
-        high: Upper end.
-        pairs: The trials that both have, pair by pair; None of people.
-        exchange: Permutation p-value, corrected for every p looked at (Westfall & Young's single-step maximum).
-        p_value: The larger of ``exchange`` and the corrected p-value that belongs to the interval, so that it is
-            below 0.05 only if the interval leaves out 0. Where trials broke, the largest over what they may have been.
+        low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest).
+        pairs: The trials that both have, pair by pair; None for people.
+        exchange: Permutation p-value, corrected for all p (Westfall & Young's single-step maximum).
+        p_value: The larger of ``exchange`` and the corrected p-value of the interval, so that it is below 0.05 only if
+            the interval leaves out 0. Where trials broke, the largest over their possible ends.
         if_unsolved: The difference if every broken trial had ended unsolved; None where no trial broke.
         if_solved: The difference if every broken trial had been solved.
     """
@@ -78,9 +77,9 @@ class AnyDifference:
     Attributes:
         lowest: The p that the others are compared with; None without trials.
         at: The other values that share trials with it, rising.
-        p_value: The smallest of theirs, each of which is corrected for looking at all.
+        p_value: The smallest p-value of ``at``, each corrected for all p.
         omnibus: p-value of ``sum n_p (success_p - success)^2``, which looks at every pair of values.
-        permutations: How many were drawn.
+        permutations: Number of permutations drawn.
         note: Why there is no test, as a short code; empty if there is one.
     """
 
@@ -93,23 +92,22 @@ class AnyDifference:
 
     @property
     def clearest(self) -> DifferenceAt | None:
-        """The difference with the smallest p-value, of several the largest; None without one."""
+        """The difference with the smallest p-value, and of equal ones the largest; None without one."""
         return min(self.at, key=lambda one: (one.p_value, -abs(one.value)), default=None)
 
 
 def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS) -> AnyDifference:
-    """Test whether false reports change success, whatever luck the trials share and whichever p turned out best.
+    """Test whether false reports change success, whatever luck trials share and whichever p turned out best.
 
-    Two conditions must hold. First, outcomes are exchanged at random between the values of p of a cluster, and
-    ``(1 + those at least as extreme) / (1 + permutations)`` is the p-value. That is exact whether the luck decides
-    all, some or nothing, if p changes nothing at all. If p changes which trials are solved, but not how many, it
-    rejects in up to a third of studies, the more the more values of p there are. Second, therefore, the interval of
-    the difference, corrected for the number of differences (Bonferroni), leaves out 0.
+    A finding must pass two tests. First a permutation of outcomes between the values of p of a cluster: its p-value,
+    ``(1 + those at least as extreme) / (1 + permutations)``, is exact for any shared luck if p changes nothing. But if
+    p changes which trials are solved and not how many, it rejects in up to a third of studies. So, second, the interval
+    of the difference (Bonferroni over all differences) must leave out 0.
 
     Args:
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
-        permutations: How many to draw.
+        permutations: Number of permutations.
     """
     values, place = np.unique(outcomes.p, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
@@ -147,7 +145,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
 
 
 def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choices: int) -> DifferenceAt:
-    """The difference at the second of two p from the first, from the trials that may be compared."""
+    """The difference between two p, from the trials that may be compared."""
     together = outcomes.at(np.isin(outcomes.p, both))
     later = together.p == both[1]
     if outcomes.crossed:
@@ -173,7 +171,7 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choic
 
 
 def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
-    """Clusters by the places of p that they have trials at: solved or not, one array a cluster."""
+    """Clusters by the values of p at which they have trials: solved or not, one array a cluster."""
     clusters = outcomes.cluster
     order = np.lexsort((place, clusters))
     groups: Groups = {}
@@ -188,8 +186,8 @@ def _exchanged(
     """Outcomes exchanged inside clusters; the first row is as observed.
 
     Returns:
-        Solved trials per place, shape (1 + permutations, places); share solved at each place less that at the first,
-        over the clusters that have both, of the same shape; and how many clusters have both, shape (places,).
+        Solved trials per p, shape (1 + permutations, values); share solved at each p less that at the first, over the
+        clusters that have both, of the same shape; and the number of such clusters, shape (values,).
     """
     solved, away = np.zeros((2, 1 + permutations, places))
     both = np.zeros(places)
@@ -204,7 +202,7 @@ def _exchanged(
 
 
 def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
-    """Solved trials per place, shape (permutations, places), each cluster of (clusters, places) shuffled by itself."""
+    """Solved trials per p, shape (permutations, values), each cluster of (clusters, values) shuffled separately."""
     varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
     shuffled: NDArray[np.uint8] = rng.permuted(np.broadcast_to(varied, (permutations, *varied.shape)), axis=2)
     totals: Array = shuffled.sum(axis=1, dtype=np.float64)
@@ -214,9 +212,9 @@ def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Gene
 def _whole(
     outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Whole clusters shuffled among the places: solved trials and trials per place, the first row as observed.
+    """Whole clusters shuffled among the values of p: solved trials and trials per p.
 
-    Both have the shape (1 + permutations, places).
+    Both have the shape (1 + permutations, values); the first row is as observed.
     """
     clusters = outcomes.cluster
     _, first, sizes = np.unique(clusters, return_index=True, return_counts=True)

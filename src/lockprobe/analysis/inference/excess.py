@@ -1,14 +1,14 @@
 """Observed minus expected events, step by step and summed over clusters of luck.
 
-Log-rank and Mantel-Haenszel tests add up, over steps, how far the events with some feature lie from those to be
-expected had all running trials been alike. Trials of equal repetition and trial share their luck over all p, so the
-differences are summed per cluster, and the spread between clusters, which are independent, says how far they lie
-from nought: the robust variance of Lin and Wei (1989), made unbiased for few running trials.
+Log-rank and Mantel-Haenszel tests add up, over steps, how far the events with a feature exceed those expected if all
+running trials were alike. Trials of equal repetition and trial share their luck over all p. So the differences are
+summed per cluster, and their variance between clusters is the robust variance of Lin and Wei (1989), made unbiased
+for few running trials.
 
-Rejections at .05 where nothing is, in 1500 studies of 7 p x 30 trials, with luck shared over p by none and by half of
-the trials: onset (log-rank, Student's t) .047 and .045, with chi-squared .056 and .056; harm (Mantel-Haenszel,
-chi-squared) .044 and .038, with t .029 and .027. Had trials been taken for independent, harm would have been found
-in .40 of 300 that share all luck.
+Rejections at .05 under the null hypothesis, in 1500 studies of 7 p x 30 trials with luck shared over p by none and by
+half of the trials: onset (log-rank) .047 and .045 with Student's t, .056 and .056 with chi-squared; harm
+(Mantel-Haenszel) .044 and .038 with chi-squared, .029 and .027 with t. Treating trials as independent would find harm
+in .40 of 300 studies that share all luck.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Excess:
     Attributes:
         total: Observed minus expected, shape (columns,).
         covariance: Its variance between clusters of luck, shape (columns, columns).
-        clusters: Clusters of luck.
+        clusters: Number of clusters of luck.
     """
 
     total: Array
@@ -43,7 +43,7 @@ class Excess:
     def p_value_t(self) -> float | None:
         """Student's t over clusters of the first column, two-sided; more cautious than :attr:`p_value`.
 
-        None with six clusters or fewer: the statistic never exceeds their number, and so could never be significant.
+        None with six clusters or fewer, which could never be significant: the statistic never exceeds their number.
         """
         from scipy.stats import t
 
@@ -56,15 +56,12 @@ class Excess:
 
     @property
     def direction(self) -> int:
-        """1 if there are more events with the first feature than expected, -1 if there are fewer, else 0."""
+        """1 if there are more events with the first feature than expected, -1 if fewer, else 0."""
         return int(np.sign(self.total[0]))
 
     @property
     def p_value(self) -> float | None:
-        """Chi-squared score test, two-sided; 1 if all went alike.
-
-        None if the clusters are too few ever to be significant: the statistic never exceeds their number.
-        """
+        """Chi-squared score test, two-sided; 1 if all went alike; None with too few clusters ever to be significant."""
         from scipy.stats import chi2
 
         columns = int(np.linalg.matrix_rank(self.covariance, hermitian=True))
@@ -76,10 +73,10 @@ class Excess:
 
 
 def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Who runs at each step from 1 and whose event it is, both 0 or 1 of shape (trials, steps).
+    """Which trials run at each step from 1 and which have their event there, both 0 or 1 of shape (trials, steps).
 
     Args:
-        last: The step of the event, or the last one without it, shape (trials,).
+        last: The step of the event, or the last step without it, shape (trials,).
         happened: Whether it was an event, of the same shape.
     """
     step = np.arange(1, int(last.max(initial=0)) + 1)
@@ -88,10 +85,10 @@ def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, A
 
 
 def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
-    """Events with a feature beyond those expected, given who was running at each step of each stratum.
+    """Events with a feature beyond those expected, given the running trials at each step of each stratum.
 
     Args:
-        x: The feature, shape (columns, trials, steps), or (columns, trials, 1) if it is the same at every step.
+        x: The feature, shape (columns, trials, steps), or (columns, trials, 1) if constant over steps.
         event: 0 or 1, shape (trials, steps).
         running: 0 or 1, shape (trials, steps).
         stratum: From 0, shape (trials,).
@@ -105,14 +102,14 @@ def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64]
 
 
 def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
-    """Events with a feature beyond those expected if their odds are so many times the odds of events without it.
+    """Events with a feature beyond those expected under a given odds ratio.
 
     The total is Mantel and Haenszel's ``sum (a d - odds b c) / n`` over tables of stratum and step, which is 0 at their
-    odds ratio. A trial's part in it is its projection, so that at odds of 1 this is :func:`excess`.
+    odds ratio. Each trial contributes its projection, so that at odds of 1 this is :func:`excess`.
 
     Args:
-        cells: 0 or 1, shape (4, trials, steps): with the feature and the event, with the feature alone, with the
-            event alone, with neither; all 0 where a trial no longer runs.
+        cells: 0 or 1, shape (4, trials, steps): feature and event, feature alone, event alone, neither; all 0 where a
+            trial no longer runs.
         odds: The odds ratio of the null hypothesis.
         stratum: From 0, shape (trials,).
         cluster: From 0, shape (trials,).
@@ -127,7 +124,7 @@ def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluste
 
 
 def _summed(score: Array, n: Array, cluster: NDArray[np.int64]) -> Excess:
-    """Scores of shape (columns, trials, steps) summed by cluster; n of the same shape are running beside each."""
+    """Scores of shape (columns, trials, steps) summed by cluster; n, of the same shape, counts running trials."""
     unbiased = np.sqrt(n / np.maximum(n - 1, 1.0))
     sums = np.zeros((int(cluster.max(initial=-1)) + 1, len(score)))
     np.add.at(sums, cluster, np.sum(score * unbiased, axis=2).T)

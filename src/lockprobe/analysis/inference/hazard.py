@@ -1,13 +1,12 @@
-"""Is success rarer after a loop than before any?
+"""Whether success is rarer after a loop than before any.
 
-A solved trial is a short one, and a short trial holds fewer loops by chance alone. So looping and solving may only
-be compared *at one step, among the trials still running at it*; that is what the Mantel-Haenszel tests here do. The
-estimates are the textbook's; the variance allows for luck that trials share over all p
-(:mod:`lockprobe.analysis.inference.excess`).
+A solved trial is short, and a short trial holds fewer loops by chance alone. So looping and solving may only be
+compared *at one step, among the trials still running at it*, as the Mantel-Haenszel tests here do. The variance allows
+for luck that trials share over all p (:mod:`lockprobe.analysis.inference.excess`).
 
-On a box the odds ratio of an agent that ignores all reports is not 1, since an action that comes back may find the box
-as it was. Where trials of a blind agent with the same action habits are given
-(:mod:`lockprobe.analysis.habit_baseline`), their odds ratio is the null hypothesis.
+An agent that ignores all reports need not have an odds ratio of 1: a repeated action may find the box unchanged. Where
+trials of a blind agent with the same action habits are given (:mod:`lockprobe.analysis.habit_baseline`), their odds
+ratio is the null hypothesis.
 """
 
 from __future__ import annotations
@@ -32,8 +31,8 @@ class Blind:
     """The odds ratio of a blind agent with the same action habits on the same box, by simulation.
 
     Attributes:
-        odds_ratio: As of the agent, over all strata; above 0.
-        error: Standard error of its logarithm that comes of simulating.
+        odds_ratio: Over all strata, as for the agent; above 0.
+        error: Standard error of its logarithm from the simulation.
         trials: Trials simulated.
     """
 
@@ -48,16 +47,15 @@ class LoopEffect:
 
     Attributes:
         odds_ratio: Mantel-Haenszel, common to all strata; below 1 if success is rarer after a loop; None if undefined.
-        low: Lower end of the 95 % interval; None where the ratio is 0 or not defined.
-        high: Upper end.
-        blind: What a blind agent with the same habits has, which is the null hypothesis; None where that is not known.
+        low, high: Ends of the 95 % interval; None where the ratio is 0 or undefined.
+        blind: The null hypothesis: the odds ratio of a blind agent with the same habits; None if not known.
         direction: 1 if more are solved after a loop than under the null hypothesis, -1 if fewer, else 0.
-        p_value: Two-sided, of the null hypothesis: the odds ratio of the blind agent; of 1 where no blind trials
-            are given. None where nothing is informative.
+        p_value: Two-sided, against ``blind``, or against 1 where no blind trials are given; None if nothing is
+            informative.
         strata: Informative strata: with and without a loop side by side, some but not all solved.
-        looped: Steps (of :func:`loop_landmark`: trials) that come after a loop.
+        looped: Steps (of :func:`loop_landmark`: trials) after a loop.
         looped_solved: How many of them solved the box.
-        unlooped: Steps (trials) that come before any loop.
+        unlooped: Steps (trials) before any loop.
         unlooped_solved: How many of them solved the box.
         note: Why there is no test, as a short code; empty if there is one.
     """
@@ -92,13 +90,12 @@ class NaiveAssociation:
 def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect:
     """The chance of being solved at a step, after a loop against before any, in strata of p and step.
 
-    A loop that is complete with the very action that solves does not count as a loop before it. A trial gives many
-    steps but at most one success, and each step is compared given all that ran at it, so steps of a trial need no
-    correction.
+    A loop that is complete with the very action that solves does not count as a loop before it. Steps of one trial need
+    no correction: each is compared given all trials that ran at it.
 
     Args:
         outcomes: The trials of one agent over all p.
-        blind: Trials of a blind agent with the same habits on the same box, whose odds ratio is the null hypothesis.
+        blind: Trials of a blind agent with the same habits on the same box; their odds ratio is the null hypothesis.
     """
     against = _blind(loop_hazard(blind), len(blind)) if blind is not None else None
     running, event = grid(outcomes.length, outcomes.solved)
@@ -108,14 +105,9 @@ def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect
 
 
 def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: int = 10) -> LoopEffect:
-    """Trials still running after a step: were those that had looped by then solved less often later? Strata p.
+    """Whether trials that had looped by a step, and still ran after it, were solved less often later. Strata p.
 
-    Easier to read than :func:`loop_hazard`, and weaker: loops after the step do not count.
-
-    Args:
-        outcomes: The trials of one agent over all p.
-        blind: As for :func:`loop_hazard`.
-        step: From 1.
+    Easier to read than :func:`loop_hazard`, and weaker: loops after the step (from 1) do not count.
     """
     against = _blind(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
     running = (outcomes.length > step)[:, None].astype(np.float64)
@@ -126,8 +118,8 @@ def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: in
 def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     """Naive: Fisher's test of looped against solved over whole trials.
 
-    It finds loops harmful even where success has nothing to do with what the agent does, because success ends a
-    trial before it can loop. It is here to be shown beside :func:`loop_hazard`, never as evidence.
+    Success ends a trial before it can loop, so this finds loops harmful even where they are not. It is a contrast to
+    :func:`loop_hazard`, never evidence.
     """
     from scipy.stats import fisher_exact
 
@@ -141,14 +133,14 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
 
 
 def _blind(found: LoopEffect, trials: int) -> Blind | None:
-    """What simulated trials of a blind agent come to; None where they have no odds ratio above 0."""
+    """The odds ratio of simulated trials of a blind agent; None where it is not above 0."""
     if not found.odds_ratio or found.low is None or found.high is None:
         return None
     return Blind(odds_ratio=found.odds_ratio, error=math.log(found.high / found.low) / (2 * Z), trials=trials)
 
 
 def _against(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
-    """No test where blind trials are given and have no odds ratio to hold the agent's against."""
+    """No test where blind trials are given that have no odds ratio."""
     if blind is None or found.blind is not None or found.p_value is None:
         return found
     return replace(found, p_value=None, direction=0, note="no odds ratio of a blind agent")
@@ -190,8 +182,8 @@ def _effect(
 def _mantel_haenszel(tables: Array, found: Excess) -> tuple[float | None, float | None, float | None]:
     """The common odds ratio of tables of shape (2, 2, strata), and its interval.
 
-    The interval is Robins, Breslow and Greenland's, as much wider as the excess varies more between clusters
-    than it would were all trials independent.
+    The interval is Robins, Breslow and Greenland's, widened by the ratio of the variance between clusters to that of
+    independent trials.
     """
     from statsmodels.stats.contingency_tables import StratifiedTable
 

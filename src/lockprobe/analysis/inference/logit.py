@@ -1,7 +1,7 @@
-"""Logit regression on counts: where its maximum exists, and only there.
+"""Logit regression on counts, and whether its maximum exists.
 
-Trials at one p are one binomial count, which gives the same fit as the single trials. Trials count as independent.
-Luck shared over p makes differences between conditions surer than these fits say, not less sure.
+Trials at one p are one binomial count, which gives the same fit as single trials. Trials count as independent: luck
+shared over p makes differences between conditions surer than these fits say, not less sure.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class LogitFit:
         coefficients: Shape (columns,).
         covariance: Inverse of the information, shape (columns, columns).
         log_likelihood: Of the counts, with their binomial coefficients.
-        deviance: Against a share of its own for every count.
+        deviance: Against the saturated model.
     """
 
     coefficients: Array
@@ -84,7 +84,7 @@ def _separated(design: Array, counted: Counts) -> bool:
     """Whether the likelihood has no finite maximum (Albert & Anderson 1984).
 
     That is so if a combination of columns, not zero everywhere, is >= 0 wherever a trial was solved and <= 0 wherever
-    one was not; it is then zero at every p with both.
+    one was not.
     """
     all_solved, none_solved = counted.solved == counted.n, counted.solved == 0
     mixed = ~all_solved & ~none_solved

@@ -1,7 +1,6 @@
-"""Does noise change how soon something happens: a first loop, or the solution? Log-rank tests over p.
+"""Log-rank tests over p: whether noise changes how soon a first loop, or the solution, happens.
 
-A trial to which it never happened is censored where it ended, so that trials of unequal length may be compared. The
-estimates are the textbook's; the variance allows for luck that trials share over all p
+A trial without the event is censored where it ended. The variance allows for luck that trials share over all p
 (:mod:`lockprobe.analysis.inference.excess`).
 """
 
@@ -24,14 +23,14 @@ Steps = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventGroup:
-    """When it happens in the trials of some p.
+    """When the event happens in the trials of some p.
 
     Attributes:
         p: The flip probabilities, ascending.
         n: Trials.
-        events: Trials to which it happened.
-        expected: How many would have been expected by the time each trial ended, had p no influence.
-        curve: Share to which it has happened by step, one minus Kaplan-Meier: as if no trial had been cut short.
+        events: Trials with the event.
+        expected: Events expected by the end of each trial if p had no influence.
+        curve: Share with the event by step, one minus Kaplan-Meier: as if no trial had been cut short.
     """
 
     p: tuple[float, ...]
@@ -41,7 +40,7 @@ class EventGroup:
     curve: Incidence
 
     def by_step(self, step: int = 12) -> float:
-        """Share to which it has happened by this step, [0, 1]."""
+        """Share with the event by this step, [0, 1]."""
         return self.curve.share[min(step, len(self.curve.share) - 1)]
 
 
@@ -52,11 +51,10 @@ class EventComparison:
     Attributes:
         lowest: Trials at the lowest p.
         higher: Trials they are compared with.
-        hazard_ratio: Observed over expected events, higher over lowest: below 1 if more noise means later and
-            fewer of them; None where it is not defined.
-        direction: 1 if it happens sooner or more often at the higher p, -1 if later or more rarely, else 0.
-        p_value: Log-rank, two-sided; None with six clusters of luck or fewer, which could never be significant;
-            1 if all went alike.
+        hazard_ratio: Observed over expected events, higher over lowest: below 1 if more noise means later and fewer
+            events; None where undefined.
+        direction: 1 if the event comes sooner or more often at the higher p, -1 if later or more rarely, else 0.
+        p_value: Log-rank, two-sided; 1 if all went alike; None with six clusters of luck or fewer.
         p_adjusted: Corrected for the number of comparisons (Holm), where there are several.
     """
 
@@ -70,7 +68,7 @@ class EventComparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogRanks:
-    """Whether p changes how soon it happens.
+    """Whether p changes how soon the event happens.
 
     Attributes:
         primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
@@ -85,23 +83,16 @@ class LogRanks:
 
 
 def loop_onset_logrank(outcomes: Outcomes) -> LogRanks:
-    """Of the step at which the first loop is complete; a trial without one is censored at its end.
+    """Log-rank tests of the step that completes the first loop; a trial without one is censored at its end.
 
-    That trials end earlier where success is more frequent is allowed for. A permutation of p within clusters would
-    not allow for it: it takes the ends of trials to be alike.
-
-    Args:
-        outcomes: The trials of one agent over all p.
+    This allows for trials that end earlier where success is more frequent. A permutation of p within clusters would
+    not: it assumes that the ends of trials are alike.
     """
     return _over_p(outcomes, np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
 
 
 def solution_logrank(outcomes: Outcomes) -> LogRanks:
-    """Of the step that solves the box; a trial that is not solved is censored at its end.
-
-    Args:
-        outcomes: The trials of one agent over all p.
-    """
+    """Log-rank tests of the step that solves the box; an unsolved trial is censored at its end."""
     return _over_p(outcomes, outcomes.length, outcomes.solved)
 
 
@@ -157,10 +148,10 @@ def _group(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], bey
 
 
 def holm(values: Sequence[float | None]) -> list[float | None]:
-    """P-values corrected for how many they are (Holm 1979); None where nothing could be tested."""
-    adjusted, largest = list(values), 0.0
-    tested = sorted((value, i) for i, value in enumerate(values) if value is not None)
-    for smaller, (value, i) in enumerate(tested):
-        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
-        adjusted[i] = largest
-    return adjusted
+    """P-values corrected for their number (Holm 1979); None where nothing could be tested."""
+    if not (tested := [value for value in values if value is not None]):
+        return list(values)
+    from statsmodels.stats.multitest import multipletests
+
+    adjusted = iter(multipletests(tested, method="holm")[1].tolist())
+    return [None if value is None else next(adjusted) for value in values]

@@ -1,7 +1,6 @@
-"""Which p is best, and how sure that is.
+"""The p of highest success, and its uncertainty.
 
-Trials of equal repetition and trial share their luck over p: a cluster, of people one person. The bootstrap draws
-clusters within their repetition.
+The bootstrap draws clusters within their repetition: trials of equal repetition and trial, or of one person.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """One value of p as the place of the highest success.
+    """One value of p as a candidate for the highest success.
 
     Attributes:
         p: Flip probability, [0, 1].
@@ -47,43 +46,36 @@ class Peak:
     Attributes:
         candidates: Every value of p, rising.
         best: The value with the highest share solved, the lowest of them in a tie; None without trials.
-        success: Share solved there, [0, 1]. The best of several is seen too high: the winner's curse.
-        curse: By how much, on average over resamples: the best share of a resample less the observed share there.
-        honest: ``success - curse``. In simulations of 30 trials at each of seven p, none far above the rest, the
-            best was seen 0.04 to 0.12 too high and this lay 0.01 to 0.05 too high. It errs less than choosing on one
-            half of the trials and looking at the other.
+        success: Share solved there, [0, 1]; too high on average, as the best of several (the winner's curse).
+        curse: That bias: mean over resamples of the best share less the observed share there.
+        honest: ``success - curse``. In simulations of 30 trials at each of seven p, none far above the rest, the best
+            was seen 0.04 to 0.12 too high and this lay 0.01 to 0.05 too high.
         turning: Where the parabola through the shares is highest within the range of p.
-        turning_low: 2.5th percentile over resamples.
-        turning_high: 97.5th percentile.
+        turning_low, turning_high: 2.5th and 97.5th percentiles over resamples.
         note: Why something is missing, as a short code; empty if nothing is.
     """
 
-    candidates: tuple[Candidate, ...]
-    best: float | None
-    success: float | None
-    curse: float | None
-    honest: float | None
-    turning: float | None
-    turning_low: float | None
-    turning_high: float | None
-    note: str
+    candidates: tuple[Candidate, ...] = ()
+    best: float | None = None
+    success: float | None = None
+    curse: float | None = None
+    honest: float | None = None
+    turning: float | None = None
+    turning_low: float | None = None
+    turning_high: float | None = None
+    note: str = ""
 
 
 def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Peak:
-    """Find where success is highest, and how sure that is.
+    """Find where an agent's success is highest, and how sure that is, by ``resamples`` of its ended trials.
 
-    A value of p leaves the 95 % set when the best of the others lies further above it than in 95 % of resamples whose
-    differences are centred (Hsu's comparison with the best, by bootstrap). It held the true best in 95 to 100 % of
-    simulated studies; the fewest values whose shares of resamples make up 95 % held it in 60 to 100 %.
-
-    Args:
-        outcomes: The ended trials of one agent.
-        rng: The stream of the bootstrap.
-        resamples: How many to draw.
+    A value of p leaves the 95 % set when the best of the others lies further above it than in 95 % of resamples with
+    centred differences (Hsu's comparison with the best, by bootstrap). The set held the true best in 95 to 100 % of
+    simulated studies; the fewest values whose shares of resamples add up to 95 % held it in 60 to 100 %.
     """
     values, place = np.unique(outcomes.p, return_inverse=True)
     if not len(values):
-        return _peak(values, np.empty(0), np.empty(0), np.empty((0, 0)), "no trials")
+        return Peak(note="no trials")
     n = np.bincount(place).astype(np.float64)
     success = np.bincount(place, weights=outcomes.solved) / n
     times = times_drawn(outcomes, rng, resamples)
@@ -93,7 +85,7 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
 
 
 def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str) -> Peak:
-    best = int(np.argmax(success)) if len(values) else None
+    best = int(np.argmax(success))
     share, in_set, curse, low, high = None, None, None, None, None
     if len(drawn):
         leads = drawn >= drawn.max(axis=1, keepdims=True) - _TIE
@@ -116,10 +108,10 @@ def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str) -> P
             )
             for i, p in enumerate(values)
         ),
-        best=None if best is None else float(values[best]),
-        success=None if best is None else float(success[best]),
+        best=float(values[best]),
+        success=float(success[best]),
         curse=curse,
-        honest=None if best is None or curse is None else float(success[best]) - curse,
+        honest=None if curse is None else float(success[best]) - curse,
         turning=turning,
         turning_low=low,
         turning_high=high,
@@ -128,7 +120,7 @@ def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str) -> P
 
 
 def _highest(values: Array, shares: Array) -> Array:
-    """Where least-squares parabolas through rows of shares are highest within the range of p; the lower end if flat."""
+    """Where least-squares parabolas through rows of shares peak within the range of p; the lower end if flat."""
     _, slope, bend = (shares @ np.linalg.pinv(np.vander(values, 3, increasing=True)).T).T
     low, high = values[0], values[-1]
     ends = np.where(slope * (high - low) + bend * (high**2 - low**2) > _TIE, high, low)

@@ -1,9 +1,9 @@
-"""How success runs over p, as polynomials of a binomial logit model.
+"""Polynomials of success over p in a binomial logit model.
 
-The paper fits least squares to shares and lets AIC choose the order. Here the trials are counted as what they are.
-Choosing an order still says little about a peak. A success that rises from 23 % to 67 % and stays there is called
-quadratic in about half of all studies with 30 trials at each of seven p (46 % by the likelihood ratio): an order of
-two is *no* evidence of a decline. The tests of :mod:`~lockprobe.analysis.inference.ushape` ask that question.
+The paper fits least squares to shares and lets AIC choose the order; here the trials are counted. An order of two is
+*no* evidence of a decline: a success that rises from 23 % to 67 % and stays there is called quadratic in about half
+of all studies with 30 trials at each of seven p (46 % by the likelihood ratio).
+:mod:`~lockprobe.analysis.inference.ushape` tests for a decline.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class BinomialOrder:
         log_likelihood: Of the counts per p, with their binomial coefficients.
         aic: ``2 k - 2 log_likelihood`` with ``k = order + 1``.
         aicc: ``aic + 2 k (k + 1) / (n - k - 1)`` with n trials.
-        deviance: Against a share of its own for every p.
+        deviance: Against the saturated model.
         p_value: Likelihood-ratio test against the next lower order; None for order 0.
     """
 
@@ -53,8 +53,7 @@ class BinomialCurve:
     Attributes:
         p: Where the curve is evaluated, over the range of p.
         value: Success there, [0, 1].
-        low: Lower end of the pointwise 95 % interval, from the normal interval on the logit scale.
-        high: Upper end.
+        low, high: Ends of the pointwise 95 % interval, from the normal interval on the logit scale.
     """
 
     p: tuple[float, ...]
@@ -65,12 +64,12 @@ class BinomialCurve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BinomialOrders:
-    """The polynomials that can be fitted, and the one that AICc prefers.
+    """The polynomials that can be fitted, and the order that AICc prefers.
 
     Attributes:
         n: Trials.
         orders: From order 0 upwards, as far as the values of p allow and the likelihood has a maximum.
-        order: The order with the smallest AICc; None if an order has no maximum, since it may be the better one.
+        order: The order with the smallest AICc; None if some order has no maximum, since it may be the better one.
         curve: Success by p under that order.
         note: Why something is missing, as a short code; empty if nothing is.
     """
@@ -83,14 +82,7 @@ class BinomialOrders:
 
 
 def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> BinomialOrders:
-    """Fit polynomials of order 0 to 3, as far as the values of p allow.
-
-    That AICc prefers order two is no evidence of a decline: it does so about as often for a rise that only levels off.
-
-    Args:
-        p: Flip probability of each trial, shape (trials,).
-        solved: Whether it was solved, of the same shape.
-    """
+    """Fit polynomials of order 0 to 3, as far as the values of p allow; p and solved have the shape (trials,)."""
     counted = counts(p, solved)
     n = int(counted.n.sum())
     allowed = range(min(_HIGHEST, len(counted.p) - 1, n - 3) + 1)

@@ -1,10 +1,9 @@
-"""The paper's trends over flip probability, with what they can and cannot show (Figs. 4 and 5b).
+"""The paper's trends over flip probability, with their limits (Figs. 4 and 5b).
 
-The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, because the
-paper's are. An order of two is *not* evidence of a decline: of 2000 simulated studies in which success only levels
-off, AIC and cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 % (world ``saturating``
-of :mod:`lockprobe.audit.simulated_agents`). :mod:`~lockprobe.analysis.inference.shape` counts trials instead, and
-:mod:`~lockprobe.analysis.inference.ushape` asks whether there is a decline.
+The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, as in the paper.
+An order of two is *not* evidence of a decline: of 2000 simulated studies in which success only levels off, AIC and
+cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 % (world ``saturating`` of
+:mod:`lockprobe.audit.simulated_agents`).
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ class OrderScore:
         order: 0 to 3.
         coefficients: From the constant upwards.
         aic: Akaike's criterion under normal errors; None where the fit is exact.
-        cv_rmse: Leave-one-out root mean squared error; None where a point is needed to fix the fit.
+        cv_rmse: Leave-one-out root mean squared error; None where the fit rests on a single point.
     """
 
     order: int
@@ -55,8 +54,7 @@ class Quadratic:
         coefficients: From the constant upwards.
         p: Where the fit is evaluated.
         value: The fit there.
-        low: 2.5th percentile over bootstrap resamples; empty where nothing can be resampled.
-        high: 97.5th percentile.
+        low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty where nothing can be resampled.
         turning: Where the fit turns, if strictly inside the range of p.
         turning_kind: ``maximum`` or ``minimum``.
         turning_share: Share of resamples that turn the same way inside the range, [0, 1].
@@ -79,18 +77,18 @@ class TrendFit:
     Attributes:
         n: Points.
         orders: The polynomials that the values of p allow, orders 0 to 3.
-        order_by_aic: The order that AIC prefers; None if there is nothing to choose from.
+        order_by_aic: The order that AIC prefers; None without a choice.
         order_by_cv: The order with the smallest leave-one-out error.
         quadratic: The second-order fit; None with fewer than three values of p.
         note: Why something is missing, as a short code; empty if nothing is.
     """
 
     n: int
-    orders: tuple[OrderScore, ...]
-    order_by_aic: int | None
-    order_by_cv: int | None
-    quadratic: Quadratic | None
-    note: str
+    orders: tuple[OrderScore, ...] = ()
+    order_by_aic: int | None = None
+    order_by_cv: int | None = None
+    quadratic: Quadratic | None = None
+    note: str = ""
 
 
 def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> TrendFit:
@@ -105,14 +103,7 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
     values = len(set(x.tolist()))
     if values < 3:
-        return TrendFit(
-            n=len(points),
-            orders=(),
-            order_by_aic=None,
-            order_by_cv=None,
-            quadratic=None,
-            note=f"no fit with {values} p",
-        )
+        return TrendFit(n=len(points), note=f"no fit with {values} p")
     orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
     return TrendFit(
         n=len(points),

@@ -1,7 +1,7 @@
-"""Does success rise and then fall? Two tests of a (possibly inverted) U.
+"""Two tests of a (possibly inverted) U: two lines, and Lind and Mehlum's.
 
-Share of studies in which each is significant at 5 %, with 30 trials at each of seven p from 0 to 0.6, beside the
-quadratic term of a logit model (likelihood ratio), which is no test of a U:
+Share of studies in which each is significant at 5 %, with 30 trials at each of seven p from 0 to 0.6. The quadratic
+term of a logit model (likelihood ratio), shown for comparison, is no test of a U:
 
 =====================================  =========  ===========  =========
 success at p = 0, 0.1, ... 0.6         quadratic  Lind-Mehlum  two lines
@@ -12,7 +12,7 @@ success at p = 0, 0.1, ... 0.6         quadratic  Lind-Mehlum  two lines
 .23 .40 .53 .63 .667 .60 .50              86 %        71 %        27 %
 =====================================  =========  ===========  =========
 
-The two lines alone hold their level when success rises and levels off.
+Only the two lines hold their level when success rises and levels off.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_fit
-from lockprobe.analysis.proportions import Z
+from lockprobe.analysis.proportions import ALPHA, Z
 
 __all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "lind_mehlum", "two_lines"]
 
@@ -33,7 +33,6 @@ UShape = Literal["U", "inverted U"]
 
 Array = NDArray[np.float64]
 
-_LEVEL = 0.05
 _TOO_FEW = "fewer than three p"
 
 
@@ -43,8 +42,8 @@ class Line:
 
     Attributes:
         slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs.
-        z: The score of that slope in standard errors (Cochran-Armitage), which exists even then, of the same sign.
-        p_value: Two-sided, of that score; of clusters by Student's t.
+        z: The score of that slope in standard errors (Cochran-Armitage), of the same sign; it always exists.
+        p_value: Two-sided, of that score; with clusters by Student's t.
     """
 
     slope: float | None
@@ -65,12 +64,12 @@ class TwoLines:
         note: Why there is no test, as a short code; empty if there is one.
     """
 
-    break_p: float | None
-    first: Line | None
-    second: Line | None
-    p_value: float | None
-    direction: UShape | None
-    note: str
+    break_p: float | None = None
+    first: Line | None = None
+    second: Line | None = None
+    p_value: float | None = None
+    direction: UShape | None = None
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,40 +82,39 @@ class LindMehlum:
         p_value: The larger of the two one-sided p-values; above 0.5 if the extremum lies outside the range of p.
         direction: The shape concluded at the 5 % level, if any.
         extremum: Where the quadratic turns, inside the range of p or not.
-        low: Lower end of its 95 % interval (Fieller's); None if it is unbounded.
-        high: Upper end.
+        low, high: Ends of its 95 % interval (Fieller's); None if it is unbounded.
         note: Why there is no test, as a short code; empty if there is one.
     """
 
-    slope_low: float | None
-    slope_high: float | None
-    p_value: float | None
-    direction: UShape | None
-    extremum: float | None
-    low: float | None
-    high: float | None
-    note: str
+    slope_low: float | None = None
+    slope_high: float | None = None
+    p_value: float | None = None
+    direction: UShape | None = None
+    extremum: float | None = None
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
 
 
 def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArray[np.int64] | None = None) -> TwoLines:
     """Test whether success changes direction: a line on each side of a break, both significant, of opposite sign.
 
-    The break is Simonsohn's Robin Hood choice among the inner values of p. The smooth curve that it starts from is a
-    cubic through empirical logits (his is a spline through many x), and values of p count alike. As his, each slope is
-    tested two-sided at 5 %, which found a U in at most 5 % of studies of a success that is flat or levels off, early
-    or late, with 10, 30 or 100 trials per p; one-sided tests at 5 % would find it in up to 7 %.
+    The break is Simonsohn's Robin Hood choice among the inner values of p, from a cubic through empirical logits (his
+    is a spline through many x); values of p count alike. Each slope is tested two-sided at 5 %, as his. That found a
+    U in at most 5 % of studies of a success that is flat or levels off, with 10, 30 or 100 trials per p; one-sided
+    tests at 5 % would find it in up to 7 %.
 
-    Trials of one person are alike. Where trials come in clusters the variance of a slope is that between clusters if it
-    is larger than that of independent trials, with Student's t over clusters.
+    With clusters, the variance of a slope is the larger of that between clusters and that of independent trials, with
+    Student's t over clusters.
 
     Args:
         p: Flip probability of each trial, shape (trials,); three values at least.
         solved: Whether it was solved, of the same shape.
-        cluster: What belongs together, of the same shape; without it trials are independent.
+        cluster: The cluster of each trial, of the same shape; without it trials are independent.
     """
     counted = counts(p, solved)
     if len(counted.p) < 3:
-        return TwoLines(break_p=None, first=None, second=None, p_value=None, direction=None, note=_TOO_FEW)
+        return TwoLines(note=_TOO_FEW)
     at = _robin_hood(counted)
     first, second = (
         _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
@@ -129,33 +127,19 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
         second=second,
         p_value=p_value,
         direction=_concluded(p_value, opens_up=first.z < 0),
-        note="",
     )
 
 
 def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum:
     """Test whether a quadratic rises at one end of the range of p and falls at the other (Sasabuchi's test).
 
-    It takes the quadratic for the truth. Success that levels off is none, and passes too often.
-
-    Args:
-        p: Flip probability of each trial, shape (trials,); three values at least.
-        solved: Whether it was solved, of the same shape.
+    It assumes the quadratic. Success that levels off is none, and passes too often. Arguments as for :func:`two_lines`.
     """
     counted = counts(p, solved)
     enough = len(counted.p) >= 3
     fit = logit_fit(np.vander(counted.p, 3, increasing=True), counted) if enough else None
     if fit is None:
-        return LindMehlum(
-            slope_low=None,
-            slope_high=None,
-            p_value=None,
-            direction=None,
-            extremum=None,
-            low=None,
-            high=None,
-            note="quadratic separates" if enough else _TOO_FEW,
-        )
+        return LindMehlum(note="quadratic separates" if enough else _TOO_FEW)
     bend = float(fit.coefficients[2])
     ends = np.array([[0.0, 1.0, 2 * end] for end in (counted.p[0], counted.p[-1])])
     slopes = ends @ fit.coefficients
@@ -171,7 +155,6 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
         extremum=float(-fit.coefficients[1] / (2 * bend)) if bend else None,
         low=low,
         high=high,
-        note="",
     )
 
 
@@ -180,13 +163,13 @@ def _upper(z: float) -> float:
 
 
 def _concluded(p_value: float, *, opens_up: bool) -> UShape | None:
-    if p_value > _LEVEL:
+    if p_value > ALPHA:
         return None
     return "U" if opens_up else "inverted U"
 
 
 def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
-    """What lies up to the break, and from it on."""
+    """The counts up to the break, and from it on."""
     first, second = (
         Counts(p=counted.p[part], solved=counted.solved[part], n=counted.n[part])
         for part in (slice(at + 1), slice(at, None))
@@ -236,7 +219,7 @@ def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
 
 
 def _robin_hood(counted: Counts) -> int:
-    """The place of the break: in the flat region about the extremum, nearer to the line that is the clearer one.
+    """The index of the break: in the flat region about the extremum, nearer to the clearer line.
 
     The flat region holds the inner values of p whose smooth fit lies within a standard error of the most extreme. The
     lines about its median have the strengths z1 and z2; the break is its quantile z2 / (z1 + z2).
@@ -252,7 +235,7 @@ def _robin_hood(counted: Counts) -> int:
 
 
 def _fieller(fit: LogitFit) -> tuple[float | None, float | None]:
-    """Where a slope of zero is not refuted at 5 %, if that is an interval: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
+    """Fieller's interval of the extremum, where it is one: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
     _, b1, b2 = fit.coefficients.tolist()
     v = Z**2 * fit.covariance
     square, linear, constant = 4 * (b2**2 - v[2, 2]), 4 * (b1 * b2 - v[1, 2]), b1**2 - v[1, 1]

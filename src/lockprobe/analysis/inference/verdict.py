@@ -1,13 +1,13 @@
-"""Every test in one form: what it asks, what it found, and whether to conclude from it.
+"""Every test in one form: its question, its result, and whether to conclude from it.
 
 The paper concludes from a peak picked by eye, an order picked by AIC and a correlation. Each question has one test
-here that keeps its error rate, marked *recommended*, and beside it the naive ones, which do not: how often each
-rejects where there is nothing to find is measured by ``lockprobe audit``.
+here that keeps its error rate, marked *recommended*. The others are naive; ``lockprobe audit`` measures how often each
+rejects where there is nothing to find.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -22,15 +22,7 @@ from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
 from lockprobe.analysis.outcomes import Point
 from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
-__all__ = [
-    "Question",
-    "TestResult",
-    "harm_tests",
-    "looping_tests",
-    "shape_tests",
-    "speed_tests",
-    "success_tests",
-]
+__all__ = ["Question", "TestResult", "harm_tests", "looping_tests", "shape_tests", "speed_tests", "success_tests"]
 
 Question = Literal["success", "speed", "shape", "looping", "harm"]
 
@@ -43,18 +35,17 @@ class TestResult:
 
     Attributes:
         name: The test.
-        question: What it asks.
-        recommended: Whether to conclude from it; the others are there to be compared.
+        question: The question that it answers.
+        recommended: Whether to conclude from it; the others are there for comparison.
         p_value: [0, 1]; None where it cannot be computed.
-        effect: How large the effect is; None where there is no estimate.
-        low: Lower end of its 95 % interval, where there is one.
-        high: Upper end.
-        baseline: The effect under the null hypothesis where that is what a blind agent with the same action habits has
-            on the box, by simulation; None where the null hypothesis is no effect.
+        effect: The effect size; None where there is no estimate.
+        low, high: Ends of its 95 % interval, where there is one.
+        baseline: The effect of a blind agent with the same action habits, by simulation, where that is the null
+            hypothesis; None where the null hypothesis is no effect.
         direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
         holds: For a rule without a p-value, whether it says yes; None otherwise.
         note: Why there is no p-value, as a short code; empty if there is one.
-        broken: Whether the p-value is the largest over what became of broken trials.
+        broken: Whether the p-value is the largest over the possible ends of broken trials.
     """
 
     __test__ = False  # no test of this package, whatever its name begins with
@@ -106,18 +97,7 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
 
 def speed_tests(speed: LogRanks) -> list[TestResult]:
     """Whether p changes how fast the box is solved."""
-    primary = speed.primary
-    return [
-        TestResult(
-            name="steps to solve, log-rank",
-            question="speed",
-            recommended=True,
-            p_value=primary.p_value if primary else None,
-            effect=primary.hazard_ratio if primary else None,
-            direction=primary.direction if primary else 0,
-            note="" if primary else _ONE_P,
-        )
-    ]
+    return [_logrank(speed, "speed", "steps to solve, log-rank")]
 
 
 def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: TrendFit) -> list[TestResult]:
@@ -161,7 +141,7 @@ def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: T
 
 
 def _peaks(fit: TrendFit) -> bool | None:
-    """Whether both criteria choose order 2 and that fit has its maximum strictly inside the range of p (Sec. 3.2)."""
+    """Whether both criteria choose order 2 and that fit has its maximum inside the range of p (Sec. 3.2)."""
     if fit.order_by_aic is None or fit.order_by_cv is None or fit.quadratic is None:
         return None
     return fit.order_by_aic == 2 and fit.order_by_cv == 2 and fit.quadratic.turning_kind == "maximum"
@@ -169,19 +149,24 @@ def _peaks(fit: TrendFit) -> bool | None:
 
 def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
     """Whether p changes how soon the agent loops."""
-    primary, chosen = onset.primary, _chosen(conditions, "loop_rate", highest=False)
+    chosen = _chosen(conditions, "loop_rate", highest=False)
     return [
-        TestResult(
-            name="loop onset, log-rank",
-            question="looping",
-            recommended=True,
-            p_value=primary.p_value if primary else None,
-            effect=primary.hazard_ratio if primary else None,
-            direction=primary.direction if primary else 0,
-            note="" if primary else _ONE_P,
-        ),
+        _logrank(onset, "looping", "loop onset, log-rank"),
         _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher"),
     ]
+
+
+def _logrank(found: LogRanks, question: Question, name: str) -> TestResult:
+    primary = found.primary
+    return TestResult(
+        name=name,
+        question=question,
+        recommended=True,
+        p_value=primary.p_value if primary else None,
+        effect=primary.hazard_ratio if primary else None,
+        direction=primary.direction if primary else 0,
+        note="" if primary else _ONE_P,
+    )
 
 
 def harm_tests(
@@ -189,29 +174,8 @@ def harm_tests(
 ) -> list[TestResult]:
     """Whether success is rarer after a loop."""
     return [
-        TestResult(
-            name="success after a loop, Mantel-Haenszel by p and step",
-            question="harm",
-            recommended=True,
-            p_value=hazard.p_value,
-            effect=hazard.odds_ratio,
-            low=hazard.low,
-            high=hazard.high,
-            baseline=hazard.blind.odds_ratio if hazard.blind else None,
-            direction=hazard.direction,
-            note=hazard.note,
-        ),
-        TestResult(
-            name="looped by step 10, Mantel-Haenszel by p",
-            question="harm",
-            recommended=False,
-            p_value=landmark.p_value,
-            effect=landmark.odds_ratio,
-            low=landmark.low,
-            high=landmark.high,
-            baseline=landmark.blind.odds_ratio if landmark.blind else None,
-            note=landmark.note,
-        ),
+        replace(_mantel_haenszel(hazard, "success after a loop, Mantel-Haenszel by p and step"), recommended=True),
+        replace(_mantel_haenszel(landmark, "looped by step 10, Mantel-Haenszel by p"), direction=0),
         TestResult(
             name="looped against solved, Fisher",
             question="harm",
@@ -232,8 +196,23 @@ def harm_tests(
     ]
 
 
+def _mantel_haenszel(found: LoopEffect, name: str) -> TestResult:
+    return TestResult(
+        name=name,
+        question="harm",
+        recommended=False,
+        p_value=found.p_value,
+        effect=found.odds_ratio,
+        low=found.low,
+        high=found.high,
+        baseline=found.blind.odds_ratio if found.blind else None,
+        direction=found.direction,
+        note=found.note,
+    )
+
+
 def _chosen(conditions: list[Point], quantity: Literal["success", "loop_rate"], *, highest: bool) -> Difference | None:
-    """The lowest p against the one that looks best, as a reader of a figure would compare them."""
+    """The lowest p against the p that looks best in a figure."""
     if len(conditions) < 2:
         return None
     first, *others = conditions

@@ -1,4 +1,4 @@
-"""What a trial's actions are to the loop measures: one symbol per step, and symbols as letters or numbers."""
+"""A trial's actions as symbols, letters or numbers for the loop measures."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def actions_of(sequence: Sequence[Hashable] | NDArray[Any]) -> Sequence[Hashable
 
 
 def refuse_nan(actions: Collection[Hashable] | NDArray[Any]) -> None:
-    """Refuses actions that are not equal to themselves: whether they come back would depend on how they are kept."""
+    """Refuses actions that are not equal to themselves: their recurrence would depend on their storage."""
     if isinstance(actions, np.ndarray):
         found = actions.dtype.kind not in "iubUS" and bool((actions != actions).any())  # noqa: PLR0124
     else:

@@ -1,4 +1,4 @@
-"""What may be chosen of a cover: by which rule it selects, and which solver finds it. Quick to import."""
+"""The options of a loop cover: its selection rule and its solver. Quick to import."""
 
 from __future__ import annotations
 

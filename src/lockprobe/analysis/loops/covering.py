@@ -1,9 +1,9 @@
-"""Does a trial go round in circles? Action loops, and how much of the trial they cover.
+"""Covers of a trial by action loops.
 
 An *action loop* is a run of three or more consecutive actions that stands at least twice in one trial. The paper (Sec.
-3.3) reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, found by
-a binary integer linear programme. It leaves open whether the two copies may overlap (here by default not: ``A A A A``
-holds no loop), which changes how many trials loop, and what a cover may choose (:data:`Rule`), which does not.
+3.3) reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, by a
+binary integer linear programme. It does not say whether the two copies may overlap (here by default not: ``A A A A``
+holds no loop), which changes how many trials loop, nor what a cover may choose (:data:`Rule`), which does not.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def cover(
 def _bounded(
     sequence: Sequence[Hashable] | NDArray[Any], rule: Rule, solver: Solver, min_length: int, *, overlap: bool
 ) -> list[Interval]:
-    """The pieces, by the solvers that take trials of limited length only."""
+    """The pieces, by the solvers that limit the length of a trial."""
     n = len(sequence)
     if solver == "dp" and n > LONGEST_SEARCH:
         expected = f"at most {LONGEST_SEARCH}; try the solver ilp (up to {LONGEST_ILP}), or the rule free (no limit)"

@@ -67,8 +67,8 @@ def copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
 def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
     """For each start the length of the longest loop there, 0 for none.
 
-    Every part of a loop (of ``min_length`` or more) is a loop. So all shorter lengths are loops too, and as
-    the start goes left the end of the longest never goes right: at most 2 n searches.
+    Every part of a loop (of ``min_length`` or more) is a loop. So as the start goes left the end of the longest never
+    goes right: at most 2 n searches.
     """
     reach = [0] * (len(text) + 1)
     end = len(text)

@@ -1,8 +1,7 @@
 """The greatest covers under the rules that tie pieces to each other, ``repeat`` and ``whole``, by exact search.
 
-Both searches ask whether a cover of so many actions exists, beginning with the most that can be hoped for and asking
-for one less after each no. What is left of a trial in a state that is known not to yield enough is not searched again.
-Whether the copies that make a loop may overlap does not matter: two of them are chosen, and chosen pieces never do.
+Both searches ask whether a cover of so many actions exists, from the upper bound downwards. They remember states that
+cannot yield enough. Whether the copies that make a loop may overlap does not matter: chosen pieces never do.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The free cover of long sequences and of many trials, compiled: the only importer of numba.
+"""Compiled free covers of long sequences and of many trials: the only importer of numba here.
 
-Importing numba and compiling cost seconds the first time and a second in all afterwards, so nothing here is imported
-or compiled before the work is worth it (:func:`compiled`). The functions are plain Python on integer arrays; what
-they compute is what :mod:`lockprobe.analysis.loops.exact_cover` computes without them, number for number.
+Importing numba and compiling cost seconds the first time and a second later on, so that happens only where the work
+pays for it (:func:`compiled`). The functions are plain Python on integer arrays and compute the numbers of
+:mod:`lockprobe.analysis.loops.exact_cover`.
 """
 
 from __future__ import annotations
@@ -15,18 +15,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.loops.alphabet import Codes
 
-__all__ = [
-    "WORTH_COMPILING",
-    "chosen_pieces",
-    "compiled",
-    "distinct_words",
-    "free_cover",
-    "free_measures",
-    "longest_loops",
-    "name_words",
-    "packed_words",
-    "period",
-]
+__all__ = ["WORTH_COMPILING", "compiled", "free_cover", "free_measures"]
 
 Given = ParamSpec("Given")
 Found = TypeVar("Found")
@@ -75,17 +64,14 @@ def free_cover(
 def free_measures(
     codes: Codes, ends: NDArray[np.int64], min_length: int, overlap: bool, trial: int
 ) -> NDArray[np.int64]:
-    """Measures of many trials, one after another in ``codes``, each up to its end.
+    """Measures of many trials: covered, redundant, onset and longest piece, shape (trials, 4).
 
     Args:
         codes: Actions as numbers from 0, all trials in one row.
-        ends: Where each trial ends, ascending.
+        ends: The end of each trial, ascending.
         min_length: Fewest actions in a loop.
         overlap: Whether the two copies may share actions.
         trial: Up to this many actions loops of any length are pieces, above it only the shortest.
-
-    Returns:
-        Covered, redundant, onset and longest piece, shape (trials, 4).
     """
     most = 0
     for k in range(len(ends)):

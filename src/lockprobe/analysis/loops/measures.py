@@ -54,12 +54,8 @@ def measure(
     """Measures many trials: each as :func:`cover`, :func:`onset` and :func:`longest_loop` measure it alone.
 
     A trial of 20 actions takes about 1 µs where it pays to compile (10 000 trials and more, with the extra
-    ``fast``), 0.1 ms otherwise.
-
-    Args:
-        sequences: Trials of equal length as integers, shape (trials, n), or a list of trials of any length.
-        overlap: Whether the two copies that make a loop may share actions.
-        min_length: Fewest actions in a loop.
+    ``fast``), 0.1 ms otherwise. ``sequences`` are trials of equal length as integers, shape (trials, n), or a list of
+    trials of any length; settings as in :func:`cover`.
 
     >>> measure(["ABCABCA", "ABCD"]).covered
     array([6, 0])

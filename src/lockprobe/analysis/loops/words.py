@@ -1,4 +1,4 @@
-"""What an action loop is: a run of consecutive actions that stands at least twice in one trial (paper, Sec. 3.3)."""
+"""Action loops: runs of consecutive actions that stand at least twice in one trial (paper, Sec. 3.3)."""
 
 from __future__ import annotations
 
@@ -75,17 +75,10 @@ def any_loop_batch(
 def onset_batch(
     sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
 ) -> NDArray[np.int64]:
-    """The step at which the first loop of each trial is complete.
+    """The step at which the first loop of each trial is complete, from 1, shape (trials,); 0 without a loop.
 
-    A trial of length L holds a loop exactly if its onset is at most L, so one call answers every length.
-
-    Args:
-        sequences: Actions as integers, shape (trials, n).
-        min_length: Fewest actions in a loop.
-        overlap: Whether the two copies may share actions.
-
-    Returns:
-        Steps from 1, shape (trials,); 0 where a trial holds no loop.
+    A trial of length L holds a loop exactly if its onset is at most L, so one call answers every length. Sequences are
+    integers of shape (trials, n); settings as in :func:`cover`.
     """
     if sequences.ndim != 2:
         raise BadValue("sequences", sequences.shape, "an array of shape (trials, n)")
@@ -114,8 +107,8 @@ def _runs(same: NDArray[np.bool_], length: int) -> NDArray[np.bool_]:
 def longest_loop(sequence: Sequence[Hashable] | NDArray[Any], *, min_length: int = 3, overlap: bool = False) -> int:
     """Actions in the longest loop of a trial; 0 if it holds none.
 
-    A part of a loop repeats as the loop does, so lengths are tried upwards. n actions take some 2 n searches of the
-    text up to ``TRIAL_LENGTH``, and above it a number of sorts that grows with the logarithm of the result.
+    A part of a loop repeats as the loop does, so lengths are tried upwards: some 2 n searches of the text up to
+    ``TRIAL_LENGTH``, above it a number of sorts that grows with the logarithm of the result.
 
     >>> longest_loop("ABCDABCD")
     4

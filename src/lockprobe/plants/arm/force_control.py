@@ -38,6 +38,12 @@ class ForceController:
     Args:
         model: A compiled scene with the arm and the hand.
         data: Its state. The controller reads it and writes ``ctrl``.
+
+    Attributes:
+        joints: View of the joint angles, radians, shape (7,).
+        speeds: View of the joint velocities, radians per second, shape (7,).
+        tool: View of the tool's position, metres.
+        turn: View of the tool's orientation, shape (3, 3).
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -48,13 +54,13 @@ class ForceController:
         address = int(joint.qposadr[0])
         self._site = model.site("tool").id
         actuator = model.actuator("arm-1").id
-        self._q: NDArray[np.float64] = data.qpos[address : address + JOINTS]
-        self._v: NDArray[np.float64] = data.qvel[self._dofs]
+        self.joints: NDArray[np.float64] = data.qpos[address : address + JOINTS]
+        self.speeds: NDArray[np.float64] = data.qvel[self._dofs]
         self._bias = data.qfrc_bias[self._dofs]
         self._passive = data.qfrc_passive[self._dofs]
         self._ctrl = data.ctrl[actuator : actuator + JOINTS]
-        self._tool: Vector = data.site_xpos[self._site]
-        self._turn: NDArray[np.float64] = data.site_xmat[self._site].reshape(3, 3)
+        self.tool: Vector = data.site_xpos[self._site]
+        self.turn: NDArray[np.float64] = data.site_xmat[self._site].reshape(3, 3)
         self._jacobian = np.zeros((6, model.nv))
         self._linear, self._angular = self._jacobian[:3], self._jacobian[3:]
         self._j = self._jacobian[:, self._dofs]
@@ -63,26 +69,6 @@ class ForceController:
         self._null, self._age = np.zeros(JOINTS), 0
         self._inertia: NDArray[np.float64] = np.eye(6)
         self._pull = np.zeros(6)
-
-    @property
-    def joints(self) -> NDArray[np.float64]:
-        """Present joint angles, radians, shape (7,); a view."""
-        return self._q
-
-    @property
-    def speeds(self) -> NDArray[np.float64]:
-        """Joint velocities, radians per second, shape (7,); a view."""
-        return self._v
-
-    @property
-    def tool(self) -> Vector:
-        """Position of the tool, metres; a view."""
-        return self._tool
-
-    @property
-    def turn(self) -> NDArray[np.float64]:
-        """Orientation of the tool, shape (3, 3); a view."""
-        return self._turn
 
     def track(
         self, angles: NDArray[np.float64], speeds: NDArray[np.float64], accelerations: NDArray[np.float64]
@@ -95,7 +81,7 @@ class ForceController:
             accelerations: Radians per second squared.
         """
         self._full[self._dofs] = (
-            accelerations + _TRACK_STIFFNESS * (angles - self._q) + _TRACK_DAMPING * (speeds - self._v)
+            accelerations + _TRACK_STIFFNESS * (angles - self.joints) + _TRACK_DAMPING * (speeds - self.speeds)
         )
         mujoco.mj_mulM(self._model, self._data, self._product, self._full)
         self._write(self._product[self._dofs])
@@ -122,21 +108,21 @@ class ForceController:
             posture: Joint angles to keep near, radians, shape (7,).
         """
         mujoco.mj_jacSite(self._model, self._data, self._linear, self._angular, self._site)
-        jacobian, speeds, pull = self._j, self._v, self._pull
+        jacobian, speeds, pull = self._j, self.speeds, self._pull
         twist = jacobian @ speeds
-        error = position - self._tool
+        error = position - self.tool
         if (size := math.sqrt(error @ error)) > _LONGEST_ERROR:
             error *= _LONGEST_ERROR / size
         damping = 2 * _DAMPING_RATIO * math.sqrt(stiffness * _TOOL_MASS)
         pull[:3] = stiffness * error + damping * (velocity - twist[:3])
-        off = (turn @ self._turn.T).ravel()
+        off = (turn @ self.turn.T).ravel()
         pull[3:] = 0.5 * _TURN_STIFFNESS * (off[_PLUS] - off[_MINUS]) - _TURN_DAMPING * twist[3:]
         if self._age == 0:
             self._refresh()
         self._age = (self._age + 1) % _REFRESH_EVERY
         pull += self._inertia[:, :3] @ acceleration
         null = self._null
-        keep = null @ (_POSTURE_STIFFNESS * (posture - self._q) - _POSTURE_DAMPING * speeds)
+        keep = null @ (_POSTURE_STIFFNESS * (posture - self.joints) - _POSTURE_DAMPING * speeds)
         self._write(pull @ jacobian + keep * null)
 
     def _refresh(self) -> None:

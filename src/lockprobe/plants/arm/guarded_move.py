@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from lockprobe.plants.arm.protocol import Arm, Vector
 
 __all__ = ["GuardedMove", "HandlePath", "Touch", "TouchVerdict"]
-
 
 TouchVerdict = Literal["moved", "blocked", "failed"]
 """The robot's judgement: the handle came along, it was held, or the hand never got over it."""
@@ -46,12 +45,8 @@ class Touch:
 
     def as_facts(self) -> Mapping[str, str | float]:
         """The fields as facts for a record, with numbers rounded to six digits."""
-        return {
-            "verdict": self.verdict,
-            "peak_force": round(self.peak_force, 6),
-            "progress": round(self.progress, 6),
-            "seconds": round(self.seconds, 6),
-        }
+        facts = asdict(self)
+        return {name: fact if isinstance(fact, str) else round(fact, 6) for name, fact in facts.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

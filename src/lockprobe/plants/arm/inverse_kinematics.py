@@ -46,22 +46,21 @@ class InverseKinematics:
         self._jacobian = np.zeros((6, model.nv))
         self._j = self._jacobian[:, first : first + JOINTS]
 
-    def solve(
-        self, position: Vector, axis: Vector, start: NDArray[np.float64] | None = None
-    ) -> NDArray[np.float64] | None:
+    def solve(self, position: Vector, axis: Vector) -> NDArray[np.float64] | None:
         """Joint angles for a position of the tool, or None if the search finds none.
+
+        The search starts from the middle posture turned towards the position.
 
         Args:
             position: Metres.
             axis: Direction in which the hand points, a unit vector.
-            start: Start of the search, radians, shape (7,); by default the middle posture turned towards the position.
 
         Returns:
             Radians, shape (7,), inside the limits by a margin, accurate to 0.2 mm and 0.05 degrees.
         """
         posture = _MIDDLE.copy()
         posture[0] = math.atan2(position[1], position[0])
-        self._q[:] = posture if start is None else start
+        self._q[:] = posture
         gaps = np.empty(6)
         for _ in range(_STEPS):
             mujoco.mj_kinematics(self._model, self._data)

@@ -40,8 +40,8 @@ class SimulatedArm:
         *,
         force_noise: float = 0.0,
         rng: np.random.Generator,
-        before_step: Callable[[], None] | None = None,
-        after_step: Callable[[], None] | None = None,
+        before_step: Callable[[], None] = lambda: None,
+        after_step: Callable[[], None] = lambda: None,
     ) -> None:
         self._model, self._data = model, data
         self._controller = ForceController(model, data)
@@ -147,14 +147,12 @@ class SimulatedArm:
         self._force = self._noise * self._rng.standard_normal(3) - self._wrench @ reading
 
     def _open_step(self) -> None:
-        if self._before_step is not None:
-            self._before_step()
+        self._before_step()
         mujoco.mj_step1(self._model, self._data)
 
     def _close_step(self) -> None:
         mujoco.mj_step2(self._model, self._data)
-        if self._after_step is not None:
-            self._after_step()
+        self._after_step()
 
 
 class _SpeedProfile:

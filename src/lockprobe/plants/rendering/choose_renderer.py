@@ -25,19 +25,7 @@ if TYPE_CHECKING:
 
     from lockprobe.plants.rendering.renderer import Renderer
 
-__all__ = [
-    "RENDERERS",
-    "VARIABLE",
-    "Probed",
-    "RendererName",
-    "automatic",
-    "chosen_renderer",
-    "decide",
-    "open_renderer",
-    "probe",
-    "probe_one",
-]
-
+__all__ = ["RENDERERS", "VARIABLE", "Probed", "chosen_renderer", "decide", "open_renderer", "probe", "probe_one"]
 
 VARIABLE = "LOCKPROBE_RENDERER"
 """Environment variable that says what ``auto`` takes."""
@@ -125,34 +113,24 @@ def probe_one(name: RendererName) -> Probed:
     return Probed(name=name, ok=False, detail=_reason(name, done))
 
 
-def automatic() -> RendererName:
-    """The renderer that ``auto`` means: the one in the environment variable, or the first that works here.
-
-    Raises:
-        BadValue: If the environment variable names no renderer.
-        Missing: If that renderer does not work here, or none does.
-    """
-    asked = os.environ.get(VARIABLE, "").strip()
-    if asked and asked not in get_args(RendererChoice):
-        raise BadValue(VARIABLE, asked, f"one of {', '.join(get_args(RendererChoice))}")
-    if asked in RENDERERS:
-        return _working(asked)
-    for name in RENDERERS[:-1]:
-        if probe_one(name).ok:
-            return name
-    return _working(RENDERERS[-1])
-
-
-def decide(choice: RendererChoice) -> RendererName:
+def decide(choice: RendererChoice = "auto") -> RendererName:
     """The renderer that a choice stands for.
+
+    ``auto`` stands for the one in the environment variable LOCKPROBE_RENDERER, or the first that works here.
 
     Raises:
         BadValue: If there is no such renderer.
-        Missing: If it does not work here.
+        Missing: If it does not work here, or none does.
     """
-    if choice not in get_args(RendererChoice):
-        raise BadValue("renderer", choice, f"one of {', '.join(get_args(RendererChoice))}")
-    return automatic() if choice == "auto" else _working(choice)
+    what, asked = "renderer", str(choice)
+    if choice == "auto":
+        what, asked = VARIABLE, os.environ.get(VARIABLE, "").strip() or "auto"
+    if asked not in get_args(RendererChoice):
+        raise BadValue(what, asked, f"one of {', '.join(get_args(RendererChoice))}")
+    for name in RENDERERS:
+        if name == asked or (asked == "auto" and probe_one(name).ok):
+            return _working(name)
+    return _working(RENDERERS[-1])
 
 
 def open_renderer(model: mujoco.MjModel, *, width: int, height: int, choice: RendererChoice = "auto") -> Renderer:
@@ -162,8 +140,7 @@ def open_renderer(model: mujoco.MjModel, *, width: int, height: int, choice: Ren
         model: What to draw.
         width: Pixels.
         height: Pixels.
-        choice: Which renderer. ``auto`` takes the one in the environment variable LOCKPROBE_RENDERER, or else the first
-            of EGL, OSMesa and the ray caster that works here.
+        choice: As in :func:`decide`.
 
     Raises:
         BadValue: If there is no such renderer, or this process cannot have it any more.

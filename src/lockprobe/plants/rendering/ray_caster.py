@@ -18,7 +18,6 @@ from lockprobe.plants.rendering.textures import Textures
 
 __all__ = ["RayCaster", "Shader"]
 
-
 _FAR = 1e3
 """Distance in metres from which the rays of a directional light are cast."""
 

@@ -1,4 +1,4 @@
-"""What every renderer shares: its interface, its name in records, and what it shows of a model."""
+"""The interface of renderers, their names in records, and the shown parts of a model."""
 
 from __future__ import annotations
 

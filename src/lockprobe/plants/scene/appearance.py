@@ -1,4 +1,4 @@
-"""Colours, handle shapes, light and camera offset of a scene: fixed, or drawn anew in each trial.
+"""Colours, handle shapes, light and camera offset of a scene: fixed, or drawn in each trial.
 
 The appearance changes nothing that can be touched.
 """

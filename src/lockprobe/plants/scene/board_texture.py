@@ -49,10 +49,10 @@ def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearanc
     image = Image.fromarray(wood((rows, columns), appearance.wood, appearance.grain))
     draw = ImageDraw.Draw(image)
     for mounted in panel.mounted_joints:
-        _track(draw, _Canvas(panel), mounted)
+        _track(draw, panel, mounted)
     font = ImageFont.load_default(panel.letter * PIXELS_PER_METRE / 0.72)
     for label, point in zip(labels, panel.labels, strict=True):
-        draw.text(_Canvas(panel).at(point), label, fill=_INK, font=font, anchor="mm", stroke_width=2, stroke_fill=_INK)
+        draw.text(_pixel(panel, point), label, fill=_INK, font=font, anchor="mm", stroke_width=2, stroke_fill=_INK)
     return np.asarray(image)
 
 
@@ -81,20 +81,15 @@ def wood(shape: tuple[int, int], colour: Colour, grain: int) -> NDArray[np.uint8
     return np.asarray(picture, dtype=np.uint8)
 
 
-class _Canvas:
-    """Converts the frame of the panel to pixels of its picture."""
-
-    def __init__(self, panel: PanelLayout) -> None:
-        self._half = np.array(panel.size) / 2
-
-    def at(self, point: NDArray[np.float64]) -> tuple[float, float]:
-        x, y = (np.asarray(point) * (1, -1) + self._half) * PIXELS_PER_METRE
-        return float(x), float(y)
+def _pixel(panel: PanelLayout, point: NDArray[np.float64]) -> tuple[float, float]:
+    """Column and row of a point of the panel's frame in its picture."""
+    x, y = (np.asarray(point) * (1, -1) + np.array(panel.size) / 2) * PIXELS_PER_METRE
+    return float(x), float(y)
 
 
-def _track(draw: ImageDraw.ImageDraw, canvas: _Canvas, mounted: MountedJoint) -> None:
+def _track(draw: ImageDraw.ImageDraw, panel: PanelLayout, mounted: MountedJoint) -> None:
     """The track of a handle and its two ends."""
-    points = [canvas.at(mounted.knob(float(fraction))) for fraction in np.linspace(0, 1, 65)]
+    points = [_pixel(panel, mounted.knob(float(fraction))) for fraction in np.linspace(0, 1, 65)]
     for point in points:
         _disc(draw, point, 0.007, _DARK)
     for point, inside in ((points[0], _START), (points[-1], _END)):

@@ -23,17 +23,7 @@ from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.scene.mounted_joint import MountedJoint
 
-__all__ = [
-    "MAX_GATES",
-    "PIN_RADIUS",
-    "STROKE",
-    "Gate",
-    "GateBlock",
-    "GateLiteral",
-    "blocks_of",
-    "gates_of",
-    "pin_of",
-]
+__all__ = ["MAX_GATES", "PIN_RADIUS", "STROKE", "Gate", "GateBlock", "GateLiteral", "blocks_of", "gates_of", "pin_of"]
 
 MAX_GATES = 40
 """Most gates of one box; each takes a layer behind the board."""

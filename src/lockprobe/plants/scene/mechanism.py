@@ -23,7 +23,7 @@ RESTING = 0.08
 _ARRIVED = 0.02
 _HELD_SPEED, _HELD_STEPS = 0.02, 15
 _QUIET_SPEED, _QUIET_STEPS = 0.004, 5
-_SETTLE_SECONDS = 1.0
+_PUSH_SECONDS, _SETTLE_SECONDS = 0.6, 1.0
 _FROZEN = 0.005
 
 
@@ -130,13 +130,12 @@ class Mechanism:
         if self._scene.ideal:
             self._switch_ranges()
 
-    def push(self, joint: int, newtons: float = 30.0, seconds: float = 0.6) -> bool:
+    def push(self, joint: int, newtons: float = 30.0) -> bool:
         """Push a handle towards its other end, then let everything come to rest.
 
         Args:
             joint: The joint, by index in panel order.
-            newtons: Force at the handle.
-            seconds: The longest push; it ends as soon as the joint has arrived, or is held.
+            newtons: Force at the handle. The push ends when the joint has arrived or is held, at most after 0.6 s.
 
         Returns:
             Whether the joint is now nearer to the other end.
@@ -145,7 +144,7 @@ class Mechanism:
         before = self.configuration()[joint]
         data.qfrc_applied[dof] = newtons * self._arm[joint] * (-1 if before else 1)
         held = 0
-        for _ in range(self._steps(seconds)):
+        for _ in range(self._steps(_PUSH_SECONDS)):
             self.step()
             fraction = float(data.qpos[self._addresses[joint]]) / self._travel[joint]
             slow = abs(float(data.qvel[dof])) * self._arm[joint] < _HELD_SPEED

@@ -7,19 +7,18 @@ from tempfile import TemporaryDirectory
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.pictures.png import to_png
 from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.scene.scene import LockboxScene, build_scene
+from lockprobe.plants.scene.scene import build_scene
 from lockprobe.plants.twin_settings import SceneSettings
 from lockprobe.storage.atomic_file import write_files
 
 __all__ = ["write_mjcf"]
 
 
-def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: SceneSettings | None = None) -> None:
+def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...]) -> None:
     """Write the scene of a box, and its textures as PNG files next to it: all files, or none.
 
     Joints are called ``joint-0`` and so on in panel order. The keyframe ``initial`` is the box's initial configuration;
@@ -29,14 +28,12 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: S
         box: The box.
         path: The XML file.
         labels: Labels of the joints, in panel order.
-        settings: Mechanism, tilt, friction; looks are plain.
 
     Raises:
         BadValue: If the box cannot be built.
         BadFile: If a file cannot be written, or is no regular file.
     """
-    settings = settings or SceneSettings()
-    scene = build_scene(box, labels=labels, settings=settings, rng=np.random.default_rng(0))
+    scene = build_scene(box, labels=labels, settings=SceneSettings(), rng=np.random.default_rng(0))
     spec = scene.spec
     files: dict[Path, str | bytes] = {}
     with TemporaryDirectory() as compiled_in:
@@ -49,15 +46,10 @@ def write_mjcf(box: Lockbox, path: Path, *, labels: tuple[str, ...], settings: S
             Path(compiled_in, texture.file).write_bytes(png)
             texture.data, texture.width, texture.height = b"", 0, 0
         spec.modelfiledir = compiled_in
-        spec.add_key(name="initial", qpos=_initial(scene))
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        Mechanism(model, data, scene).set_configuration(box.initial)
+        spec.add_key(name="initial", qpos=data.qpos)
         spec.compile()
         files[path] = spec.to_xml()
     write_files(files)
-
-
-def _initial(scene: LockboxScene) -> NDArray[np.float64]:
-    model = scene.spec.compile()
-    data = mujoco.MjData(model)
-    Mechanism(model, data, scene).set_configuration(scene.box.initial)
-    found: NDArray[np.float64] = data.qpos.copy()
-    return found

@@ -109,23 +109,19 @@ def mounting_choices(kind: JointKind, place: tuple[float, float]) -> tuple[Mount
         kind: ``prismatic`` (slides) or ``revolute`` (turns).
         place: The joint's position on the board, metres.
     """
-    middle = np.array(place)
-    shifts = [np.array([x, y]) for x, y in _SHIFTS]
-    found: list[MountedJoint] = []
+    middles = [np.array(place) + shift for shift in _SHIFTS]
     if kind == "prismatic":
-        for shift in shifts:
-            for direction in (math.pi / 2, 0.0, math.pi / 4, -math.pi / 4):
-                start = middle + shift - 0.5 * SLIDE * _unit(direction)
-                found.append(MountedJoint(kind=kind, origin=_pair(start), direction=direction, travel=SLIDE))
-        return tuple(found)
-    for shift in shifts:
-        for mean in (math.pi / 2, -math.pi / 2, 0.0, math.pi, *(k * math.pi / 4 for k in (1, 3, -3, -1))):
-            pivot = middle + shift - 0.6 * LEVER * _unit(mean)
-            mounted = MountedJoint(
-                kind=kind, origin=_pair(pivot), direction=mean - SWING / 2, travel=SWING, reach=LEVER
-            )
-            found.append(mounted)
-    return tuple(found)
+        return tuple(
+            MountedJoint(kind=kind, origin=_pair(middle - 0.5 * SLIDE * _unit(angle)), direction=angle, travel=SLIDE)
+            for middle in middles
+            for angle in (math.pi / 2, 0.0, math.pi / 4, -math.pi / 4)
+        )
+    means = (math.pi / 2, -math.pi / 2, 0.0, math.pi, *(k * math.pi / 4 for k in (1, 3, -3, -1)))
+    pivots = [(mean, _pair(middle - 0.6 * LEVER * _unit(mean))) for middle in middles for mean in means]
+    return tuple(
+        MountedJoint(kind=kind, origin=pivot, direction=mean - SWING / 2, travel=SWING, reach=LEVER)
+        for mean, pivot in pivots
+    )
 
 
 _SHIFTS = ((0.0, 0.0), (0.0, 0.03), (0.0, -0.03), (0.0, 0.06), (0.0, -0.06), (0.02, 0.0), (-0.02, 0.0))

@@ -20,7 +20,6 @@ from lockprobe.plants.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY
 
 __all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "lay_out_panel", "panel_pose"]
 
-
 _CLEARANCE = 0.074
 """Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""
 
@@ -74,6 +73,10 @@ class PanelLayout:
         """Top of each joint's handle at position 0 and at 1, shape (joints, 2, 3), metres in the panel's frame."""
         return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.mounted_joints])
 
+    def in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points of the panel's frame in the world, the same shape, metres."""
+        return np.asarray(points @ self.pose[:3, :3].T + self.pose[:3, 3])
+
 
 def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> PanelLayout:
     """Lay out a panel for a box. Equal places, kinds, tilt and depth give an equal layout.
@@ -87,7 +90,6 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
         BadValue: If joints are so close together that no board within reach has room for them.
     """
     size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(math.radians(tilt)), 3))
-    pose = panel_pose(size, math.radians(tilt), depth)
     panel = PanelLayout(
         size=size,
         tilt=math.radians(tilt),
@@ -95,9 +97,9 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
         mounted_joints=mounted_joints,
         labels=np.array(labels),
         letter=letter,
-        pose=pose,
+        pose=panel_pose(size, math.radians(tilt), depth),
     )
-    tops = panel.handles.reshape(-1, 3) @ pose[:3, :3].T + pose[:3, 3]
+    tops = panel.in_world(panel.handles.reshape(-1, 3))
     away = np.hypot(tops[:, 0], tops[:, 1])
     if away.max() > _FAR or away.min() < _NEAR:
         raise BadValue(

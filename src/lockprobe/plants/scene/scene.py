@@ -20,8 +20,7 @@ from lockprobe.plants.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, LEV
 from lockprobe.plants.scene.panel import CAMERA_DISTANCE, PanelLayout, camera_angle, lay_out_panel
 from lockprobe.plants.twin_settings import SceneSettings
 
-__all__ = ["EYE", "TIMESTEP", "LockboxScene", "add_cameras", "add_handle", "build_scene"]
-
+__all__ = ["EYE", "TIMESTEP", "LockboxScene", "add_handle", "build_scene"]
 
 TIMESTEP = 0.002
 """Seconds. With twice this time step, locked joints jam."""
@@ -34,6 +33,8 @@ _FRICTION, _DAMPING, _MASS = 0.6, 15.0, 0.15
 
 _FACE = 0.002
 _TEXTURE = mujoco.mjtTextureRole.mjTEXROLE_RGB
+_TOUCHED = {"contype": PANEL, "conaffinity": NOTHING}
+_ONLY_SEEN = {"contype": NOTHING, "conaffinity": NOTHING}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,7 +42,8 @@ class LockboxScene:
     """The scene of a lockbox before MuJoCo compiles it, so that an arm can still be added.
 
     Names in the model: bodies ``panel`` and ``part-0``, ``part-1``, ... in panel order; joints ``joint-0``, ...; sites
-    ``knob-0``, ... in the middle of a knob's top; geoms ``knob-0``, ... (the part that a hand touches) and ``board``.
+    ``knob-0``, ... in the middle of a knob's top; geoms ``knob-0``, ... (the part that a hand touches) and ``board``;
+    the plant's camera ``rgbd`` and the camera for films ``oblique``.
 
     Attributes:
         spec: The model's source.
@@ -49,7 +51,6 @@ class LockboxScene:
         gates: How joints lock each other. With ``mechanism="ideal"`` the model has no parts for them.
         box: The box.
         appearance: How it looks.
-        camera: Name of the fixed camera that sees the board; the camera for films is ``oblique``.
         ideal: Whether joint ranges have to be switched while the simulation runs.
     """
 
@@ -58,7 +59,6 @@ class LockboxScene:
     gates: tuple[Gate, ...]
     box: Lockbox
     appearance: Appearance
-    camera: str
     ideal: bool
 
 
@@ -89,16 +89,9 @@ def build_scene(
     if settings.mechanism == "contact":
         add_gates(spec, body, panel, gates)
     _add_surroundings(spec, panel, appearance)
-    add_cameras(spec, panel, appearance, aspect=settings.width / settings.height)
-    return LockboxScene(
-        spec=spec,
-        panel=panel,
-        gates=gates,
-        box=box,
-        appearance=appearance,
-        camera=EYE,
-        ideal=settings.mechanism == "ideal",
-    )
+    _add_cameras(spec, panel, appearance, aspect=settings.width / settings.height)
+    ideal = settings.mechanism == "ideal"
+    return LockboxScene(spec=spec, panel=panel, gates=gates, box=box, appearance=appearance, ideal=ideal)
 
 
 def _empty(settings: SceneSettings) -> mujoco.MjSpec:
@@ -136,29 +129,21 @@ def _material(spec: mujoco.MjSpec, name: str, picture: NDArray[np.uint8]) -> str
 def _add_board(
     spec: mujoco.MjSpec, panel: PanelLayout, labels: tuple[str, ...], appearance: Appearance
 ) -> mujoco.MjsBody:
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(panel.pose[:3, :3]).ravel())
-    body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=quaternion)
+    body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=_quaternion(panel.pose[:3, :3]))
     width, height = panel.size
-    body.add_geom(
-        name="board",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[width / 2, height / 2, _FACE / 2],
-        pos=[0, 0, -_FACE / 2],
-        material=_material(spec, "board", paint_board(panel, labels, appearance)),
-        contype=PANEL,
-        conaffinity=NOTHING,
-    )
     dark: Colour = (0.82 * appearance.wood[0], 0.82 * appearance.wood[1], 0.82 * appearance.wood[2])
-    body.add_geom(
-        name="case",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[width / 2, height / 2, (panel.depth - _FACE) / 2],
-        pos=[0, 0, -_FACE - (panel.depth - _FACE) / 2],
-        material=_material(spec, "case", wood((128, 512), dark, appearance.grain + 1)),
-        contype=PANEL,
-        conaffinity=NOTHING,
-    )
+    for name, front, thick, picture in (
+        ("board", 0.0, _FACE, paint_board(panel, labels, appearance)),
+        ("case", -_FACE, panel.depth - _FACE, wood((128, 512), dark, appearance.grain + 1)),
+    ):
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[width / 2, height / 2, thick / 2],
+            pos=[0, 0, front - thick / 2],
+            material=_material(spec, name, picture),
+            **_TOUCHED,
+        )
     return body
 
 
@@ -187,39 +172,19 @@ def _add_joint(
     )
     knob = mounted.knob(0.0) - np.array(mounted.origin)
     add_handle(part, number, knob, appearance)
-    if slides:
-        part.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[*BAR, 0.005],
-            pos=[0, 0, 0.007],
-            quat=[math.cos(mounted.direction / 2), 0, 0, math.sin(mounted.direction / 2)],
-            rgba=[*appearance.bar, 1],
-            mass=0.02,
-            contype=PANEL,
-            conaffinity=NOTHING,
-        )
-        return
-    middle = knob / 2
+    half = BAR if slides else (mounted.reach / 2 + 0.006, LEVER_HALF_WIDTH)
     part.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[mounted.reach / 2 + 0.006, LEVER_HALF_WIDTH, 0.005],
-        pos=[middle[0], middle[1], 0.007],
+        size=[*half, 0.005],
+        pos=[*(knob / 2), 0.007],
         quat=[math.cos(mounted.direction / 2), 0, 0, math.sin(mounted.direction / 2)],
         rgba=[*appearance.bar, 1],
         mass=0.02,
-        contype=PANEL,
-        conaffinity=NOTHING,
+        **_TOUCHED,
     )
-    for radius, top, colour in ((0.0165, 0.013, appearance.bar), (0.0065, 0.016, (0.2, 0.2, 0.2))):
-        part.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            size=[radius, top / 2, 0],
-            pos=[0, 0, top / 2],
-            rgba=[*colour, 1],
-            mass=0.002,
-            contype=NOTHING,
-            conaffinity=NOTHING,
-        )
+    if not slides:
+        _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar, mass=0.002)
+        _cylinder(part, np.zeros(2), 0.0065, 0.0, 0.016, (0.2, 0.2, 0.2), mass=0.002)
 
 
 def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:
@@ -228,8 +193,7 @@ def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appea
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[6, 6, 0.1],
         rgba=[*appearance.floor, 1],
-        contype=PANEL,
-        conaffinity=NOTHING,
+        **_TOUCHED,
     )
     x, y, z = panel.pose[:3, 3] - panel.depth * panel.pose[:3, 2]
     foot = 0.5 * (z + 0.3 * panel.depth)
@@ -239,8 +203,7 @@ def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appea
         size=[0.05, 0.3 * panel.size[0], foot],
         pos=[x, y, foot],
         rgba=[0.25, 0.26, 0.28, 1],
-        contype=PANEL,
-        conaffinity=NOTHING,
+        **_TOUCHED,
     )
     across, along = appearance.light
     lamp = np.array([0.5 + across, along, 1.6])
@@ -284,8 +247,7 @@ def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], a
         rgba=[*appearance.knob, 1],
         mass=0.03,
         group=0 if seen else HIDDEN,
-        contype=PANEL,
-        conaffinity=NOTHING,
+        **_TOUCHED,
     )
     if appearance.handle == "capped":
         _cylinder(part, middle, 0.010, _BASE, 0.032, _DARK)
@@ -298,29 +260,30 @@ def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], a
             pos=[x, y, KNOB_TOP - KNOB_RADIUS],
             rgba=[*appearance.knob, 1],
             mass=0,
-            contype=NOTHING,
-            conaffinity=NOTHING,
+            **_ONLY_SEEN,
         )
     elif appearance.handle == "grooved":
-        for low, high, radius, colour in (
-            (_BASE, 0.016, KNOB_RADIUS, appearance.knob),
-            (0.016, 0.026, 0.012, _DARK),
-            (0.026, KNOB_TOP, KNOB_RADIUS, appearance.knob),
-        ):
-            _cylinder(part, middle, radius, low, high, colour)
+        _cylinder(part, middle, KNOB_RADIUS, _BASE, 0.016, appearance.knob)
+        _cylinder(part, middle, 0.012, 0.016, 0.026, _DARK)
+        _cylinder(part, middle, KNOB_RADIUS, 0.026, KNOB_TOP, appearance.knob)
 
 
 def _cylinder(
-    part: mujoco.MjsBody, middle: NDArray[np.float64], radius: float, low: float, high: float, colour: Colour
+    part: mujoco.MjsBody,
+    middle: NDArray[np.float64],
+    radius: float,
+    low: float,
+    high: float,
+    colour: Colour,
+    mass: float = 0.0,
 ) -> None:
     part.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[radius, (high - low) / 2, 0],
         pos=[middle[0], middle[1], (low + high) / 2],
         rgba=[*colour, 1],
-        mass=0,
-        contype=NOTHING,
-        conaffinity=NOTHING,
+        mass=mass,
+        **_ONLY_SEEN,
     )
 
 
@@ -333,16 +296,11 @@ _MARGIN = 0.08
 """Margin around the board in pictures of the plant's camera, as a share of their width or height."""
 
 
-def add_cameras(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance, *, aspect: float) -> None:
-    """Add both cameras. The plant's camera, above the board, sees all of it with a margin and never an arm at home.
+def _add_cameras(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance, *, aspect: float) -> None:
+    """Add both cameras.
 
-    The camera for films looks at board and arm from one side.
-
-    Args:
-        spec: The scene; it is changed.
-        panel: Size and pose of the board.
-        appearance: Its camera offset moves the plant's camera.
-        aspect: Width of the plant's pictures divided by their height.
+    The plant's camera, above the board, sees all of it with a margin and never an arm at home; the appearance shifts
+    it. The camera for films looks at board and arm from one side. ``aspect``: width by height of the plant's pictures.
     """
     middle = panel.pose[:3, 3]
     lean = panel.tilt - camera_angle(panel.tilt)
@@ -353,20 +311,24 @@ def add_cameras(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance,
     corners = np.array(
         [[sx * width / 2, sy * height / 2, z] for sx in (-1, 1) for sy in (-1, 1) for z in (0, KNOB_TOP)]
     )
-    seen = (corners @ panel.pose[:3, :3].T + middle - position) @ axes
+    seen = (panel.in_world(corners) - position) @ axes
     spread = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
     half = max(spread[1], spread[0] / aspect) / (1 - 2 * _MARGIN)
-    _camera(spec, EYE, position + np.array(appearance.camera), axes, 2 * math.degrees(math.atan(half)))
+    spec.worldbody.add_camera(
+        name=EYE,
+        pos=position + np.array(appearance.camera),
+        quat=_quaternion(axes),
+        fovy=2 * math.degrees(math.atan(half)),
+    )
     eye, target = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross([0, 0, 1], back)
     right /= np.linalg.norm(right)
-    _camera(spec, _FILM, eye, np.array([right, np.cross(back, right), back]).T, 42.0)
+    axes = np.array([right, np.cross(back, right), back]).T
+    spec.worldbody.add_camera(name=_FILM, pos=eye, quat=_quaternion(axes), fovy=42.0)
 
 
-def _camera(
-    spec: mujoco.MjSpec, name: str, position: NDArray[np.float64], axes: NDArray[np.float64], fovy: float
-) -> None:
+def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
-    spec.worldbody.add_camera(name=name, pos=position, quat=quaternion, fovy=fovy)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    return quaternion
