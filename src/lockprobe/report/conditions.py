@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from importlib.metadata import version
 from operator import call
-from pathlib import Path
-from typing import Any
 
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.dose_grid import grids
@@ -26,6 +24,7 @@ from lockprobe.record import Trial
 from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
 from lockprobe.report.installed_measures import measure_rows
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.results import (
     RESULTS_VERSION,
     agent_facts,
@@ -46,11 +45,9 @@ from lockprobe.report.schema import (
 )
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
-from lockprobe.studies.directory import read_settings
-from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.study import Study
 
-__all__ = ["ConditionStudy", "condition_results", "read_conditions"]
+__all__ = ["ConditionStudy", "condition_results", "condition_study"]
 
 _EXAMPLES = 6
 """Trials that are told step by step, of different conditions."""
@@ -58,81 +55,53 @@ _EXAMPLES = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionStudy:
-    """What the directory of a study of conditions holds.
+    """A study of conditions and its numbers.
 
     Attributes:
-        settings: As in ``study.json``.
-        study: The same as a study.
+        opened: What its directory holds.
         arms: Its conditions as their specs tell them.
-        trials: Those that it asks for, by agent, then by condition, in the order of the study.
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's conditions against their control.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         reference: What blind agents and the shortest plan reach on the box.
-        journal: What the journal leaves out.
-        foreign: Trials on record that the settings do not ask for.
     """
 
-    settings: Mapping[str, Any]
-    study: Study
+    opened: OpenedStudy
     arms: tuple[SeriesArm, ...]
-    trials: tuple[Trial, ...]
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     reference: Reference
-    journal: LeftOut
-    foreign: int
-
-    @property
-    def finished(self) -> int:
-        """Trials that are not owed (any more)."""
-        return sum(not trial.owed_again for trial in self.trials)
 
     @property
     def subjects(self) -> tuple[str, ...]:
         """The agents that the study is about: those that are no reference, or all if all are."""
-        agents = self.study.agents
+        agents = self.opened.study.agents
         return tuple(agent for agent in agents if not is_reference(agent)) or agents
 
 
-def read_conditions(
-    directory: Path, study: Study, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
-) -> ConditionStudy:
-    """Read and summarise the directory of a study of conditions.
+def condition_study(opened: OpenedStudy, *, each: Each = map) -> ConditionStudy:
+    """Summarise a study of conditions.
 
     Args:
-        directory: The directory.
-        study: The study that its settings describe.
-        tell: Told what it is at, since it takes some seconds.
+        opened: The study.
         each: Works on one agent after the other, or on several at once.
-
-    Raises:
-        BadFile: If its records cannot be read.
     """
-    everything, left_out = read_records(directory)
-    names = [condition.label for condition in study.conditions]
-    asked = [trial for trial in everything if study.asks_for(trial)]
-    trials = sorted(asked, key=lambda t: (study.agents.index(t.group), names.index(t.condition), t.repetition, t.trial))
-    tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
+    study, trials = opened.study, opened.trials
     arms = tuple(map(_arm, study.conditions))
     reference = reference_of(study.box, study.max_steps)
     cells = _cells(trials)
     jobs = [partial(condition_summary, members, reference) for members in cells.values()]
     return ConditionStudy(
-        settings=read_settings(directory),
-        study=study,
+        opened=opened,
         arms=arms,
-        trials=tuple(trials),
         conditions=dict(zip(cells, each(call, jobs), strict=True)),
         effects=_effects(cells, arms, study),
         series=_series(trials, arms, study, each),
         whys=_whys(cells, arms, study),
         reference=reference,
-        journal=left_out,
-        foreign=len(everything) - len(asked),
     )
 
 
@@ -195,7 +164,7 @@ def _why_rows(study: ConditionStudy) -> list[WhyResult]:
     for one in study.whys:
         own: dict[str, list[Trial]] = {arm.arm: [] for arm in one.arms}
         names = {arm.condition: arm.arm for arm in one.arms}
-        for trial in study.trials:
+        for trial in study.opened.trials:
             if (trial.group, trial.modality) == (one.agent, one.modality) and trial.condition in names:
                 own[names[trial.condition]].append(trial)
         rows.append(why_row(one, told_twice(own["truth"], own["lie"], rises=one.change.value > 0)))
@@ -228,18 +197,19 @@ def _series(
 
 def condition_results(study: ConditionStudy) -> Results:
     """The results of a study of conditions, and all that its page is made from."""
+    opened, asked = study.opened, study.opened.study
     said = {arm.label: " + ".join(arm.specs) for arm in study.arms}
     return Results(
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
-        study=dict(study.settings),
-        joints=len(study.study.box.joints),
+        study=dict(opened.settings),
+        joints=len(asked.box.joints),
         progress=StudyProgress(
-            planned=study.study.size,
-            finished=study.finished,
-            partial=study.finished < study.study.size,
+            planned=asked.size,
+            finished=opened.finished,
+            partial=opened.finished < asked.size,
         ),
-        left_out=left_out_row(study.trials, study.journal, study.foreign),
+        left_out=left_out_row(opened.trials, opened.journal, opened.foreign),
         subjects=list(study.subjects),
         findings=[
             sentence
@@ -248,7 +218,7 @@ def condition_results(study: ConditionStudy) -> Results:
             for sentence in effects_said(one, study.conditions)
         ],
         conditions=[
-            _condition_row(study.study, agent, label, summary, said[label])
+            _condition_row(asked, agent, label, summary, said[label])
             for (agent, label), summary in study.conditions.items()
         ],
         effects=[row for one in study.effects for row in _effect_rows(one)],
@@ -257,11 +227,11 @@ def condition_results(study: ConditionStudy) -> Results:
         series=[_series_row(series, summary) for series, summary in study.series],
         why=_why_rows(study),
         box=study.reference,
-        measures=measure_rows(study.trials),
-        errors=broken_rows(study.trials),
-        agents=agent_facts(study.trials),
-        plants=plant_facts(study.trials, study.settings),
-        seen=seen(study.trials),
+        measures=measure_rows(opened.trials),
+        errors=broken_rows(opened.trials),
+        agents=agent_facts(opened.trials),
+        plants=plant_facts(opened.trials, opened.settings),
+        seen=seen(opened.trials),
         examples=_examples(study),
         audit=audit_result(),
     )
@@ -338,7 +308,7 @@ def _examples(study: ConditionStudy) -> list[ExampleTrial]:
     """The first ended trial of the first subject under each of the first conditions."""
     agent = study.subjects[0]
     found: dict[str, Trial] = {}
-    for trial in study.trials:
+    for trial in study.opened.trials:
         if trial.group == agent and trial.ending != "error":
             found.setdefault(trial.condition, trial)
     return [example(label, trial) for label, trial in list(found.items())[:_EXAMPLES]]

@@ -18,11 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.analysis.summary import Each
+from lockprobe.analysis.summary import Each, summarise
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.formatting import minus
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
-from lockprobe.report.conditions import condition_results, read_conditions
+from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.excursions import excursion_table
@@ -36,9 +37,10 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_by_p_table,
     leaderboard_table,
 )
+from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
-from lockprobe.report.results import flip_results, read
+from lockprobe.report.results import flip_results
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.schema import Results
 from lockprobe.report.tables import (
@@ -59,7 +61,6 @@ from lockprobe.report.tables import (
 )
 from lockprobe.report.why import arm_table, estimate_table
 from lockprobe.storage.atomic_file import write_file
-from lockprobe.studies.settings import read_study
 from lockprobe.terminal_text import printable
 
 __all__ = ["results", "write_report"]
@@ -103,9 +104,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         _write(directory / "tables" / f"{name}.csv", as_csv(table))
         _write(directory / "tables" / f"{name}.tex", as_tex(table))
     photographs = embedded(directory, content.seen)
-    for name in (
-        ("claims", "audit", "report") if content.of_flips else ("why", "report") if content.why else ("report",)
-    ):
+    for name in _pages(content):
         _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
     return directory / "report.html"
 
@@ -133,13 +132,18 @@ def _opened(
     directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
 ) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
     """A study that is read and summarised: what gives its results, and what draws each figure."""
-    planned = read_study(directory)
-    if planned.of_flips:
-        study = read(directory, tell=tell, each=each)
-        return partial(flip_results, study), drawings(study.summary)
-    played = read_conditions(directory, planned, tell=tell, each=each)
-    pictures = condition_pictures(played.effects, [summary for _, summary in played.series], played.whys)
-    return partial(condition_results, played), pictures
+    opened = open_study(directory)
+    trials = opened.trials
+    tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
+    if not opened.study.of_flips:
+        played = condition_study(opened, each=each)
+        pictures = condition_pictures(played.effects, [summary for _, summary in played.series], played.whys)
+        return partial(condition_results, played), pictures
+    try:
+        summary = summarise(trials, opened.study.box, each=each)
+    except BadValue as error:
+        raise BadFile(directory / "trials.jsonl", str(error)) from error
+    return partial(flip_results, opened, summary), drawings(summary)
 
 
 def _write_pictures(directory: Path, drawn: Pictures) -> None:

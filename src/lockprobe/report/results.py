@@ -1,21 +1,16 @@
-"""A study directory as the numbers of ``results.json``, which depend on what is on record and on no clock here."""
+"""A study of flips as the numbers of ``results.json``; equal records give equal numbers."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import version
-from itertools import chain, product
-from pathlib import Path
+from itertools import chain
 from typing import Any
 
-from lockprobe.analysis.response_times import ResponseTimes, response_times
-from lockprobe.analysis.summary import Each, StudySummary, summarise
+from lockprobe.analysis.response_times import response_times
+from lockprobe.analysis.summary import StudySummary
 from lockprobe.audit.rates import shipped
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.people.progress import Flow, flow_of
-from lockprobe.people.step_times import times_of_steps
 from lockprobe.prose.agent_comparison import comparison_said, ranking_said
 from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding
@@ -31,6 +26,7 @@ from lockprobe.report.examples import examples
 from lockprobe.report.excursions import lie_rows
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.people import people_row
 from lockprobe.report.rows import (
     claim_row,
@@ -47,20 +43,16 @@ from lockprobe.report.rows import (
 )
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import Results, StudyProgress
-from lockprobe.studies.directory import read_settings
-from lockprobe.studies.records import LeftOut, read_records
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.records import LeftOut
 
 __all__ = [
     "RESULTS_VERSION",
-    "LoadedStudy",
     "agent_facts",
     "audit_result",
     "broken_rows",
     "flip_results",
     "left_out_row",
     "plant_facts",
-    "read",
 ]
 
 RESULTS_VERSION = 3
@@ -71,100 +63,27 @@ MANY = 8
 """Values of a fact beyond which they are counted."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoadedStudy:
-    """What a directory holds.
-
-    Attributes:
-        settings: As in ``study.json``.
-        trials: By agent in the order of the settings, then by condition.
-        summary: Their numbers.
-        planned: Trials that the settings ask for, but for those of people.
-        invited: Trials that they ask of people.
-        journal: What the journal leaves out.
-        foreign: Trials on record that the settings do not ask for; they are in no other number.
-        flow: Who of people came to the end; None where nobody has taken part.
-        times: How long people took for a choice.
-        panel: What its pictures show of the panel, in words; empty where it has none.
-    """
-
-    settings: Mapping[str, Any]
-    trials: tuple[Trial, ...]
-    summary: StudySummary
-    planned: int
-    invited: int
-    journal: LeftOut
-    foreign: int
-    flow: Flow | None = None
-    times: tuple[ResponseTimes, ...] = ()
-    panel: str = ""
-
-    @property
-    def finished(self) -> int:
-        """Trials that are not owed (any more), but for those of people."""
-        return sum(not trial.owed_again for trial in self.trials) - self.played_by_people
-
-    @property
-    def played_by_people(self) -> int:
-        """Trials of people that are finished."""
-        return sum(not trial.owed_again for trial in self.trials if trial.player)
-
-    @property
-    def partial(self) -> bool:
-        """Whether trials are still owed; those of people are not, since nobody can make them come."""
-        return self.finished < self.planned
-
-
-def read(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None, each: Each = map) -> LoadedStudy:
-    """Read and summarise a study directory.
+def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
+    """The results of a study of flips, and all that its pages are made from.
 
     Args:
-        directory: The directory of a study.
-        tell: Told what it is at, since it takes some seconds.
-        each: Works on one agent after the other, or on several at once.
-
-    Raises:
-        BadFile: If it is not that of a study, holds trials of another box, or what people did is damaged.
+        opened: The study.
+        summary: The numbers of its trials.
     """
-    study = read_study(directory)
-    everything, left_out = read_records(directory)
-    asked = [trial for trial in everything if study.asks_for(trial)]
-    agents, modalities = study.agents, study.modalities
-    place = {both: i for i, both in enumerate(product(agents, modalities))}
-    trials = sorted(asked, key=lambda t: (place[t.group, t.modality], t.p, t.repetition, t.trial))
-    tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
-    try:
-        summary = summarise(trials, study.box, each=each)
-    except BadValue as error:
-        raise BadFile(Path(directory) / "trials.jsonl", str(error)) from error
-    return LoadedStudy(
-        settings=read_settings(directory),
-        trials=tuple(trials),
-        summary=summary,
-        planned=study.size - study.invited,
-        invited=study.invited,
-        journal=left_out,
-        foreign=len(everything) - len(asked),
-        flow=flow_of(Path(directory)),
-        times=response_times(trials, times_of_steps(Path(directory), trials)),
-        panel=panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
-        if study.has_pictures
-        else "",
-    )
-
-
-def flip_results(study: LoadedStudy) -> Results:
-    """The results of a study of flips, and all that its pages are made from."""
-    summary, agents = study.summary, study.summary.agents
+    study, trials, agents = opened.study, opened.trials, summary.agents
+    by_people = sum(not trial.owed_again for trial in trials if trial.player)
+    planned, finished = study.size - study.invited, opened.finished - by_people  # participants owe no trials
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
     return Results(
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
-        study=dict(study.settings),
-        joints=len(study.settings.get("box", {}).get("joints", [])),
-        progress=StudyProgress(planned=study.planned, finished=study.finished, partial=study.partial),
-        left_out=left_out_row(study.trials, study.journal, study.foreign),
-        panel_said=study.panel,
+        study=dict(opened.settings),
+        joints=len(opened.settings.get("box", {}).get("joints", [])),
+        progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
+        left_out=left_out_row(trials, opened.journal, opened.foreign),
+        panel_said=panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
+        if study.has_pictures
+        else "",
         modality_findings=[modality_finding(effect, summary) for effect in summary.modalities],
         findings=[finding(agent) for agent in summary.subjects],
         loop_findings=[loop_finding(agent) for agent in summary.subjects],
@@ -175,15 +94,15 @@ def flip_results(study: LoadedStudy) -> Results:
         courses_said=courses_said(summary),
         box=summary.reference,
         conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
-        leaderboard=leaderboard_rows(summary, study.trials),
+        leaderboard=leaderboard_rows(summary, trials),
         comparisons=comparison_rows(summary.comparisons, names),
         interactions=interaction_rows(summary.comparisons, names),
         rationality=[row for a in agents for c in a.conditions for row in rationality_rows(c, a.name, blind=a.blind)],
         judged=judged(summary),
-        lies=lie_rows(study.trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind]),
+        lies=lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind]),
         paces=[pace_row(compared, names) for compared in summary.paces],
         modalities=[modality_row(effect) for effect in summary.modalities],
-        people=people_row(summary, study.invited, study.played_by_people, study.flow, study.times),
+        people=people_row(summary, study.invited, by_people, opened.flow, response_times(trials, opened.times)),
         verdicts=summary.verdicts,
         verdicts_said=verdicts_said(summary.verdicts) if summary.verdicts else "",
         fits=[fit_row(agent) for agent in agents],
@@ -192,17 +111,17 @@ def flip_results(study: LoadedStudy) -> Results:
         courses=[row for agent in agents if (row := course_row(agent))],
         claims=[claim_row(row) for row in claim_rows(summary)],
         detectors=[
-            detector_row(condition, study.trials, agent.name)
+            detector_row(condition, trials, agent.name)
             for agent in summary.subjects
             for condition in agent.conditions
             if condition.success.n
         ],
-        examples=examples(summary, study.trials),
-        measures=measure_rows(study.trials),
-        errors=broken_rows(study.trials),
-        agents=agent_facts(study.trials),
-        plants=plant_facts(study.trials, study.settings),
-        seen=seen(study.trials),
+        examples=examples(summary, trials),
+        measures=measure_rows(trials),
+        errors=broken_rows(trials),
+        agents=agent_facts(trials),
+        plants=plant_facts(trials, opened.settings),
+        seen=seen(trials),
         subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
         audit=audit_result(),
     )
