@@ -96,7 +96,7 @@ class Call:
 
     @property
     def owed_anew(self) -> bool:
-        """Whether it is no call but says that its trial is played anew, with calls of its own."""
+        """Whether it is no call but says that its trial is played anew, with new calls."""
         return self.reply is None and self.error == OWED_ANEW
 
     @property

@@ -74,7 +74,7 @@ class Channel(Protocol):
 
 @runtime_checkable
 class Prompt(Protocol):
-    """What is *asked*: what the agent is instructed, and what is said to it beside the report. Else as a channel."""
+    """What is *asked*: what the agent is instructed, and what is said to it with the report. Else as a channel."""
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """Turn a briefing into what is passed on, before every decision.
@@ -162,7 +162,7 @@ class CallBook(Protocol):
 
 @runtime_checkable
 class Calling(Protocol):
-    """An agent whose decisions are calls to somebody who charges for them."""
+    """An agent whose decisions are calls that a provider charges for."""
 
     def with_calls(self, key: str, book: CallBook) -> Agent:
         """The same agent for one trial: it looks every call up before it makes it, and writes down what it makes."""

@@ -177,10 +177,10 @@ class Decision:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Briefing:
-    """What an agent is asked in one step, beside the report. Agents that read no words pay no attention to it.
+    """What an agent is asked in one step, in addition to the report. Agents that read no words pay no attention to it.
 
     Attributes:
-        remark: What is said to it beside the report of this step; often empty.
+        remark: What is said to it with the report of this step; often empty.
         warning: What the instruction says of the reports; often empty.
         instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the usual one.
         hypothesis: Whether it says how the box works before its choice or after it, or is not asked.
@@ -209,7 +209,7 @@ class Turn:
     Attributes:
         percept: What it was told.
         decision: What it decided.
-        remark: What was said to it beside the report.
+        remark: What was said to it with the report.
     """
 
     percept: Percept
@@ -219,7 +219,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
-    """One moment of a trial as interventions see it, truth beside told: the first look, or what came of an attempt.
+    """One moment of a trial as interventions see it, truth and report: the first look, or what came of an attempt.
 
     Attributes:
         was: The truth in the agent's terms: joint, outcome and positions.
@@ -267,7 +267,7 @@ class Situation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One step, truth beside told.
+    """One step, truth and report.
 
     Attributes:
         step: From 1.
@@ -283,7 +283,7 @@ class Step:
         sensed: What a robot measured, its own verdict (moved, blocked, failed) among it; empty without a robot.
         pictures: File names of the pictures taken afterwards, by kind.
         chosen: The joint that the agent had chosen, by its name in the box, where another one was attempted; else None.
-        remark: What was said to the agent beside the report before this step.
+        remark: What was said to the agent with the report before this step.
     """
 
     step: int
@@ -315,7 +315,7 @@ class TrialError:
         step: The step that could not be played, from 1.
         replies: Raw malformed replies, if that was the reason.
         usage: What they cost.
-        again: Whether somebody asked to have the trial played again, though its agent broke it.
+        again: Whether a user asked to have the trial played again, though its agent broke it.
     """
 
     boundary: Boundary

@@ -1,7 +1,7 @@
 """One tree of random streams: study > repetition > trial > {layout, labels, plant, channel-0, channel-1, agent}.
 
 Neither the condition nor the agent is on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
-channel and the same draws for its agent whatever the flip probability is and whoever plays, so conditions and
+channel and the same draws for its agent whatever the flip probability is and for every agent, so conditions and
 agents are compared on common random numbers: the flips at p = 0.2 are a subset of those at p = 0.4.
 """
 

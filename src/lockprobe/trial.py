@@ -186,7 +186,7 @@ def _fact(value: object) -> Fact:
 
 
 def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
-    """Take a picture. A failure is the plant's fault, whoever asked for the picture."""
+    """Take a picture. A failure is the plant's fault."""
     with _boundary(PlantFault):
         return look(positions)
 

@@ -49,7 +49,7 @@ _BLACK = 0.5 / 255
 """Greys up to this are no reading."""
 
 _FAINT = {"rgb": 0.04, "depth": 0.03}
-"""What either cue comes to at an empty place: a difference of so much is no certainty."""
+"""The size of either cue at an empty place: a difference of so much is no certainty."""
 
 
 def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) -> _Image:

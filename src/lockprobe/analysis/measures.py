@@ -33,7 +33,7 @@ Measure = Callable[[Trial], float | bool | None]
 
 
 def _steps_to_solve(trial: Trial) -> int | None:
-    """Steps until the target moved, of solved trials only: to be read beside the share of solved ones."""
+    """Steps until the target moved, of solved trials only: to be read with the share of solved ones."""
     return len(trial.steps) if trial.solved else None
 
 

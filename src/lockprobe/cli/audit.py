@@ -20,6 +20,7 @@ from lockprobe.audit.simulated_agents import WORLDS, P, world
 from lockprobe.cli.printing import new_table, plain_console, print_table
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
+from lockprobe.spec import Spec
 from lockprobe.studies.study_options import parse_p
 
 __all__ = ["audit", "power"]
@@ -70,7 +71,7 @@ def _audit_why(
 ) -> None:
     from lockprobe.montecarlo.verdicts import MECHANISMS, verdict_rates
 
-    known = {name.partition(":")[2]: name for name in MECHANISMS}
+    known = {Spec.parse(name).name: name for name in MECHANISMS}
     for name in names or ():
         if name not in known:
             raise UnknownName("world", name, known)

@@ -30,7 +30,7 @@ def detectors(
     clock: Annotated[bool, typer.Option("--clock", help="Also measure the time per trial.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object a detector, or a sequence.")] = False,
 ) -> None:
-    """Loop detectors of agent frameworks beside the paper's: on planted loops, or on your sequences."""
+    """Loop detectors of agent frameworks, compared with the paper's: on planted loops, or on your sequences."""
     if file is not None:
         for number, sequence in numbered_sequences(file):
             check_actions(file, f"line {number}", len(set(sequence)), actions)

@@ -47,7 +47,7 @@ def export(
         typer.Option("--with-platform-ids", help="psych-ds: IDs of the recruitment platform too; they are personal."),
     ] = False,
 ) -> None:
-    """Tables of steps or trials, truth beside told; logs that Inspect AI's viewer reads; or a Psych-DS dataset.
+    """Tables of steps or trials, truth and report; logs that Inspect AI's viewer reads; or a Psych-DS dataset.
 
     Beside a table FILE its data dictionary is written, FILE-metadata.json: what stands in every column.
     """

@@ -39,7 +39,7 @@ def replay(
     speed: Annotated[int, typer.Option(min=1, max=FASTEST, help="How many times faster a robot is shown.")] = 1,
     json: Annotated[bool, typer.Option("--json", help="One JSON object a step, or one of the film.")] = False,
 ) -> None:
-    """A finished trial, step by step, truth beside told; with --out as a film."""
+    """A finished trial, step by step, truth and report; with --out as a film."""
     trials = load(directory)
     found = [t for t in trials if t.key == key] or [t for t in trials if t.key.startswith(key) or t.key.endswith(key)]
     if not found:

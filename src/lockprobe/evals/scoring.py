@@ -88,7 +88,7 @@ def _answer(trial: Trial) -> str:
 
 
 def explained(trial: Trial) -> str:
-    """A trial in Markdown: one row a step, what was true beside what was told and what the agent said of it."""
+    """A trial in Markdown: one row a step: the truth, the report and what the agent said of it."""
     names = dict(zip(trial.joints, trial.labels, strict=True))
     said = [step.decision.claimed for step in trial.steps[1:]] + [None] * bool(trial.steps)
     heading = f"{_answer(trial).capitalize()}. The target is **{names[trial.target]}** ({trial.target})."
@@ -110,7 +110,7 @@ def explained(trial: Trial) -> str:
 
 
 def told_of(step: Step) -> str:
-    """One step in Markdown, for the transcript: what was true beside what was told."""
+    """One step in Markdown, for the transcript: truth and report."""
     true = _SAID["moved" if step.moved else "blocked"]
     return f"Step {step.step}: {step.decision.joint} ({step.joint}). True: {true}. Told: {_told(step)}."
 

@@ -180,7 +180,7 @@ class _ModelOfTheEval:
         )
 
     def _config(self, schema: dict[str, object]) -> GenerateConfig:
-        """What is sent beside the conversation, as a line of our own sends it."""
+        """What is sent with the conversation, as our client sends it."""
         form = self._settings.form(self._known)
         config = GenerateConfig().model_copy(update=self._settings.parameters(self._known))
         if form != "none":

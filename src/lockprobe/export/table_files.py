@@ -1,4 +1,4 @@
-"""Tables as files: CSV, JSON lines, Parquet, each with its data dictionary beside it."""
+"""Tables as files: CSV, JSON lines, Parquet, each with its data dictionary in a file next to it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -
     """Trials as a table, a row a step or a row a trial; ``times`` are the response times of people, for steps."""
     if name == "trials":
         return Rows("One row a trial.", trial_columns(trials), trial_rows(trials))
-    return Rows("One row a step, truth beside told.", tidy_columns(trials, times), tidy_rows(trials, times))
+    return Rows("One row a step, truth and report.", tidy_columns(trials, times), tidy_rows(trials, times))
 
 
 def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:

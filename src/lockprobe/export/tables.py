@@ -25,7 +25,7 @@ from lockprobe.terminal_text import readable
 __all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
 
 TABLES = {
-    "steps": "a step of a finished trial: truth beside what was told",
+    "steps": "a step of a finished trial: truth and report",
     "trials": "a finished trial: whether the box was opened, in how many steps, with which claims and loops",
     "participants": "a participant: conditions, how far they came, checks, device",
     "acts": "anything that a participant did, practice and unfinished trials too",

@@ -113,7 +113,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
 
 
 def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
-    """The steps of one trial or several as a table, one row a step, truth beside told: for pandas, polars or R.
+    """The steps of one trial or several as a table, one row a step, truth and report: for pandas, polars or R.
 
     ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of :func:`tidy_rows`.
     """

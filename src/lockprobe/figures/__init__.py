@@ -1,4 +1,4 @@
-"""The paper's figures, and beside each one from which conclusions may be drawn.
+"""The paper's figures, each with a companion from which conclusions may be drawn.
 
 Drawing only: every number comes from a :class:`lockprobe.analysis.summary.StudySummary`. Each ``draw_*`` takes the
 axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` all of a study, ``render`` files.

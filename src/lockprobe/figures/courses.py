@@ -1,4 +1,4 @@
-"""Which agents' success rises over p, which falls, which both: one small panel each, loops beside it."""
+"""Which agents' success rises over p, which falls, which both: one small panel each, with its loops."""
 
 from __future__ import annotations
 

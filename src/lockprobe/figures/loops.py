@@ -100,7 +100,7 @@ def _short(ratio: float) -> str:
 
 
 def draw_loops_beside_chance(axes: Axes, agent: AgentSummary) -> None:
-    """Fig. 5b with Wilson's intervals, beside what chance alone gives to trials of exactly these lengths."""
+    """Fig. 5b with Wilson's intervals and what chance alone gives in trials of exactly these lengths."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted:
         return blank(axes, f"{agent_label(agent)}: no trial has ended")

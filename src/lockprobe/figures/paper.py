@@ -1,4 +1,4 @@
-"""The paper's Figs. 3, 4, 5a and 5b, as the paper draws them. What corrects them is in the module beside this one.
+"""The paper's Figs. 3, 4, 5a and 5b, as the paper draws them. ``paper_corrected`` holds their companions.
 
 Hollow stars are figures that the paper's text gives. They are drawn where the study has their place on its axes.
 """

@@ -1,4 +1,4 @@
-"""How rational actions were: before one who believes reports and one who doubts them, beside a random choice."""
+"""How rational actions were, to one who believes reports and one who doubts them, with a random choice."""
 
 from __future__ import annotations
 

@@ -32,11 +32,11 @@ class CameraChannel:
     What is pictured are the positions of the percept; where they are not the true ones, the plant draws what is told.
     Where the percept holds no positions, there is no picture and no text.
 
-    With depth, the picture of depth is made of whole millimetres, and these are kept beside it for the record, so that
+    With depth, the picture of depth is made of whole millimetres, and these are kept with it for the record, so that
     it can be made again in another form.
 
     Attributes:
-        depth: How depth is shown beside colours.
+        depth: How depth is shown with colours.
         near: What the first colour of depth means, metres; in every picture the same.
         far: What the last one means, metres. The default window holds the tops of all handles and most of the board
             where a camera looks at a panel from 0.72 m; the 0.05 m by which handles stand out are a third of it.

@@ -28,7 +28,7 @@ ASIDES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Distract:
-    """With probability p a sentence stands beside the report that has nothing to do with it; the report stays as it is.
+    """With probability p an irrelevant sentence comes with the report; the report stays as it is.
 
     It comes at moments that are drawn, unlike ``remark``, and before every step but the first. Agents that read no
     words pay no attention to it. Two numbers are drawn per step whatever p is (one with ``luck=flip``), so what is said

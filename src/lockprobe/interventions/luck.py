@@ -1,4 +1,4 @@
-"""Whose steps an intervention hits: those of its own luck, or those at which ``flip`` would lie."""
+"""Whose steps an intervention hits: steps drawn independently, or those at which ``flip`` would lie."""
 
 from __future__ import annotations
 

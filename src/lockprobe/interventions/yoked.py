@@ -27,7 +27,7 @@ class Yoked:
     next trial of the same repetition, step by step; at ``shuffle`` this trial's own, with its steps in an order that
     is drawn once, so that over the whole budget exactly as many reports are false as under ``flip``. A flip that
     depends on what happens (``only``, ``while``) has no steps before it is played: yoked to one are its chances, not
-    its lies. Nothing of its own is drawn.
+    its lies. It draws nothing itself.
 
     Attributes:
         p: Flip probability of the source, [0, 1].

@@ -53,7 +53,7 @@ class Acting:
         later: Further flips; at each step at most one of all falls.
         withheld: Probability that no report is given, at the steps at which ``flip`` lies at the same dose, [0, 1].
         odd: The same for reports of odd form.
-        lost: Probability that a report is lost by luck of its own, [0, 1].
+        lost: Probability that a report is lost independently of the flip, [0, 1].
         remarked: The same for a remark.
         states_only: Whether positions are told and no outcomes.
         hands: What changes which joint is attempted, in order.
@@ -106,7 +106,7 @@ class Acting:
 def acting_of(
     condition: str | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None = None, *, budget: int = 20
 ) -> Acting:
-    """A condition, beside a flip rate, as chances.
+    """A condition with a flip rate as probabilities.
 
     Args:
         condition: What acts. Several flips are allowed where no two fall on one step: a flip rate that changes.

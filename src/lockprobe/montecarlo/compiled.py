@@ -65,7 +65,7 @@ def pays(steps: int) -> bool:
 
 
 def compiled(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """The compiled function. Other threads may work beside it."""
+    """The compiled function. Other threads may work at the same time."""
     name = function.__name__
     if name not in _COMPILED:
         from numba import njit

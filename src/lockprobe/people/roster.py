@@ -110,7 +110,7 @@ class Roster:
             self._persons[person] -= 1
 
     def finished(self) -> set[Slot]:
-        """The recorded trials of people, whoever played them."""
+        """The recorded trials of all people."""
         return {
             Slot(p=trial.dose, modality=trial.modality, repetition=trial.repetition, trial=trial.trial)
             for trial in self._opened.journal.trials.values()

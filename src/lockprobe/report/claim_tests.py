@@ -1,4 +1,4 @@
-"""A figure or a pattern of the paper beside one of this study, and the verdict on the claim as a whole."""
+"""Tests of a figure or a pattern of the paper against this study, and the verdict on the claim as a whole."""
 
 from __future__ import annotations
 

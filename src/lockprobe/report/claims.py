@@ -1,4 +1,4 @@
-"""The paper's claims beside what a study measured: the verdict on each as a whole, and which test says so."""
+"""The paper's claims, compared with what a study measured: the verdict on each as a whole, and which test says so."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ def _arm(condition: Condition) -> SeriesArm:
 
 
 def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
-    """The trials of every agent under every condition, each at a place of its own on no axis."""
+    """The trials of every agent under every condition, without a place on an axis."""
     cells: dict[tuple[str, str], list[Trial]] = {}
     for trial in trials:
         cells.setdefault((trial.group, trial.condition), []).append(replace(trial, placed=0.0))
@@ -128,7 +128,7 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
 def _effects(
     cells: Mapping[tuple[str, str], list[Trial]], arms: Sequence[SeriesArm], study: Study
 ) -> tuple[Effects, ...]:
-    """Each modality's conditions against its own control; beside the first modality's stand the others' controls."""
+    """Each modality's conditions against its control; the first modality is also compared with the others' controls."""
     found = []
     modalities = list(dict.fromkeys(arm.modality for arm in arms))
     others = [control_of(arms, modality) for modality in modalities[1:]]

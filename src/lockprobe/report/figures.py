@@ -1,4 +1,4 @@
-"""The figures of a report, by file name: the paper's, and beside each its corrected companion."""
+"""The figures of a report by file name: the paper's, each with its corrected companion."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ CONDITION_CAPTIONS = {
 
 
 def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]:
-    """Every figure by name, to be drawn as PNG and SVG by whoever calls it; none if no trial has ended.
+    """Every figure by name, as a function that draws it as PNG and SVG; none if no trial has ended.
 
     What takes longest comes first.
     """
@@ -97,7 +97,7 @@ def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]
 def condition_pictures(
     effects: Sequence[Effects], series: Sequence[StudySummary], whys: Sequence[Why] = ()
 ) -> dict[str, Callable[[], dict[str, bytes]]]:
-    """Every figure of a study of conditions by name, to be drawn as PNG and SVG by whoever calls it."""
+    """Every figure of a study of conditions by name, as a function that draws it as PNG and SVG."""
     from lockprobe import figures
 
     return {

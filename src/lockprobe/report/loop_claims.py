@@ -1,4 +1,4 @@
-"""The paper's claims about loops (Sec. 3.3, Fig. 5) beside what a study measured.
+"""The paper's claims about loops (Sec. 3.3, Fig. 5), compared with what a study measured.
 
 Loop rates are compared as the paper compares them, over whole trials: shorter trials hold fewer loops by chance alone.
 Claims of what loops do, and of how soon they come, are held against tests at equal steps.

@@ -1,4 +1,4 @@
-"""The paper's claims about misreading (Sec. 3.1, Table 1) beside what a study measured."""
+"""The paper's claims about misreading (Sec. 3.1, Table 1), compared with what a study measured."""
 
 from __future__ import annotations
 

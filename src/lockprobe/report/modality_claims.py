@@ -1,4 +1,4 @@
-"""The paper's claims about modalities (Sec. 3.1) beside what a study of several measured.
+"""The paper's claims about modalities (Sec. 3.1), compared with what a study of several measured.
 
 Each is about all three modalities: an agent that was not shown the box in all of them can contradict such a claim, and
 cannot bear it out.

@@ -1,4 +1,4 @@
-"""The paper's claims about success over p (Sec. 3.2, Fig. 4) beside what a study measured."""
+"""The paper's claims about success over p (Sec. 3.2, Fig. 4), compared with what a study measured."""
 
 from __future__ import annotations
 

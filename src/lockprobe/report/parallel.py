@@ -48,7 +48,7 @@ def shared(directory: Path, processes: int) -> Iterator[Each]:
 
     Args:
         directory: The directory of a study.
-        processes: This one, and how many beside it.
+        processes: This one and the others.
     """
     records = directory / "trials.jsonl"
     if processes < 2 or not records.is_file() or records.stat().st_size < LARGE:

@@ -1,4 +1,4 @@
-"""People in the report: who played, what they opened, and what agents need beside them, as rows, words and tables."""
+"""People in the report: who played, what they solved, and how agents compare, as rows, words and tables."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def flow_said(flow: Flow) -> Iterator[str]:
 
 
 def people_said(summary: StudySummary) -> list[str]:
-    """People and agents beside them in plain words; nothing before a trial of people has ended."""
+    """People and agents in plain words; nothing before a trial of people has ended."""
     found = summary.people
     if found is None:
         return []
@@ -121,7 +121,7 @@ def _steps(found: People) -> Iterator[str]:
 
 
 def _beside(summary: StudySummary, found: People) -> Iterator[str]:
-    """Every agent that the study is about, over all p; those to compare with where there is none beside people."""
+    """Every agent that the study is about, over all p; those to compare with if people are the only subject."""
     subjects = [agent for agent in summary.subjects if not agent.invited] or summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in subjects}
     last: dict[tuple[str, str], RelativeSteps] = {(one.agent, one.modality): one for one in found.relative}
@@ -203,7 +203,7 @@ def _took(row: ResponseTimes | None) -> list[str]:
 
 
 def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> TextTable:
-    """Agents' steps beside those of people."""
+    """Agents' steps and those of people."""
     head = ["agent", "flip rate", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
     return [head] + [
         [

@@ -136,7 +136,7 @@ def modality_table(effects: Sequence[ModalityResult]) -> TextTable:
 
 
 def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
-    """Loop rates beside their chance levels under four nulls."""
+    """Loop rates and their chance levels under four null models."""
     table = [
         ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]
     ]
@@ -253,7 +253,7 @@ def _steps_lost(row: RationalityResult) -> str:
 
 
 def claim_table(claims: Sequence[ClaimResult]) -> TextTable:
-    """The paper's claims beside what was measured."""
+    """The paper's claims and what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
     return [[*names, "P"]] + [[*(getattr(row, name) for name in names), p_cell(row.p_value)] for row in claims]
 
@@ -314,7 +314,7 @@ def effect_table(effects: Sequence[EffectResult]) -> TextTable:
 
 def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
     """Two interventions alone and together."""
-    head = ["agent", "first", "second", "both", "second beside the first less alone, points", "P", "says"]
+    head = ["agent", "first", "second", "both", "second with the first less alone, points", "P", "says"]
     return [head] + [
         [
             row.agent,

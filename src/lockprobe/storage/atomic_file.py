@@ -1,8 +1,7 @@
 """Atomic file replacement: readers see either the complete new file or the old one.
 
-A file is written as a draft beside its place, forced to the disk (fsync), and renamed to its name (``os.replace``). An
-error leaves what was there before and no draft. The draft of a file that exists has its permissions from its first byte
-on.
+A file is written as a draft in the same directory, forced to the disk (fsync), and renamed (``os.replace``). An error
+leaves what was there before and no draft. The draft of a file that exists has its permissions from the first byte on.
 
 A process that is killed may leave a draft, a hidden file. Where several processes may write one file its name is random
 and ends like ``.draft.csv``. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and

@@ -171,7 +171,7 @@ class LineFile:
 
 
 class _Rescue:
-    """The file beside a file of lines that takes what could not be appended; its name ends in ``.rescued``."""
+    """The file next to a file of lines that takes what could not be appended; its name ends in ``.rescued``."""
 
     def __init__(self, of: LineFile) -> None:
         self._of = of
@@ -203,7 +203,7 @@ class _Rescue:
 
 
 def rescued_files(path: Path) -> list[Path]:
-    """The files beside a file of lines that took what could not be appended to it."""
+    """The files next to a file of lines that took what could not be appended to it."""
     return sorted(path.parent.glob(f"{path.name}.rescued*"))
 
 

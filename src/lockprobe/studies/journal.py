@@ -80,7 +80,7 @@ class Journal:
         directory: Of the study.
         trials: Finished and broken trials by key, without their steps where they were played just now.
         calls: What was asked of providers.
-        left_out: What it holds beside these trials, as it was opened.
+        left_out: What it holds in addition to these trials, as it was opened.
     """
 
     def __init__(self, directory: Path, study: Study, records: LineFile, timings: LineFile, calls: Calls) -> None:

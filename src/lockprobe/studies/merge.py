@@ -191,7 +191,7 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
         except UserMistake as mistake:
             raise BadFile(source.path, f"{trial.key}: {mistake}") from None
         if not asked:
-            raise BadFile(source.path, f"{trial.key} is no trial of its own study")
+            raise BadFile(source.path, f"{trial.key} is no trial of that study")
 
 
 def _short(value: object) -> str:

@@ -30,7 +30,7 @@ BOX = DEFAULT_BOX
 """Sec. 2.1 describes the box; its interlock is not public, so this one is a reconstruction."""
 
 REFERENCES = ("random", "round-robin", "human-inspired")
-"""Played beside a model by default. The paper has the last (Sec. 3.1); without the others a rate means little."""
+"""Played with a model by default. The paper has the last (Sec. 3.1); without the others a rate means little."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ on limitations says so. Pictures show where joints sit, and words do not: if nei
 more."""
 
 LOOKERS = ("viewer", "human-inspired", "random")
-"""Ours: what plays the modality study without a model. The paper's is GPT o1, beside the human-inspired strategy."""
+"""Ours: what plays the modality study without a model. The paper's is GPT o1, with the human-inspired strategy."""
 
 ROBOT = "fast-twin"
 """Ours: the paper has a real robot (Sec. 2.1); ``twin`` has its arm, and is slower."""

@@ -22,7 +22,7 @@ __all__ = ["LeftOut", "left_out", "load", "read_records"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """What a journal holds besides its trials.
+    """What a journal holds in addition to its trials.
 
     Attributes:
         unfinished_lines: Lines that a crash tore, 0 or 1; the trial is owed again.

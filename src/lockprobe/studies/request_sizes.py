@@ -192,7 +192,7 @@ def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
 def _longest(plan: Plan) -> Situation:
     """The last step of a made-up trial in which as much is said as can be.
 
-    What may be said beside a report is said beside every one, all reports are given, and nothing is forgotten.
+    What may be said with a report is said with every one, all reports are given, and nothing is forgotten.
     """
     said = reply("x" * _LONGEST_HYPOTHESIS)
     interventions = [

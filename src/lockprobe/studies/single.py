@@ -42,7 +42,7 @@ def run_trial(**options: Unpack[TrialOptions]) -> Trial:
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)
     _check(plan, agent)
     once = _alone(plan, agent, None if pictures is None else Path(pictures))
-    with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook runs a loop of its own in this thread
+    with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook already runs a loop in this thread
         return elsewhere.submit(asyncio.run, once).result()
 
 

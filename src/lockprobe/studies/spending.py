@@ -38,7 +38,7 @@ class Spending:
         retries: How often a provider had to be asked again.
         seconds: Time that calls took, side by side ones added up.
         dollars: What that cost; None where the price is not known.
-        dollars_unknown: What calls that nobody counted can have cost beside that, at most; None as above.
+        dollars_unknown: What calls without a count can have cost in addition, at most; None as above.
         served: Models that answered, as providers name them, and how often.
         claimed: Calls for which a provider counted far more than they can have cost; they count as the most they can.
         claimed_dollars: What it would have cost by that count; None as above.

@@ -11,7 +11,7 @@ A study file holds them as TOML::
     name = "nudged"
     spec = "flip?p=0.4 + nudge"
 
-An option on the command line goes before the file. A study file is data from anyone: it cannot name an agent, a plant,
+An option on the command line overrides the file. A study file is data from anyone: it cannot name an agent, a plant,
 a box or an intervention that runs code.
 """
 
@@ -34,7 +34,7 @@ from lockprobe.validation import plain
 __all__ = ["SHIPPED", "NamedCondition", "StudyOptions", "parse_p", "read_options_file", "refusal_of", "study_options"]
 
 SHIPPED = ("mechanisms.toml",)
-"""Study files that come with the package. One of the same name in the working directory goes before."""
+"""Study files that come with the package. One of the same name in the working directory overrides it."""
 
 
 def _listed(given: object) -> object:
@@ -154,7 +154,7 @@ class StudyOptions(BaseModel):
 
 
 def study_options(given: Mapping[str, Any]) -> StudyOptions:
-    """Options that somebody gave in Python or to another tool.
+    """Options given in Python or to another tool.
 
     Raises:
         UnknownName: If one does not exist; the message lists those that do.

@@ -206,7 +206,7 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
 
 
 def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
-    """A condition that stands alone: a flip rate goes before what acts, a modality shows it."""
+    """A condition that stands alone: a flip rate acts first, a modality shows it."""
     (p,) = _given(request.p, paper.ONE_TRIAL.p)
     if not asked:
         return flips((p,), _flip(request), request.modality)[0]

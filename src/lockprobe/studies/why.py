@@ -5,12 +5,13 @@ from __future__ import annotations
 from lockprobe.analysis.why import ARMS
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition, read_condition
+from lockprobe.spec import spec_name
 from lockprobe.studies.paper import Extent
 
 __all__ = ["AGENTS", "EXTENT", "arm_conditions"]
 
 AGENTS = ("cognitive:insistent", "cognitive:perseverant", "human-inspired")
-"""What plays without a model: lies raise the success of the first two for different reasons, and lower the third's."""
+"""What plays without a model: lies raise the success of the first two and lower that of the third."""
 
 EXTENT = Extent(p=(0.4,), repetitions=3, trials=50)
 """150 blocks at the rate at which the paper reports the highest success (Sec. 3.2)."""
@@ -28,7 +29,7 @@ def arm_conditions(p: float, modality: str) -> tuple[Condition, ...]:
     """
     if not 0 < p <= 1:
         raise BadValue("p", p, "a rate above 0 and up to 1, at which the reports of all arms are hit")
-    if not modality.startswith("symbolic"):
+    if spec_name(modality) != "symbolic":
         raise BadValue("modality", modality, "symbolic, with or without options: pictures cannot be corrected")
     shown = "" if modality == Condition().modality else f" + {modality}"
     return tuple(read_condition(spec.format(p=p) + shown, arm) for arm, spec in ARMS.items())

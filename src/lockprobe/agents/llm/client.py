@@ -93,7 +93,7 @@ class ModelClient:
         access: How it is reached.
 
     Attributes:
-        slots: Requests that may still go on their way at once; whoever asks holds one.
+        slots: Requests that may still start at once; each request holds one.
         batch: Whether requests go through the provider's batch interface.
 
     Raises:

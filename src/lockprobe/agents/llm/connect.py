@@ -107,7 +107,7 @@ def host_of(name: str) -> str | None:
 
 
 def _variables(name: str) -> tuple[str, str]:
-    """The variables that can name the server of a model; the first goes before the second."""
+    """The variables that can name the server of a model; the first has priority."""
     provider, service, *_ = f"{name}/".split("/")
     whose = (service if provider == "openai-api" else provider).upper().replace("-", "_")
     return f"{whose}_BASE_URL", "INSPECT_EVAL_MODEL_BASE_URL"

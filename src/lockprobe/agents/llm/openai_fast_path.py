@@ -104,4 +104,4 @@ _FAILURES = frozenset(map(str, range(400, 600)))
 
 
 _KNOWN = {"extra_body", "extra_query", "timeout"}
-"""What the client's own method takes beside a request."""
+"""What the client's own method takes with a request."""

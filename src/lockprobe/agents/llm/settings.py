@@ -87,7 +87,7 @@ class ModelSettings:
         return self.schema or facts.schema
 
     def parameters(self, facts: ModelFacts) -> dict[str, object]:
-        """What is sent beside conversation and form, under the names of Inspect AI's ``GenerateConfig``.
+        """What is sent with conversation and form, under the names of Inspect AI's ``GenerateConfig``.
 
         Args:
             facts: What is known of the model.
