@@ -170,9 +170,7 @@ class CrossingResult(DescribedResult):
     second: str = Field(description="That with the second.")
     both: str = Field(description="That with both.")
     trials: int
-    difference: Change | None = Field(
-        description="Effect of the second with the first, less alone, [-2, 2]."
-    )
+    difference: Change | None = Field(description="Effect of the second with the first, less alone, [-2, 2].")
     difference_low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
     difference_high: Change | None = Field(description="Upper end.")
     p_value: Share = Field(description="Exchange of signs of whole blocks of luck, not corrected.")
