@@ -32,7 +32,7 @@ def trials_of(modality, waits, agent="viewer", **more):
     ]  # fmt: skip
 
 
-@pytest.fixture(scope="package", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def placeholders():
     """Reports here hold placeholders for pictures: drawing them takes most of the time, and tests/figures looks at them."""
     with pytest.MonkeyPatch.context() as patch:
@@ -40,7 +40,7 @@ def placeholders():
         yield
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def drawn(placeholders):
     """``with drawn():`` reports hold real pictures."""
 

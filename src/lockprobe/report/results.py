@@ -44,6 +44,7 @@ from lockprobe.report.rows import (
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import Results, StudyProgress
 from lockprobe.studies.records import LeftOut
+from lockprobe.studies.study import Study
 
 __all__ = [
     "RESULTS_VERSION",
@@ -81,9 +82,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         joints=len(opened.settings.get("box", {}).get("joints", [])),
         progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
         left_out=left_out_row(trials, opened.journal, opened.foreign),
-        panel_said=panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
-        if study.has_pictures
-        else "",
+        panel_said=_panel(study),
         modality_findings=[modality_finding(effect, summary) for effect in summary.modalities],
         findings=[finding(agent) for agent in summary.subjects],
         loop_findings=[loop_finding(agent) for agent in summary.subjects],
@@ -125,6 +124,13 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
         audit=audit_result(),
     )
+
+
+def _panel(study: Study) -> str:
+    """What pictures show of the panel, in words; empty without pictures."""
+    if not study.has_pictures:
+        return ""
+    return panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
 
 
 def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) -> LeftOutResult:

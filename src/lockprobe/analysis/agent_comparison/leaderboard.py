@@ -21,7 +21,7 @@ from lockprobe.analysis.inference.broken_trials import completed
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.seeds import generator
 
-__all__ = ["Entrant", "agreed", "comparisons", "ranked"]
+__all__ = ["Entrant", "agreed", "both_ends", "comparisons", "ranked"]
 
 BASELINES = ("human-inspired", "random")
 """References that every agent is compared with, if they were played: by the head of their spec."""

@@ -16,7 +16,18 @@ from operator import eq
 from lockprobe.analysis.loops import any_loop, cover
 from lockprobe.analysis.loops.alphabet import letters
 
-__all__ = ["DETECTORS", "Detector", "autocorrelation", "compression", "coverage", "determinism", "phrase_length"]
+__all__ = [
+    "DETECTORS",
+    "Detector",
+    "autocorrelation",
+    "compression",
+    "coverage",
+    "determinism",
+    "holds_loop",
+    "in_a_row",
+    "phrase_length",
+    "stuck",
+]
 
 Score = Callable[[Sequence[Hashable], Sequence[bool]], float]
 

@@ -18,7 +18,18 @@ from lockprobe.analysis.detectors.verdicts import threshold
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 
-__all__ = ["PLANTED", "Row", "as_table", "comparison", "interrupted", "microseconds", "plant", "unplanted"]
+__all__ = [
+    "PLANTED",
+    "Kind",
+    "Made",
+    "Row",
+    "as_table",
+    "comparison",
+    "interrupted",
+    "microseconds",
+    "plant",
+    "unplanted",
+]
 
 STEPS, ACTIONS = 20, 4
 

@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.loops.alphabet import Codes
 
-__all__ = ["WORTH_COMPILING", "compiled", "free_cover", "free_measures"]
+__all__ = [
+    "WORTH_COMPILING",
+    "chosen_pieces",
+    "compiled",
+    "distinct_words",
+    "free_cover",
+    "free_measures",
+    "longest_loops",
+    "name_words",
+    "packed_words",
+    "period",
+]
 
 Given = ParamSpec("Given")
 Found = TypeVar("Found")
