@@ -98,7 +98,7 @@ def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
 
 def test_a_trial_that_is_not_of_its_own_study_is_refused(tmp_path):
     there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, p=0.4, trial=3)])
-    with pytest.raises(BadFile, match="no trial of its own study"):
+    with pytest.raises(BadFile, match="no trial of that study"):
         gather(tmp_path / "here", [source_of_directory(there)])
 
 
