@@ -1,5 +1,7 @@
 """Answers of a study of controls, made by hand."""
 
+from dataclasses import fields
+
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.why import ArmEffect, Why
@@ -31,3 +33,8 @@ def answer(says, disturbs, *, equivalence=0.5, half=0.05, others=()):
         equivalence=equivalence,
         needed=230,
     )
+
+
+def with_arms(found, arms):
+    """The same answer with other arms."""
+    return Why(**{part.name: getattr(found, part.name) for part in fields(found) if part.init} | {"arms": arms})

@@ -1,7 +1,9 @@
 """The sentence says what the verdict is, with the numbers that it rests on."""
 
+from dataclasses import replace
+
 import pytest
-from why_answers import answer
+from why_answers import answer, with_arms
 
 from lockprobe.prose.why import mechanism_said, why_said
 
@@ -40,8 +42,17 @@ def test_what_is_open_says_what_would_decide_it():
     assert said[3].endswith("there are 150.")
 
 
-def test_what_does_the_same_is_named():
+def test_what_else_changes_success_is_named_without_a_mechanism():
     said = why_said(answer(0, 0.3, others=("withheld", "tremble")))
-    assert "Reports that are odd without being false do the same: withheld +20 points" in said[2]
-    assert said[3].endswith("A change of action is enough.")
+    assert said[2].startswith("Other changes at the same steps also raise success: withheld +20 points")
+    assert "; tremble +20 points" in said[2]
+    assert len(said) == 3
     assert len(why_said(answer(-0.15, 0, others=("withheld", "tremble")))) == 2
+
+
+def test_what_only_an_uncorrected_interval_shows_is_not_named():
+    found = answer(0, 0.3, others=("withheld",))
+    *rest, last = found.arms
+    unsure = replace(last, change=replace(last.change, p_value=0.2))
+    assert last.change.clear
+    assert len(why_said(with_arms(found, (*rest, unsure)))) == 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.modalities import spoken
+from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import p_value, percent, points, range_said
 from lockprobe.prose.subject import Subject
@@ -78,24 +79,21 @@ def why_said(found: Why) -> list[str]:
 
 
 def _others(found: Why) -> list[str]:
-    """What else changes success in the same direction at the same steps."""
+    """What else changes success in the same direction at the same steps, shown by interval and corrected test."""
     if found.verdict in ("no change", "not detectable"):
         return []
-    changes = {one.arm: one.change for one in found.arms if one.change is not None and one.change.clear}
-    same = {
-        arm: change
-        for arm, change in changes.items()
-        if arm in ("confirmed", "remark", "withheld", "tremble") and (change.value > 0) == (found.change.value > 0)
-    }
-    said = []
-    if odd := [f"{arm} {_size(change)}" for arm, change in same.items() if arm != "tremble"]:
-        said.append(f"Reports that are odd without being false do the same: {'; '.join(odd)}.")
-    if "tremble" in same:
-        said.append(
-            "So does another joint attempted at the same steps, truly reported: "
-            f"{_size(same['tremble'])}. A change of action is enough."
-        )
-    return said
+    same = [
+        f"{one.arm} {_size(change)}"
+        for one in found.arms
+        if one.arm in ("confirmed", "remark", "withheld", "tremble")
+        and (change := one.change) is not None
+        and change.clear
+        and change.p_value is not None
+        and change.p_value < ALPHA
+        and (change.value > 0) == (found.change.value > 0)
+    ]
+    way = "raise" if found.change.value > 0 else "lower"
+    return [f"Other changes at the same steps also {way} success: {'; '.join(same)}."] if same else []
 
 
 def _size(found: BlockMean) -> str:
