@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean
+from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean, sheets
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
@@ -161,9 +161,9 @@ def why(
     p, names = found
     counted = {arm: outcomes(trials.get(name, ())) for arm, name in names.items()}
     counted = {arm: one for arm, one in counted.items() if len(one)}
-    solved = _by_block(counted)
-    if not solved.keys() >= {"truth", "lie", "retracted"}:
+    if not counted.keys() >= {"truth", "lie", "retracted"}:
         return None
+    solved = _by_block(counted)
     truth, lie, retracted = solved["truth"], solved["lie"], solved["retracted"]
     change = lie - truth
     if int((~np.isnan(change + retracted)).sum()) < 2:
@@ -187,13 +187,8 @@ def why(
 
 def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
     """Arm -> 1 where it was solved, 0 where not, a row for each block; not a number where none has ended."""
-    keys = {arm: list(zip(one.repetition.tolist(), one.trial.tolist(), strict=True)) for arm, one in counted.items()}
-    row = {block: i for i, block in enumerate(sorted({block for blocks in keys.values() for block in blocks}))}
-    found = {}
-    for arm, one in counted.items():
-        found[arm] = np.full(len(row), math.nan)
-        found[arm][[row[block] for block in keys[arm]]] = one.solved
-    return found
+    _, made = sheets([replace(one, p=np.zeros(len(one))) for one in counted.values()])
+    return {arm: sheet.solved[:, 0] for arm, sheet in zip(counted, made, strict=True)}
 
 
 def _mean(*differences: Array, unit: float = 1.0) -> BlockMean:
