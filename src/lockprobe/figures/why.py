@@ -9,7 +9,7 @@ from lockprobe.analysis.why import Why
 from lockprobe.figures.forest import interval
 from lockprobe.figures.frame import FAINT, INK, SMALL, safe_name, share_axis, shortened, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS
-from lockprobe.formatting import percent
+from lockprobe.formatting import percent, points
 
 __all__ = ["draw_ladder", "draw_parts"]
 
@@ -63,7 +63,7 @@ def draw_parts(axes: Axes, found: Why) -> None:
     axes.set_ylim(-reach, reach)
     step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
     ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
-    axes.set_yticks(ticks, [f"{100 * tick:+.0f}".replace("-", "\N{MINUS SIGN}").replace("+0", "0") for tick in ticks])
+    axes.set_yticks(ticks, [points(tick) if tick else "0" for tick in ticks])
     axes.axhline(0, color=INK, linewidth=0.8)
     axes.set_xlim(-0.6, 2.6)
     axes.set_xticks(range(3), [name for name, _, _ in parts], fontsize=SMALL, color=INK)
