@@ -1,7 +1,9 @@
 """Tests say the same whoever starts them."""
 
+import fcntl
 import gc
 import os
+import pickle
 import signal
 from pathlib import Path
 
@@ -47,3 +49,21 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)  # thousands of trials are made here, and few objects in circles
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """``once(name, make)``: what ``make`` gives, made by the first of all workers that asks for this name."""
+    shelf = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shelf = shelf.parent  # the folder of the whole run
+
+    def had(name, make):
+        kept = shelf / f"{name}.pickle"
+        with kept.with_suffix(".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.exists():
+                kept.write_bytes(pickle.dumps(make()))
+        return pickle.loads(kept.read_bytes())
+
+    return had

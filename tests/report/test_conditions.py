@@ -21,7 +21,7 @@ ASKED = {
 def reported(tmp_path_factory, drawn):
     """The directory of a study of eight conditions with its report, and the content of results.json."""
     directory = write_study(tmp_path_factory.mktemp("lab") / "study", study("flips", **ASKED))
-    with drawn():
+    with drawn("effects", "series-1-success", "series-2-loops"):
         page = write_report(directory).read_text()
     return directory, page, json.loads((directory / "results.json").read_text())
 
@@ -101,7 +101,7 @@ def test_nothing_is_fitted_that_has_no_flip_rate(reported):
 
 def test_equal_records_make_equal_pages(reported, drawn):
     directory, page, _ = reported
-    with drawn():
+    with drawn("effects", "series-1-success", "series-2-loops"):
         assert write_report(directory).read_text() == page
 
 

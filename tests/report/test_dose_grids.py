@@ -5,8 +5,7 @@ import json
 import pytest
 from builders import write_study
 
-import lockprobe
-from lockprobe.report import write_report
+from lockprobe.report import Results, write_report
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 
@@ -19,7 +18,7 @@ ASKED = {
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory, drawn):
     directory = write_study(tmp_path_factory.mktemp("grid") / "study", study("flips", **ASKED))
-    with drawn():
+    with drawn("grid-1"):
         page = write_report(directory).read_text()
     return directory, page, json.loads((directory / "results.json").read_text())
 
@@ -62,6 +61,6 @@ def test_there_is_a_picture_and_both_tables(reported):
 
 
 def test_results_have_grids_as_types(reported):
-    directory, _, content = reported
-    found = lockprobe.results(directory).grids
+    _, _, content = reported
+    found = Results.model_validate(content).grids
     assert [row.cells[0].success for row in found] == [row["cells"][0]["success"] for row in content["grids"]]

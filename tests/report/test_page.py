@@ -45,7 +45,7 @@ FIELDS = {
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory, drawn):
     directory = write_study(tmp_path_factory.mktemp("study"), small_study())
-    with drawn():
+    with drawn("fig4"):
         assert write_report(directory) == directory / "report.html"
     return directory
 
@@ -112,7 +112,7 @@ def test_equal_records_give_equal_reports(tmp_path, drawn):
     first = write_study(tmp_path / "a", study, trials)
     second = write_study(tmp_path / "b", study, reversed(trials))
     (second / "timings.jsonl").write_text("")
-    with drawn():
+    with drawn("fig4"):
         written = [write_report(first), write_report(second)]
     for name in ("results.json", "report.html", "claims.html", "figures/fig4.svg", "tables/conditions.csv"):
         assert (first / name).read_bytes() == (second / name).read_bytes()

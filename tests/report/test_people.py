@@ -26,7 +26,7 @@ def directory(tmp_path_factory, drawn):
     agents = play_study(small_study(("random", "round-robin"), STUDY.p, 2, 5))
     people = played_by_people(STUDY, 2)[:PLAYED]
     path = write_study(tmp_path_factory.mktemp("people") / "study", STUDY, [*agents, *people])
-    with drawn():
+    with drawn("people"):
         write_report(path)
     return path
 

@@ -12,7 +12,7 @@ import json
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -204,8 +204,9 @@ def _people_tables(content: Results) -> dict[str, TextTable]:
     }
 
 
+@cache
 def _templates() -> Any:
-    """The templates of the pages. What is put in is escaped."""
+    """The templates of the pages, compiled once. What is put in is escaped."""
     import jinja2
 
     environment = jinja2.Environment(
