@@ -30,7 +30,7 @@ SPEC = "llm:openai-api/fake/model"
 KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
 CONNECTIONS = 4
 # Many joints, so that no two trials have the same conversation, and one step of it is one request.
-STUDY = {"box": "random-8-1", "p": [0.3], "trials": 24 + 4 * KILLS, "repetitions": 1, "max_steps": 10}
+STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + 4 * KILLS, "repetitions": 1, "max_steps": 10}
 OPTIONS = [f"--{name.replace('_', '-')}={value[0] if name == 'p' else value}" for name, value in STUDY.items()]
 
 

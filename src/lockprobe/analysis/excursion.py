@@ -227,7 +227,8 @@ def excursion(
     y = points.outcomes[outcome]
     kept = chosen & ~np.isnan(y)
     y, p, step, cluster = y[kept], points.p[kept], points.step[kept], points.cluster[kept]
-    trial = np.unique(np.column_stack([cluster, p]), axis=0, return_inverse=True)[1].reshape(-1)
+    doses, dose = np.unique(p, return_inverse=True)
+    trial = cluster * len(doses) + dose
     if min(len(np.unique(trial[y == happened])) for happened in (0, 1)) < FEWEST:
         return None
     coin = points.flipped[kept] - p
