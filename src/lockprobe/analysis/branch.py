@@ -8,7 +8,6 @@ report alone, also of the first lie in a truthful world, which the records of a 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -122,7 +121,8 @@ def branch_effects(
     Args:
         forks: Their records; those that ended as error are left out.
         parents: Key -> trial on record.
-        rules: Places as they were asked for; the steps that forks are on if not given. ``every`` is each step apart.
+        rules: Places as they were asked for, ``every`` for each step apart. If not given, every step and rule, for
+            arms in which all trials are forked there that are forked anywhere and go on there.
         chances: Those of the next choice, where they are known and not on record.
 
     Returns:
@@ -139,24 +139,25 @@ def branch_effects(
     found = []
     for (agent, condition, truthful), there in placed.items():
         for where, points in _by_place(there, parents, rules).items():
-            for arm in dict.fromkeys(arm for point in points for arm in there[point] if arm != TRUTH):
+            for arm in dict.fromkeys(arm for at in there.values() for arm in at if arm != TRUTH):
+                forked = [point for point in points if arm in there.get(point, ())]
+                if rules is None and len(forked) < len(points):
+                    continue
                 for outcome in get_args(BranchOutcome):
-                    rows = [_row(there[point], parents[point[0]], point[1], arm, outcome, known) for point in points]
+                    rows = [_row(there[point], parents[point[0]], point[1], arm, outcome, known) for point in forked]
                     if one := _effect([row for row in rows if row is not None], outcome):
-                        told, change, number = one
-                        found.append(
-                            BranchEffect(
-                                agent=agent,
-                                condition=condition,
-                                where=where,
-                                arm=arm,
-                                truthful=truthful,
-                                outcome=outcome,
-                                after_truth=told,
-                                change=change,
-                                forks=number,
-                            )
+                        effect = BranchEffect(
+                            agent=agent,
+                            condition=condition,
+                            where=where,
+                            arm=arm,
+                            truthful=truthful,
+                            outcome=outcome,
+                            after_truth=one[0],
+                            change=one[1],
+                            forks=one[2],
                         )
+                        found.append(effect)
     return _corrected(found)
 
 
@@ -179,15 +180,12 @@ def _condition(trial: Trial) -> str:
 def _by_place(
     there: Mapping[tuple[str, int], object], parents: Mapping[str, Trial], rules: Sequence[str] | None
 ) -> dict[str, list[tuple[str, int]]]:
-    """Place -> the trials and steps that were forked there."""
-    steps = sorted({at for _, at in there})
-    rules = [str(at) for at in steps] if rules is None else rules
-    named = dict.fromkeys(one for rule in rules for one in (map(str, steps) if rule == "every" else [rule]))
-    places: defaultdict[str, list[tuple[str, int]]] = defaultdict(list)
-    for rule in named:
-        for key in dict.fromkeys(key for key, _ in there):
-            places[rule] += [(key, at) for at in fork_steps(parents[key], rule) if (key, at) in there]
-    return places
+    """Place -> the trials and steps that are there, of trials that were forked anywhere."""
+    steps = [str(at) for at in sorted({at for _, at in there})]
+    asked = [*steps, *(rule for rule in RULES if rule != "every")] if rules is None else rules
+    named = dict.fromkeys(one for rule in asked for one in (steps if rule == "every" else [rule]))
+    keys = dict.fromkeys(key for key, _ in there)
+    return {rule: [(key, at) for key in keys for at in fork_steps(parents[key], rule)] for rule in named}
 
 
 def _row(

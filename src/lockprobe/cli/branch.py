@@ -120,7 +120,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
             status = ALL_BROKE
         observer.close()
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
-    effects = branch_effects(forks, asked.trials, asked.at, next_choices(asked))
+    effects = branch_effects(forks, asked.trials, asked.at, next_choices(asked, planned))
     _print_effects(effects, json=json)
     if status:
         raise typer.Exit(status)
@@ -191,7 +191,9 @@ def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
         cells.setdefault((one.agent, one.condition, one.where, one.arm), {})[one.outcome] = one
     for names, found in cells.items():
         solved = found["solved"]
-        others = ["" if outcome not in found else value_said(found[outcome]) for outcome in _OTHERS]
+        others = [
+            "" if outcome not in found else value_said(outcome, found[outcome].change.value) for outcome in _OTHERS
+        ]
         size = [percent(solved.after_truth), size_said(solved), p_cell(solved.change.p_value)]
         table.add_row(*map(escape, [*names, *size, *others, str(solved.change.blocks)]))
     print_table(table)

@@ -42,11 +42,11 @@ def size_said(one: BranchEffect) -> str:
     return f"{points(one.change.value)}{range_said(one.change.low, one.change.high)}"
 
 
-def value_said(one: BranchEffect) -> str:
+def value_said(outcome: str, change: float) -> str:
     """A change alone: points, steps, or a distance from 0 to 1."""
-    if one.outcome == "steps":
-        return minus(f"{one.change.value:+.1f}")
-    return f"{one.change.value:.2f}" if one.outcome == "choice" else points(one.change.value)
+    if outcome == "steps":
+        return minus(f"{change:+.1f}")
+    return f"{change:.2f}" if outcome == "choice" else points(change)
 
 
 def found_said(effects: Sequence[BranchEffect]) -> list[str]:

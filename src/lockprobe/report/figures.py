@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.analysis.why import Why
 
-__all__ = ["CAPTIONS", "CONDITION_CAPTIONS", "Pictures", "condition_pictures", "drawings"]
+__all__ = ["CAPTIONS", "CONDITION_CAPTIONS", "Pictures", "condition_pictures", "drawings", "fork_pictures"]
 
 Pictures = dict[str, dict[str, bytes]]
 
@@ -19,7 +20,13 @@ _LONGEST = (
 )
 """All figures, what takes longest to draw first: with one panel for each agent, those with the most marks."""
 
+_FORKS = (
+    "Change of success by one report or action, by the step at which trials were forked; the line at 0 is a true "
+    "report. Bars: 95 % intervals over trials, not corrected."
+)
+
 CAPTIONS = {
+    "forks": _FORKS,
     "people": "People, models and strategies on the same boxes. Above: share of trials solved by flip rate with 95 % "
     "intervals, in which those of one person and those of equal luck count together for people. Below: an agent's "
     "median steps over the human median, on the trials that both finished, unsolved ones censored at the budget; 2 is"
@@ -68,6 +75,7 @@ CAPTIONS = {
 """What every figure shows, by file name."""
 
 CONDITION_CAPTIONS = {
+    "forks": _FORKS,
     "why": "Top: share of trials solved in each arm, with its 95 % Wilson interval; the dotted line is the share under "
     "true reports. Bottom: what false reports change, and its two parts, over pairs of trials of equal luck with 95 % "
     "intervals.",
@@ -79,6 +87,20 @@ CONDITION_CAPTIONS = {
     "in per cent as far as there is room; darker is more, a cross was not played. The interaction is in points.",
 }
 """The same of a study of conditions."""
+
+
+def fork_pictures(found: Sequence[BranchEffect]) -> dict[str, Callable[[], dict[str, bytes]]]:
+    """The figure of forks by name, as a function that draws it as PNG and SVG; none without numbered steps."""
+    from lockprobe import figures
+
+    return {"forks": partial(_draw_forks, found)} if figures.fork_panels(found) else {}
+
+
+def _draw_forks(found: Sequence[BranchEffect]) -> dict[str, bytes]:
+    from lockprobe import figures
+
+    figure = figures.fork_drawing(found)
+    return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 
 def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]:

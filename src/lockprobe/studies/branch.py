@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.branch import TRUTH, check_rule, fork_steps
@@ -22,12 +23,25 @@ from lockprobe.plan import Fork, Plan
 from lockprobe.protocols import Intervention
 from lockprobe.record import Trial
 from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.modality import interventions_for, is_pictured
+from lockprobe.studies.records import load
 from lockprobe.studies.runner import Limits, Observer, run
 from lockprobe.studies.study import Study
 
-__all__ = ["ACTS", "FORKS", "TOLD", "Branching", "Left", "arm_interventions", "branching", "play_forks"]
+__all__ = [
+    "ACTS",
+    "FORKS",
+    "TOLD",
+    "Branching",
+    "Left",
+    "arm_interventions",
+    "branching",
+    "forks_of",
+    "play_forks",
+    "read_forks",
+]
 
 FORKS = "forks"
 """The directory of forks in that of their study."""
@@ -248,6 +262,34 @@ def play_forks(
     journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
     study = replace(asked.study, agents=asked.agents)
     run(study, journal, limits=limits, observer=observer, plans=asked.plans, known=asked.trials.values())
+
+
+def read_forks(directory: Path | str) -> list[Trial]:
+    """The forks on record in the directory of a study; none where none was played.
+
+    Raises:
+        BadFile: If a record is damaged.
+    """
+    forks = Path(directory) / FORKS
+    return load(forks) if (forks / RECORDS).is_file() else []
+
+
+def forks_of(study: Study, parents: Mapping[str, Trial], forks: Sequence[Trial]) -> list[Branching]:
+    """What must have been asked for, so that these forks were played: one value for each way to go on."""
+    names = [name for fork in forks if (name := ForkName.parse(fork.key)) is not None and name.parent in parents]
+    found = []
+    for truthful in sorted({name.truthful for name in names}):
+        own = [name for name in names if name.truthful == truthful]
+        found.append(
+            Branching(
+                study=study,
+                trials={name.parent: parents[name.parent] for name in own},
+                at=tuple(map(str, sorted({name.at for name in own}))),
+                arms=tuple(dict.fromkeys(name.arm for name in own)),
+                truthful=truthful,
+            )
+        )
+    return found
 
 
 def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:

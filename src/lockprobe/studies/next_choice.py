@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.agents.catalogue import resolve
@@ -22,21 +22,29 @@ if TYPE_CHECKING:
 __all__ = ["next_choices"]
 
 
-def next_choices(asked: Branching) -> dict[str, tuple[float, ...]]:
-    """The probability of each joint, as listed, after the fork, by key; first continuations of policies alone.
+def next_choices(asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
+    """The probability of each joint, as listed, after forks with these keys; first continuations of policies alone.
 
     Others are left out: local models have their probabilities on record, and those of hosted models are not known.
     """
-    found = {}
-    for spec in asked.agents:
+    found: dict[str, tuple[float, ...]] = {}
+    for spec in () if asked.study.simulated else asked.agents:
         source = resolve(spec)
         agent = source.make() if source.engine == "inline" else None
-        if not isinstance(agent, Policy) or asked.study.simulated:
-            continue
-        for plan in asked.plans(spec):
-            if plan.fork is None or plan.fork.name.time > 1:
-                break
-            found[plan.key] = asyncio.run(_chances(plan, agent, plan.fork.name.at))
+        if isinstance(agent, Policy):
+            found |= asyncio.run(_of_agent(asked, spec, agent, keys))
+    return found
+
+
+async def _of_agent(
+    asked: Branching, spec: str, policy: Policy[Any], keys: Container[str]
+) -> dict[str, tuple[float, ...]]:
+    found = {}
+    for plan in asked.plans(spec):
+        if plan.fork is not None and plan.fork.name.time > 1:
+            break
+        if plan.fork is not None and plan.key in keys:
+            found[plan.key] = await _chances(plan, policy, plan.fork.name.at)
     return found
 
 
