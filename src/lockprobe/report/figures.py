@@ -46,7 +46,7 @@ CAPTIONS = {
         "Bars are 95 % intervals: above, those of one person and those of equal luck count together for people; "
         "below, they are over people and luck, and open where they reach the edge. Medians are of the trials that "
         "both finished, unsolved ones censored at the budget.",
-        "Agents to compare with are thin with hollow markers and have no bars below.",
+        "Agents to compare with are thin with hollow markers and have no bars.",
     ),
     "side-by-side": Caption(
         "Two agents on the same boxes with the same false reports, the first named less the other; filled where the "
@@ -135,8 +135,8 @@ CONDITION_CAPTIONS = {
         "(squares: 95 %, not corrected). Filled where the test and the interval show a difference.",
     ),
     "grid": Caption(
-        "Share of trials solved under every combination of two doses, with the count as far as there is room; darker "
-        "is more, a cross was not played. The interaction is in points.",
+        "Share of trials solved under every combination of two doses, with the count and an interval as far as there "
+        "is room; darker is more, a cross was not played. The interaction is in points.",
         "Intervals are Wilson's, 95 %, in per cent.",
     ),
 }
