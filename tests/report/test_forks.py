@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from captions import too_long
 
 from lockprobe.report import results, write_report
 from lockprobe.studies.branch import FORKS, branching, play_forks
@@ -68,3 +69,8 @@ def test_a_study_without_forks_has_no_such_page(tmp_path):
     write_report(tmp_path)
     assert not (tmp_path / "forks.html").exists()
     assert "forks" not in json.loads((tmp_path / "results.json").read_text())
+
+
+def test_captions_are_short(forked):
+    _, directory, found = forked
+    assert too_long((directory / "forks.html").read_text(), found) == []

@@ -29,7 +29,15 @@ from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.excursions import excursion_table
-from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings, fork_pictures
+from lockprobe.report.figures import (
+    CAPTIONS,
+    CONDITION_CAPTIONS,
+    Pictures,
+    condition_pictures,
+    drawings,
+    fork_pictures,
+    series_captions,
+)
 from lockprobe.report.forks import fork_effects, fork_rows, fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
@@ -252,6 +260,7 @@ def _condition_page(name: str, content: Results, drawn: Pictures, photographs: M
             photographs=photographs,
             images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
             captions=CONDITION_CAPTIONS,
+            series_captions=series_captions,
             tables=_condition_tables(content),
         )
     )
