@@ -4,6 +4,7 @@ import json
 
 import pytest
 from builders import write_study
+from captions import too_long
 
 from lockprobe.report import Results, write_report
 from lockprobe.studies.journal import load
@@ -64,3 +65,8 @@ def test_results_have_grids_as_types(reported):
     _, _, content = reported
     found = Results.model_validate(content).grids
     assert [row.cells[0].success for row in found] == [row["cells"][0]["success"] for row in content["grids"]]
+
+
+def test_captions_are_short(reported):
+    _, page, content = reported
+    assert too_long(page, content) == []
