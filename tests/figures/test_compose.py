@@ -3,12 +3,10 @@
 import io
 import re
 import sys
-from functools import cache
 from itertools import combinations
 
 import matplotlib as mpl
 import pytest
-from matplotlib.backends.backend_agg import RendererAgg
 
 from lockprobe import figures
 
@@ -32,25 +30,6 @@ CASES = (
 )
 NAMES = ["fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected", "rationality"]
 NAMES += ["fig5a", "fig5a-corrected", "fig5b", "fig5b-corrected"]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def measured_once():
-    """Matplotlib measures a text anew for every figure; here equal texts in equal fonts are measured once."""
-    plain = RendererAgg.get_text_width_height_descent
-
-    @cache
-    def measured(dpi, text, font, ismath):
-        renderer = RendererAgg(1, 1, dpi)
-        return plain(renderer, text, font, ismath)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            RendererAgg,
-            "get_text_width_height_descent",
-            lambda self, text, font, ismath: measured(self.dpi, text, font, ismath),
-        )
-        yield
 
 
 def written(figure):
