@@ -17,10 +17,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.summary import Each, summarise
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.formatting import minus
+from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
 from lockprobe.report import leaderboard_tables, tables
@@ -28,7 +30,16 @@ from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.excursions import excursion_table
-from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
+from lockprobe.report.figures import (
+    CAPTIONS,
+    CONDITION_CAPTIONS,
+    Pictures,
+    condition_pictures,
+    drawings,
+    fork_pictures,
+    series_captions,
+)
+from lockprobe.report.forks import fork_effects, fork_rows, fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.opened import OpenedStudy, open_study
@@ -100,7 +111,7 @@ def _files(content: Results, drawn: Pictures, photographs: Mapping[str, str]) ->
 def _pages(content: Results) -> tuple[str, ...]:
     """The pages by name, the report last."""
     others = ("claims", "audit") if content.of_flips else ("why",) if content.why else ()
-    return (*others, "report")
+    return (*others, *(["forks"] if content.forks else []), "report")
 
 
 def results(directory: Path | str) -> Results:
@@ -120,6 +131,23 @@ def _summarised(
     opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
 ) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
     """The values of a study: what makes its results of them, and what draws each figure."""
+    numbers, pictures = _of_trials(opened, directory, tell=tell, each=each)
+    if not opened.forks:
+        return numbers, pictures
+    forks = fork_effects(opened)
+    return partial(_with_forks, numbers, forks), pictures | fork_pictures(forks)
+
+
+def _with_forks(numbers: Callable[[], Results], forks: Sequence[BranchEffect]) -> Results:
+    """The results with what one report did."""
+    said = found_said([one for one in forks if one.outcome == "solved"])
+    return numbers().model_copy(update={"forks": fork_rows(forks), "forks_said": said})
+
+
+def _of_trials(
+    opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None], each: Each
+) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
+    """The trials of a study: what gives their results, and what draws each figure."""
     trials = opened.trials
     tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
     if not opened.study.of_flips:
@@ -164,6 +192,7 @@ def _tables(content: Results) -> dict[str, TextTable]:
         "paces": tables.pace_table(content.paces),
         "loops": tables.loop_table(content.conditions),
         **({"lies": excursion_table(content.lies)} if content.lies else {}),
+        **({"forks": fork_table(content.forks)} if content.forks else {}),
         "rationality": tables.rationality_table(content.rationality),
         "detectors": tables.detector_table(content.detectors),
         "conditions": tables.condition_table(content.conditions),
@@ -215,6 +244,7 @@ def _condition_page(name: str, content: Results, drawn: Pictures, photographs: M
             photographs=photographs,
             images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
             captions=CONDITION_CAPTIONS,
+            series_captions=series_captions,
             tables=_condition_tables(content),
         )
     )
@@ -226,6 +256,7 @@ def _condition_tables(content: Results) -> dict[str, TextTable]:
         "crossings": tables.crossing_table(content.crossings),
         **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content.grids) else {}),
         **({"arms": arm_table(content.why), "why": estimate_table(content.why)} if content.why else {}),
+        **({"forks": fork_table(content.forks)} if content.forks else {}),
         "conditions": tables.table_of_conditions(content.conditions),
         **_of_measures(content),
     }
