@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.metadata import version
 from operator import call
@@ -21,6 +21,7 @@ from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
+from lockprobe.report.described import filled
 from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
 from lockprobe.report.installed_measures import measure_rows
@@ -247,20 +248,18 @@ def _condition_row(study: Study, agent: str, label: str, summary: ConditionSumma
 
 def _effect_rows(found: Effects) -> list[EffectResult]:
     return [
-        EffectResult(
-            agent=found.agent,
-            modality=found.modality,
-            control=found.control,
-            condition=one.condition,
+        filled(
+            EffectResult,
+            found,
+            one,
+            one.difference,
             trials=one.difference.first.n,
             control_solved=one.difference.first.count,
             solved=one.difference.second.count,
             difference=one.difference.value,
             difference_low=one.difference.low,
             difference_high=one.difference.high,
-            p_value=one.difference.p_value,
             corrected_for=len(found.effects),
-            detectable=one.detectable,
         )
         for one in found.effects
     ]
@@ -268,16 +267,16 @@ def _effect_rows(found: Effects) -> list[EffectResult]:
 
 def _interplay_rows(found: Effects) -> list[CrossingResult]:
     return [
-        CrossingResult(
-            agent=found.agent,
-            modality=found.modality,
-            **asdict(one.crossing),
+        filled(
+            CrossingResult,
+            found,
+            one.crossing,
+            one,
+            one.change,
             trials=one.change.pairs,
             difference=one.change.value,
             difference_low=one.change.low,
             difference_high=one.change.high,
-            p_value=one.change.p_value,
-            detectable=one.detectable,
         )
         for one in found.interplays
     ]
@@ -286,12 +285,11 @@ def _interplay_rows(found: Effects) -> list[CrossingResult]:
 def _series_row(series: Series, summary: StudySummary) -> SeriesResult:
     """The numbers over one dose; sentences name it."""
     agents = summary.agents
-    return SeriesResult(
+    return filled(
+        SeriesResult,
+        series.axis,
+        series,
         intervention=series.axis.kind,
-        dose=series.axis.dose,
-        rest=series.axis.rest,
-        modality=series.modality,
-        name=series.axis.name,
         conditions=dict(series.doses),
         findings=[finding(agent) for agent in summary.subjects],
         loop_findings=[loop_finding(agent) for agent in summary.subjects],

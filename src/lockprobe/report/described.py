@@ -1,15 +1,16 @@
-"""Parts of the results whose described fields are published, and the types of their numbers."""
+"""Parts of the results whose described fields are published, the types of their numbers, and how they are filled."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from dataclasses import fields
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetJsonSchemaHandler
 from pydantic.json_schema import SkipJsonSchema
 from pydantic_core import CoreSchema
 
-__all__ = ["Change", "Counted", "DescribedResult", "FiniteNumber", "Share"]
+__all__ = ["Change", "Counted", "DescribedResult", "FiniteNumber", "Share", "filled"]
 
 
 def _finite(value: object) -> object:
@@ -26,7 +27,7 @@ Change = Annotated[float, Field(ge=-2, le=2)]
 class DescribedResult(BaseModel):
     """A part of the results whose described fields are published."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, from_attributes=True)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -42,3 +43,22 @@ class DescribedResult(BaseModel):
         found["properties"] = {name: found["properties"][name] for name in found["properties"] if name in published}
         found["required"] = [name for name in found.get("required", ()) if name in published]
         return schema
+
+
+_Result = TypeVar("_Result")
+
+
+def filled(kind: type[_Result], *sources: object, **named: object) -> _Result:
+    """A result, each of its fields from the first source that has an attribute of the same name.
+
+    Args:
+        kind: A dataclass or a pydantic model.
+        sources: Values of the analysis.
+        named: Fields that have another name there, or another value.
+    """
+    names = kind.model_fields if issubclass(kind, BaseModel) else [field.name for field in fields(kind)]  # type: ignore[arg-type]
+    for name in names:
+        for source in sources:
+            if name not in named and hasattr(source, name):
+                named[name] = getattr(source, name)
+    return kind(**named)

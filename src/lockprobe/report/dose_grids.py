@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from lockprobe.analysis.dose_grid import GridSummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.formatting import NONE, bracketed, p_cell, percent
+from lockprobe.report.described import filled
 from lockprobe.report.format import TextTable
 from lockprobe.report.schema import GridAxis, GridCellResult, GridResult
 
@@ -20,18 +21,18 @@ def grid_rows(found: Effects) -> list[GridResult]:
 
 def _row(found: Effects, one: GridSummary) -> GridResult:
     grid, change = one.grid, one.interaction
-    return GridResult(
-        agent=found.agent,
-        modality=found.modality,
-        name=grid.name,
+    return filled(
+        GridResult,
+        found,
+        grid,
+        one,
         rows=GridAxis(intervention=grid.rows.kind, dose=grid.rows.dose, values=list(grid.row_doses)),
         columns=GridAxis(intervention=grid.columns.kind, dose=grid.columns.dose, values=list(grid.column_doses)),
         rest=grid.rows.rest,
         cells=[
-            GridCellResult(
-                row=cell.row,
-                column=cell.column,
-                condition=cell.condition,
+            filled(
+                GridCellResult,
+                cell,
                 trials=cell.success.n,
                 solved=cell.success.count,
                 success=cell.success.value,
@@ -46,7 +47,6 @@ def _row(found: Effects, one: GridSummary) -> GridResult:
         difference_high=change.high if change else None,
         p_value=change.p_value if change else None,
         corrected_for=one.choices,
-        detectable=one.detectable,
     )
 
 

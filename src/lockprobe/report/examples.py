@@ -10,6 +10,7 @@ from lockprobe.analysis.loops import cover
 from lockprobe.analysis.misinterpretation import claims
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
+from lockprobe.report.described import filled
 
 __all__ = ["ExampleStep", "ExampleTrial", "ToldTwice", "example", "examples", "told_twice"]
 
@@ -112,15 +113,7 @@ def _farthest_first(trials: list[Trial], agent: AgentSummary) -> list[Trial]:
 
 def example(why: str, trial: Trial) -> ExampleTrial:
     """One trial, step by step, and why it is worth reading."""
-    return ExampleTrial(
-        why=why,
-        key=trial.key,
-        ending=trial.ending,
-        joints=trial.joints,
-        labels=trial.labels,
-        target=trial.target,
-        steps=_steps(trial),
-    )
+    return filled(ExampleTrial, trial, why=why, steps=_steps(trial))
 
 
 def _steps(trial: Trial) -> list[ExampleStep]:
@@ -137,13 +130,9 @@ def _steps(trial: Trial) -> list[ExampleStep]:
     for i, step in enumerate(trial.steps):
         claim = said.get(step.step)
         lines.append(
-            ExampleStep(
-                step=step.step,
-                state=step.state,
-                joint=step.joint,
-                chosen=step.chosen,
-                moved=step.moved,
-                told_moved=step.told_moved,
+            filled(
+                ExampleStep,
+                step,
                 claimed=claim.claimed if claim else None,
                 misinterpreted=claim.misinterpreted if claim else False if trial.assessment else None,
                 loop=loops.get(i, ""),

@@ -11,7 +11,7 @@ from lockprobe.formatting import bracketed, p_cell
 from lockprobe.prose.excursion import among_said, excursion_said, outcome_said
 from lockprobe.prose.subject import Subject
 from lockprobe.record import Trial
-from lockprobe.report.described import Change, Counted, DescribedResult, Share
+from lockprobe.report.described import Change, Counted, DescribedResult, Share, filled
 from lockprobe.report.format import TextTable
 
 __all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows"]
@@ -60,19 +60,7 @@ def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject
 
 
 def _row(one: Excursion) -> ExcursionResult:
-    return ExcursionResult(
-        outcome=one.outcome,
-        among=one.among,
-        what=outcome_said(one.outcome),
-        where=among_said(one.among),
-        effect=one.effect,
-        low=one.low,
-        high=one.high,
-        p_value=one.p_value,
-        points=one.points,
-        clusters=one.clusters,
-        smallest=one.smallest,
-    )
+    return filled(ExcursionResult, one, what=outcome_said(one.outcome), where=among_said(one.among))
 
 
 def excursion_table(rows: Sequence[LieResult]) -> TextTable:

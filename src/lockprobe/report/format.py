@@ -1,4 +1,4 @@
-"""Tables as CSV and as TeX."""
+"""Tables as CSV and as TeX, and the cell of a share."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ import io
 import re
 from collections.abc import Sequence
 
+from lockprobe.analysis.clustered import ClusteredProportion
+from lockprobe.analysis.proportions import Proportion
+from lockprobe.formatting import share
 from lockprobe.terminal_text import printable
 
-__all__ = ["EVERY", "TextTable", "as_csv", "as_tex"]
+__all__ = ["EVERY", "TextTable", "as_csv", "as_tex", "share_cell"]
 
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""
@@ -37,6 +40,11 @@ _TEX = {
 _P = re.compile(r"flip rate|^P$")
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+def share_cell(found: Proportion | ClusteredProportion) -> str:
+    """A share with its 95 % interval, in per cent."""
+    return share(found.value, found.low, found.high)
 
 
 def as_csv(table: Sequence[Sequence[str]]) -> str:

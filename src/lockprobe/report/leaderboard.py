@@ -16,6 +16,7 @@ from lockprobe.analysis.proportions import Paired, Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 from lockprobe.report.costs import Money, money
+from lockprobe.report.described import filled
 
 __all__ = [
     "Adjusted",
@@ -162,35 +163,27 @@ AgentNames = Mapping[tuple[str, str], str]
 def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[LeaderboardResult]:
     """Every agent over all p, the highest success first, and the same by p."""
     agents = {(agent.agent, agent.modality): agent for agent in summary.agents}
-    return [
-        _over_all(row, agents[row.agent, row.modality], trials)
-        for row in summary.standings
-    ]  # fmt: skip
+    return [_over_all(row, agents[row.agent, row.modality], trials) for row in summary.standings]
 
 
 def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial]) -> LeaderboardResult:
     own = [trial for trial in trials if (trial.group, trial.modality) == (row.agent, row.modality)]
     spent = money(own)
-    return LeaderboardResult(
-        agent=row.agent,
-        modality=row.modality,
+    return filled(
+        LeaderboardResult,
+        row,
+        agent,
         label=agent.name,
-        reference=agent.reference,
         same_at_every_p=agent.blind,
         rank_low=row.ranks[0] if row.ranks else None,
         rank_high=row.ranks[1] if row.ranks else None,
         trials=row.success.n,
         broken=sum(sum(condition.errors.values()) for condition in agent.conditions),
-        success=row.success,
-        steps_to_80=row.steps_to_80,
-        regret=row.regret,
         loop_rate=row.loops,
         loop_rate_chance=row.chance,
         loop_rate_chance_no_repeat=row.chance_no_repeat,
         loops_above_chance=_less(row.loops.value, row.chance),
         loops_above_chance_no_repeat=_less(row.loops.value, row.chance_no_repeat),
-        misread=row.misread,
-        not_asked=row.not_asked,
         money=_money_row(spent),
         prices=spent.price,
         served=dict(spent.served),
@@ -237,18 +230,16 @@ def _less(value: float, chance: float | None) -> float | None:
 def comparison_rows(compared: Sequence[Comparison], names: AgentNames) -> list[ComparisonResult]:
     """Every two agents on the same boxes; differences are the second less the first."""
     return [
-        ComparisonResult(
+        filled(
+            ComparisonResult,
+            one,
             **_pair(one, names),
-            among=one.among,
             first_success=one.first_share,
             second_success=one.second_share,
             success=Adjusted(**asdict(one.success), p_adjusted=one.success_adjusted),
             steps=Adjusted(**asdict(one.steps), p_adjusted=one.steps_adjusted),
-            verdict=one.verdict,
-            steps_verdict=one.steps_verdict,
             same_at_every_p=one.copies,
             finished_by_one_only=one.alone,
-            bounded=one.bounded,
             by_p=[
                 ComparisonByDose(
                     p=at.p,
@@ -264,18 +255,7 @@ def comparison_rows(compared: Sequence[Comparison], names: AgentNames) -> list[C
 
 def interaction_rows(compared: Sequence[Comparison], names: AgentNames) -> list[InteractionResult]:
     """Whether false reports change both agents of a pair alike."""
-    return [
-        InteractionResult(
-            **_pair(one, names),
-            lowest=one.interaction.lowest,
-            at=one.interaction.at,
-            mean=one.interaction.mean,
-            p_value=one.interaction.p_value,
-            p_adjusted=one.interaction.p_adjusted,
-        )
-        for one in compared
-        if one.interaction
-    ]
+    return [filled(InteractionResult, one.interaction, **_pair(one, names)) for one in compared if one.interaction]
 
 
 def _pair(one: Comparison, names: AgentNames) -> dict[str, str]:

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 
 from lockprobe.analysis.agent_comparison.leaderboard_row import Regret
 from lockprobe.analysis.agent_comparison.paired import BlockMean
-from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.proportions import Paired, Proportion
-from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
-from lockprobe.report.format import EVERY, TextTable
+from lockprobe.analysis.proportions import Paired
+from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent
+from lockprobe.report.format import EVERY, TextTable, share_cell
 from lockprobe.report.leaderboard import (
     ComparisonResult,
     InteractionResult,
@@ -98,15 +97,8 @@ def comparison_by_p_table(rows: Sequence[ComparisonResult]) -> TextTable:
 
 def interaction_table(rows: Sequence[InteractionResult]) -> TextTable:
     """Whether false reports change both agents alike."""
-    head = [
-        "agent",
-        "against",
-        "change from flip rate",
-        "to flip rate",
-        "changes more by, points",
-        "corrected for flip rate",
-    ]
-    table = [[*head, "corrected for pairs"]]
+    head = ["agent", "against", "change from flip rate", "to flip rate", "changes more by, points"]
+    table = [[*head, "corrected for flip rate", "corrected for pairs"]]
     for row in rows:
         names = [row.second_label, row.first_label, f"{row.lowest:g}"]
         table.append([*names, "higher, mean", _points(row.mean), p_cell(row.p_value), p_cell(row.p_adjusted)])
@@ -121,7 +113,7 @@ def _rank(row: LeaderboardResult) -> str:
 
 def _measures(row: LeaderboardResult | LeaderboardByDose) -> list[str]:
     return [
-        _share(row.success),
+        share_cell(row.success),
         "not reached" if row.steps_to_80 is None else f"{row.steps_to_80}",
         NONE if row.regret is None else _scaled(row.regret, "{:.2f}"),
         bracketed(row.loops_above_chance, None, None),
@@ -131,7 +123,7 @@ def _measures(row: LeaderboardResult | LeaderboardByDose) -> list[str]:
 
 def _misread(row: LeaderboardResult | LeaderboardByDose) -> str:
     if row.misread.n:
-        return _share(row.misread)
+        return share_cell(row.misread)
     return "not asked" if row.not_asked else NONE
 
 
@@ -151,10 +143,6 @@ def _spent(rows: Sequence[LeaderboardResult]) -> bool:
 
 def _count(tokens: int | None) -> str:
     return NONE if tokens is None else str(tokens)
-
-
-def _share(found: Proportion | ClusteredProportion) -> str:
-    return share(found.value, found.low, found.high)
 
 
 def _points(found: BlockMean | Paired) -> str:

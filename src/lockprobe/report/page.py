@@ -11,7 +11,7 @@ import base64
 import json
 import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -25,6 +25,7 @@ from lockprobe.formatting import minus
 from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
+from lockprobe.report import leaderboard_tables, tables
 from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
@@ -41,35 +42,12 @@ from lockprobe.report.figures import (
 from lockprobe.report.forks import fork_effects, fork_rows, fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
-from lockprobe.report.leaderboard_tables import (
-    comparison_by_p_table,
-    comparison_table,
-    interaction_table,
-    leaderboard_by_p_table,
-    leaderboard_table,
-)
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.results import flip_results
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.schema import Results
-from lockprobe.report.tables import (
-    claim_table,
-    condition_table,
-    course_table,
-    crossing_table,
-    detector_table,
-    effect_table,
-    loop_table,
-    modality_table,
-    pace_table,
-    rationality_table,
-    speed_table,
-    table1,
-    table1_corrected,
-    table_of_conditions,
-)
 from lockprobe.report.why import arm_table, estimate_table
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.terminal_text import printable
@@ -78,6 +56,9 @@ __all__ = ["results", "write_report"]
 
 _COLUMN = 270.0
 """A figure is one column of print wide up to here, in points."""
+
+_File = tuple[str, str | bytes | None]
+"""A file by its path in the directory, with its content; None for one that is removed."""
 
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
@@ -102,22 +83,29 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
     """
     directory = Path(directory)
     with uncollected(), shared(directory, processes) as each:
-        numbers, draw = _opened(directory, tell=tell, each=each)
+        numbers, draw = _summarised(open_study(directory), directory, tell=tell, each=each)
         tell("drawing the figures")
         content, *done = each(operator.call, [numbers, *draw.values()])
     found = dict(zip(draw, done, strict=True))
     drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
-    _write(
-        directory / "results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    )
-    _write_pictures(directory / "figures", drawn)
-    for name, table in _tables(content).items():
-        _write(directory / "tables" / f"{name}.csv", as_csv(table))
-        _write(directory / "tables" / f"{name}.tex", as_tex(table))
-    photographs = embedded(directory, content.seen)
-    for name in _pages(content):
-        _write(directory / f"{name}.html", _page(name, content, drawn, photographs))
+    _write(directory, _files(content, drawn, embedded(directory, content.seen)))
     return directory / "report.html"
+
+
+def _files(content: Results, drawn: Pictures, photographs: Mapping[str, str]) -> Iterator[_File]:
+    """Every file of a report, the report last."""
+    yield "results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    for name, forms in drawn.items():
+        for form, picture in forms.items():
+            yield f"figures/{name}.{form}", picture
+    for name in CAPTIONS.keys() - drawn.keys():
+        for form in ("png", "svg"):
+            yield f"figures/{name}.{form}", None
+    for name, table in _tables(content).items():
+        yield f"tables/{name}.csv", as_csv(table)
+        yield f"tables/{name}.tex", as_tex(table)
+    for name in _pages(content):
+        yield f"{name}.html", _page(name, content, drawn, photographs)
 
 
 def _pages(content: Results) -> tuple[str, ...]:
@@ -135,16 +123,15 @@ def results(directory: Path | str) -> Results:
     Raises:
         BadFile: If it is none.
     """
-    numbers, _ = _opened(Path(directory))
+    numbers, _ = _summarised(open_study(Path(directory)), Path(directory))
     return numbers()
 
 
-def _opened(
-    directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
+def _summarised(
+    opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
 ) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
-    """A study that is read and summarised: what gives its results, and what draws each figure."""
-    opened = open_study(directory)
-    numbers, pictures = _summarised(opened, directory, tell=tell, each=each)
+    """The values of a study: what makes its results of them, and what draws each figure."""
+    numbers, pictures = _of_trials(opened, directory, tell=tell, each=each)
     if not opened.forks:
         return numbers, pictures
     forks = fork_effects(opened)
@@ -157,7 +144,7 @@ def _with_forks(numbers: Callable[[], Results], forks: Sequence[BranchEffect]) -
     return numbers().model_copy(update={"forks": fork_rows(forks), "forks_said": said})
 
 
-def _summarised(
+def _of_trials(
     opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None], each: Each
 ) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
     """The trials of a study: what gives their results, and what draws each figure."""
@@ -174,18 +161,15 @@ def _summarised(
     return partial(flip_results, opened, summary), drawings(summary)
 
 
-def _write_pictures(directory: Path, drawn: Pictures) -> None:
-    for name, forms in drawn.items():
-        for form, picture in forms.items():
-            _write(directory / f"{name}.{form}", picture)
-    for name in CAPTIONS.keys() - drawn.keys():
-        for form in ("png", "svg"):
-            (directory / f"{name}.{form}").unlink(missing_ok=True)
-
-
-def _write(path: Path, content: str | bytes) -> None:
-    path.parent.mkdir(exist_ok=True)
-    write_file(path, content)
+def _write(directory: Path, files: Iterable[_File]) -> None:
+    """Write the files one after the other, each in one step."""
+    for name, content in files:
+        path = directory / name
+        if content is None:
+            path.unlink(missing_ok=True)
+        else:
+            path.parent.mkdir(exist_ok=True)
+            write_file(path, content)
 
 
 def _tables(content: Results) -> dict[str, TextTable]:
@@ -194,25 +178,25 @@ def _tables(content: Results) -> dict[str, TextTable]:
         return _condition_tables(content)
     subjects = [row for row in content.conditions if row.agent in content.subjects]
     return {
-        "table1": table1(subjects),
-        "table1-corrected": table1_corrected(subjects),
-        **({"modalities": modality_table(content.modalities)} if content.modalities else {}),
+        "table1": tables.table1(subjects),
+        "table1-corrected": tables.table1_corrected(subjects),
+        **({"modalities": tables.modality_table(content.modalities)} if content.modalities else {}),
         **_people_tables(content),
-        "leaderboard": leaderboard_table(content.leaderboard),
-        "leaderboard-by-p": leaderboard_by_p_table(content.leaderboard),
-        "comparisons": comparison_table(content.comparisons),
-        "comparisons-by-p": comparison_by_p_table(content.comparisons),
-        "interactions": interaction_table(content.interactions),
-        "courses": course_table(content.courses),
-        "speed": speed_table(content.conditions),
-        "paces": pace_table(content.paces),
-        "loops": loop_table(content.conditions),
+        "leaderboard": leaderboard_tables.leaderboard_table(content.leaderboard),
+        "leaderboard-by-p": leaderboard_tables.leaderboard_by_p_table(content.leaderboard),
+        "comparisons": leaderboard_tables.comparison_table(content.comparisons),
+        "comparisons-by-p": leaderboard_tables.comparison_by_p_table(content.comparisons),
+        "interactions": leaderboard_tables.interaction_table(content.interactions),
+        "courses": tables.course_table(content.courses),
+        "speed": tables.speed_table(content.conditions),
+        "paces": tables.pace_table(content.paces),
+        "loops": tables.loop_table(content.conditions),
         **({"lies": excursion_table(content.lies)} if content.lies else {}),
         **({"forks": fork_table(content.forks)} if content.forks else {}),
-        "rationality": rationality_table(content.rationality),
-        "detectors": detector_table(content.detectors),
-        "conditions": condition_table(content.conditions),
-        "claims": claim_table(content.claims),
+        "rationality": tables.rationality_table(content.rationality),
+        "detectors": tables.detector_table(content.detectors),
+        "conditions": tables.condition_table(content.conditions),
+        "claims": tables.claim_table(content.claims),
         **_of_measures(content),
     }
 
@@ -269,12 +253,12 @@ def _condition_page(name: str, content: Results, drawn: Pictures, photographs: M
 
 def _condition_tables(content: Results) -> dict[str, TextTable]:
     return {
-        "effects": effect_table(content.effects),
-        "crossings": crossing_table(content.crossings),
+        "effects": tables.effect_table(content.effects),
+        "crossings": tables.crossing_table(content.crossings),
         **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content.grids) else {}),
         **({"arms": arm_table(content.why), "why": estimate_table(content.why)} if content.why else {}),
         **({"forks": fork_table(content.forks)} if content.forks else {}),
-        "conditions": table_of_conditions(content.conditions),
+        "conditions": tables.table_of_conditions(content.conditions),
         **_of_measures(content),
     }
 

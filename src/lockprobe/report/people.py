@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
-from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.formatting import NONE, percent, share
+from lockprobe.formatting import NONE, percent
 from lockprobe.people.progress import Flow
-from lockprobe.report.format import TextTable
+from lockprobe.report.format import TextTable, share_cell
 
 __all__ = [
     "PeopleResult",
@@ -186,7 +184,7 @@ def people_table(found: People, times: Sequence[ResponseTimes] = ()) -> TextTabl
             str(row.people),
             str(row.success.n),
             str(row.success.count),
-            _share(row.success),
+            share_cell(row.success),
             _steps_cell(row.steps),
             f"{row.steps.mean:.1f}",
         ]
@@ -222,7 +220,8 @@ def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> T
 def positions_table(found: People) -> TextTable:
     """Success of first boxes, of second ones, and so on."""
     return [["their box", "trials", "solved", "success"]] + [
-        [str(row.position), str(row.success.n), str(row.success.count), _share(row.success)] for row in found.positions
+        [str(row.position), str(row.success.n), str(row.success.count), share_cell(row.success)]
+        for row in found.positions
     ]
 
 
@@ -254,10 +253,6 @@ def _steps_cell(steps: Steps) -> str:
 
 def _beyond(steps: int | None) -> str:
     return "beyond the budget" if steps is None else f"{steps}"
-
-
-def _share(found: Proportion | ClusteredProportion) -> str:
-    return share(found.value, found.low, found.high)
 
 
 def _people(number: int) -> str:

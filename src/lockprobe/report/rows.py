@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from typing import Any, ClassVar, Protocol, TypeVar
 
 from lockprobe.analysis.axis import Axis
@@ -17,27 +17,9 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.rates import false_positives
 from lockprobe.prose.hypothesis_tests import asked, note_said, unit_said, why_missing
 from lockprobe.record import Trial
+from lockprobe.report import details
 from lockprobe.report.claims import ClaimRow
-from lockprobe.report.details import (
-    AgainstChance,
-    BrokenAt,
-    BrokenByCondition,
-    ClaimResult,
-    ContrastResult,
-    CountOf,
-    CourseResult,
-    CurveResult,
-    DetectorResult,
-    FitResult,
-    JudgedResult,
-    LoopedByStep,
-    ModalityResult,
-    PaceResult,
-    RationalityResult,
-    RepeatedAfterBlocked,
-    RepetitionResult,
-    TestRow,
-)
+from lockprobe.report.described import filled
 from lockprobe.report.schema import ConditionResult
 
 __all__ = [
@@ -61,12 +43,12 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
     """One agent under one condition; a blind agent plays the same trials under each."""
     success, loops, curve = condition.success, condition.behaviour.loops, condition.curve
     said, kept = condition.claims, condition.persistence
-    return ConditionResult(
-        key=condition.key,
-        agent=condition.agent,
+    return filled(
+        ConditionResult,
+        condition,
+        condition.behaviour,
+        curve,
         condition=condition.name,
-        modality=condition.modality,
-        p=condition.p,
         same_at_every_p=blind,
         trials=success.n,
         solved=success.count,
@@ -83,27 +65,21 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         loop_rate_chance_permutation=condition.behaviour.chance_permutation,
         loop_rate_chance_error={null: level.error for null, level in condition.behaviour.chance.items()},
         loop_rate_by_symbol={str(symbol): share for symbol, share in condition.behaviour.by_symbol.items()},
-        coverage=condition.behaviour.coverage,
-        redundant_share=condition.behaviour.redundant_share,
-        loops_left=AgainstChance(**asdict(kept.left), by_chance=kept.left_by_chance),
-        repeated_after_blocked=RepeatedAfterBlocked(
+        loops_left=details.AgainstChance(**asdict(kept.left), by_chance=kept.left_by_chance),
+        repeated_after_blocked=details.RepeatedAfterBlocked(
             **asdict(kept.repeated), by_chance=kept.repeated_by_chance, p_value=kept.repeated_p_value
         ),
         policy_entropy=condition.behaviour.entropy,
         policy_entropy_steps=condition.behaviour.entropy_steps,
         **_claims(said),
-        median_steps=curve.median_steps,
         median_steps_all=curve.km_median,
-        mean_steps=curve.mean_steps,
         mean_steps_all=curve.restricted_mean_steps,
         steps_to_80=curve.steps_to(0.8),
         steps_to_80_interval=curve.steps_to_interval(0.8),
-        area=curve.area,
-        relative=condition.relative,
         errors=dict(condition.errors),
         broken=sum(condition.errors.values()),
-        curve=CurveResult(steps=curve.steps, share=curve.share, low=curve.low, high=curve.high),
-        repetitions=[RepetitionResult(**asdict(point)) for point in condition.points],
+        curve=details.CurveResult(steps=curve.steps, share=curve.share, low=curve.low, high=curve.high),
+        repetitions=[details.RepetitionResult(**asdict(point)) for point in condition.points],
         label=label,
     )
 
@@ -127,7 +103,7 @@ def _claims(said: Misinterpretations) -> dict[str, Any]:
         "false_report": said.falsely_told,
         "false_report_of_all_steps": said.false_reports,
         "false_belief": said.false_belief,
-        "false_reports_believed": CountOf(count=said.believed, n=said.falsely_told.count),
+        "false_reports_believed": details.CountOf(count=said.believed, n=said.falsely_told.count),
         "false_reports_undone": said.undone,
         "claim_kinds": said.counts,
     }
@@ -150,17 +126,14 @@ def _worded(result: _N, axis: Axis) -> _N:
     return replace(result, note=why_missing(result.note, axis))
 
 
-def fit_row(agent: AgentSummary) -> FitResult:
+def fit_row(agent: AgentSummary) -> details.FitResult:
     """What runs over p for one agent: the paper's fits, the binomial ones, the peak, the onset of loops."""
     found, first = agent.inference, agent.inference.onset.primary
-    return FitResult(
-        agent=agent.agent,
-        modality=agent.modality,
-        reference=agent.reference,
-        blind=agent.blind,
+    return filled(
+        details.FitResult,
+        agent,
         success=_worded(agent.success_fit, agent.axis),
         loop_rate=_worded(agent.loop_fit, agent.axis),
-        correlation=agent.correlation,
         binomial=_worded(found.orders, agent.axis),
         two_lines=_worded(found.lines, agent.axis),
         lind_mehlum=_worded(found.bend, agent.axis),
@@ -168,14 +141,14 @@ def fit_row(agent: AgentSummary) -> FitResult:
         difference_from_lowest=_worded(found.difference, agent.axis),
         steps_to_solve=found.speed,
         loop_onset=found.onset,
-        looped_by_step_12=LoopedByStep(lowest=first.lowest.by_step(12), higher=first.higher.by_step(12))
+        looped_by_step_12=details.LoopedByStep(lowest=first.lowest.by_step(12), higher=first.higher.by_step(12))
         if first
         else None,
         after_a_loop=_worded(found.hazard, agent.axis),
         after_a_loop_by_step_10=_worded(found.landmark, agent.axis),
         looped_against_solved=found.whole,
-        broken=BrokenByCondition(
-            at=[BrokenAt(p=p, **asdict(share)) for p, share in found.broken.at],
+        broken=details.BrokenByCondition(
+            at=[details.BrokenAt(p=p, **asdict(share)) for p, share in found.broken.at],
             p_value=found.broken.p_value,
             differ=found.broken.differ,
         )
@@ -185,29 +158,19 @@ def fit_row(agent: AgentSummary) -> FitResult:
     )
 
 
-def test_rows(agent: AgentSummary) -> list[TestRow]:
+def test_rows(agent: AgentSummary) -> list[details.TestRow]:
     """Every test of one agent, with the false-positive rates that the audit measured."""
     rows = []
     for test in agent.inference.tests:
         rates = false_positives(test.name)
         rows.append(
-            TestRow(
-                agent=agent.agent,
-                modality=agent.modality,
+            filled(
+                details.TestRow,
+                test,
+                agent,
                 asks=asked(test.question, agent.axis),
                 unit=unit_said(test, agent.axis),
-                name=test.name,
-                question=test.question,
-                recommended=test.recommended,
-                p_value=test.p_value,
-                effect=test.effect,
-                low=test.low,
-                high=test.high,
-                baseline=test.baseline,
-                direction=test.direction,
-                holds=test.holds,
                 note=note_said(test, agent.axis),
-                rejects=test.rejects,
                 false_positives_low=rates[0].rate if rates else None,
                 false_positives_high=rates[1].rate if rates else None,
                 false_positives_worst=rates[1].world if rates else None,
@@ -217,23 +180,17 @@ def test_rows(agent: AgentSummary) -> list[TestRow]:
     return rows
 
 
-def rationality_rows(condition: ConditionSummary, label: str, *, blind: bool = False) -> list[RationalityResult]:
+def rationality_rows(
+    condition: ConditionSummary, label: str, *, blind: bool = False
+) -> list[details.RationalityResult]:
     """The actions of one condition before each ideal observer."""
     return [
-        RationalityResult(
-            key=condition.key,
-            agent=condition.agent,
-            modality=condition.modality,
-            p=condition.p,
-            same_at_every_p=blind,
-            label=label,
-            **{field.name: getattr(found, field.name) for field in fields(found)},
-        )
+        filled(details.RationalityResult, found, condition, same_at_every_p=blind, label=label)
         for found in condition.rationality
     ]
 
 
-def judged(summary: StudySummary) -> JudgedResult:
+def judged(summary: StudySummary) -> details.JudgedResult:
     """How many trials were judged at most, what was left out and why, and whether the prior fits the box.
 
     It does not if reports that were all true were impossible under it.
@@ -241,7 +198,7 @@ def judged(summary: StudySummary) -> JudgedResult:
     conditions = summary.conditions
     found = [c.rationality for c in conditions if c.rationality]
     told_true = [observer for c in conditions if c.p == 0 for observer in c.rationality]
-    return JudgedResult(
+    return details.JudgedResult(
         trials=JUDGED,
         actions=ACTIONS,
         left_out_beyond_that=sum(observers[0].not_judged for observers in found),
@@ -250,7 +207,7 @@ def judged(summary: StudySummary) -> JudgedResult:
     )
 
 
-def course_row(agent: AgentSummary) -> CourseResult | None:
+def course_row(agent: AgentSummary) -> details.CourseResult | None:
     """How success goes over p for one agent, and its loop rate; None without trials."""
     found = agent.inference.course
     if found is None:
@@ -261,7 +218,7 @@ def course_row(agent: AgentSummary) -> CourseResult | None:
         onset = "not tested"
     else:
         onset = ("later" if looping.direction < 0 else "sooner") if looping.rejects else "no change detectable"
-    return CourseResult(
+    return details.CourseResult(
         agent=agent.agent,
         modality=agent.modality,
         **asdict(found) | {"kind": _SAME if agent.blind else found.kind},
@@ -273,16 +230,16 @@ def course_row(agent: AgentSummary) -> CourseResult | None:
     )
 
 
-def contrast_row(agent: AgentSummary, contrast: Contrast) -> ContrastResult:
+def contrast_row(agent: AgentSummary, contrast: Contrast) -> details.ContrastResult:
     """The lowest p against the p whose success differs from it most clearly, in one sample of trials."""
     found, pairs = contrast.difference, contrast.difference.pairs
-    return ContrastResult(
-        agent=agent.agent,
-        modality=agent.modality,
+    return filled(
+        details.ContrastResult,
+        agent,
+        contrast,
+        found,
         baseline_p=contrast.baseline.p,
         other_p=contrast.other.p,
-        choices=contrast.choices,
-        farthest=contrast.farthest,
         all_trials=contrast.whole,
         baseline_solved=found.first.count,
         baseline_trials=found.first.n,
@@ -295,58 +252,37 @@ def contrast_row(agent: AgentSummary, contrast: Contrast) -> ContrastResult:
         only_baseline=pairs.only_first if pairs else None,
         only_other=pairs.only_second if pairs else None,
         mcnemar=pairs.p_value if pairs else None,
-        fisher=contrast.fisher,
         exchange_p_value=found.exchange,
-        p_value=found.p_value,
         if_broken_unsolved=found.if_unsolved,
         if_broken_solved=found.if_solved,
-        detectable=contrast.detectable,
         label=agent.name,
     )
 
 
-def pace_row(compared: Pace, names: Mapping[tuple[str, str], str]) -> PaceResult:
+def pace_row(compared: Pace, names: Mapping[tuple[str, str], str]) -> details.PaceResult:
     """Which of two agents, or of two modalities of one agent, is faster."""
-    return PaceResult(
+    return details.PaceResult(
         **asdict(compared),
         first_label=names[compared.first],
         second_label=names[compared.second],
     )
 
 
-def modality_row(effect: ModalityEffect) -> ModalityResult:
+def modality_row(effect: ModalityEffect) -> details.ModalityResult:
     """What the modality does to one agent."""
-    return ModalityResult(
-        **{field.name: getattr(effect, field.name) for field in fields(effect)},
-        detectable=effect.detectable,
-        differs_in_fidelity=effect.differs_in_fidelity,
-        spoken=[spoken(one) for one in effect.modalities],
-    )
+    return filled(details.ModalityResult, effect, spoken=[spoken(one) for one in effect.modalities])
 
 
-def claim_row(row: ClaimRow) -> ClaimResult:
+def claim_row(row: ClaimRow) -> details.ClaimResult:
     """One claim of the paper against one agent."""
-    return ClaimResult(
-        place=row.claim.place,
-        quote=row.claim.quote,
-        quoted=row.claim.quoted,
-        paper=row.claim.value,
-        recomputed=row.claim.recomputed,
-        agent=row.agent,
-        here=row.here,
-        verdict=row.verdict,
-        test=row.test,
-        p_value=row.p_value,
-    )
+    return filled(details.ClaimResult, row, row.claim, paper=row.claim.value)
 
 
-def detector_row(condition: ConditionSummary, trials: Iterable[Trial], label: str) -> DetectorResult:
+def detector_row(condition: ConditionSummary, trials: Iterable[Trial], label: str) -> details.DetectorResult:
     """The share of one condition's trials that each loop detector flags."""
-    return DetectorResult(
-        key=condition.key,
-        agent=condition.agent,
-        modality=condition.modality,
-        p=condition.p,
+    return filled(
+        details.DetectorResult,
+        condition,
         trials=condition.success.n,
         flagged=share_flagged([trial for trial in trials if trial.cell == condition.key]),
         label=label,

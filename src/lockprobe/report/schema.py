@@ -24,27 +24,8 @@ from lockprobe.analysis.incidence import Area
 from lockprobe.analysis.misinterpretation import ClaimCount
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.robot import Verdicts
+from lockprobe.report import details
 from lockprobe.report.described import Change, Counted, DescribedResult, FiniteNumber, Share
-from lockprobe.report.details import (
-    AgainstChance,
-    AuditResult,
-    BrokenTrials,
-    ClaimResult,
-    ContrastResult,
-    CountOf,
-    CourseResult,
-    CurveResult,
-    DetectorResult,
-    FitResult,
-    JudgedResult,
-    LeftOutResult,
-    ModalityResult,
-    PaceResult,
-    RationalityResult,
-    RepeatedAfterBlocked,
-    RepetitionResult,
-    TestRow,
-)
 from lockprobe.report.examples import ExampleTrial
 from lockprobe.report.excursions import LieResult
 from lockprobe.report.forks import ForkResult
@@ -104,8 +85,8 @@ class ConditionResult(DescribedResult):
     redundant_share: Share = Field(
         description="Share of steps that tried a joint again in the same true configuration."
     )
-    loops_left: AgainstChance
-    repeated_after_blocked: RepeatedAfterBlocked
+    loops_left: details.AgainstChance
+    repeated_after_blocked: details.RepeatedAfterBlocked
     policy_entropy: FiniteNumber
     policy_entropy_steps: int
     misinterpretations: int | None = Field(description="Claims that contradict what was told; null if none was asked.")
@@ -124,7 +105,7 @@ class ConditionResult(DescribedResult):
     false_report: ClusteredProportion
     false_report_of_all_steps: ClusteredProportion
     false_belief: ClusteredProportion
-    false_reports_believed: CountOf
+    false_reports_believed: details.CountOf
     false_reports_undone: int
     claim_kinds: Sequence[ClaimCount]
     median_steps: FiniteNumber = Field(description="Median steps of solved trials.")
@@ -137,8 +118,8 @@ class ConditionResult(DescribedResult):
     relative: Relative | None
     errors: Mapping[str, int]
     broken: Counted = Field(description="Trials that ended as error; they are in no other number.")
-    curve: CurveResult
-    repetitions: Sequence[RepetitionResult]
+    curve: details.CurveResult
+    repetitions: Sequence[details.RepetitionResult]
     label: str
     acts: str = ""
 
@@ -234,10 +215,10 @@ class SeriesResult(DescribedResult):
     loop_findings: list[str]
     conclusions: list[list[str]]
     courses_said: str
-    fits: list[FitResult]
-    tests: list[TestRow]
-    contrasts: list[ContrastResult]
-    courses: list[CourseResult]
+    fits: list[details.FitResult]
+    tests: list[details.TestRow]
+    contrasts: list[details.ContrastResult]
+    courses: list[details.CourseResult]
 
 
 class MeasureResult(DescribedResult):
@@ -262,7 +243,7 @@ class Results(DescribedResult):
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
     joints: int
     progress: StudyProgress
-    left_out: LeftOutResult
+    left_out: details.LeftOutResult
     panel_said: str = ""
     modality_findings: list[str] = []
     findings: list[str] = Field(description="What was found, in sentences.")
@@ -284,28 +265,28 @@ class Results(DescribedResult):
     leaderboard: list[LeaderboardResult] = []
     comparisons: list[ComparisonResult] = []
     interactions: list[InteractionResult] = []
-    rationality: list[RationalityResult] = []
-    judged: JudgedResult | None = None
+    rationality: list[details.RationalityResult] = []
+    judged: details.JudgedResult | None = None
     lies: list[LieResult] = Field(default=[], description="Of a flip study: what one false report changes.")
-    paces: list[PaceResult] = []
-    modalities: list[ModalityResult] = []
+    paces: list[details.PaceResult] = []
+    modalities: list[details.ModalityResult] = []
     people: PeopleResult | None = None
     verdicts: Verdicts | None = None
     verdicts_said: str = ""
-    fits: list[FitResult] = []
-    tests: list[TestRow] = []
-    contrasts: list[ContrastResult] = []
-    courses: list[CourseResult] = []
-    claims: list[ClaimResult] = []
-    detectors: list[DetectorResult] = []
+    fits: list[details.FitResult] = []
+    tests: list[details.TestRow] = []
+    contrasts: list[details.ContrastResult] = []
+    courses: list[details.CourseResult] = []
+    claims: list[details.ClaimResult] = []
+    detectors: list[details.DetectorResult] = []
     examples: list[ExampleTrial]
     measures: list[MeasureResult] = Field(default=[], description="What installed packages measure.")
-    errors: list[BrokenTrials]
+    errors: list[details.BrokenTrials]
     agents: dict[str, dict[str, str]]
     plants: dict[str, dict[str, str]]
     seen: list[SeenModality]
     subjects: list[str] = Field(description="The agents that the study is about.")
-    audit: AuditResult
+    audit: details.AuditResult
 
     @model_validator(mode="wrap")
     @classmethod
@@ -345,22 +326,8 @@ class Results(DescribedResult):
 
 _CONDITION_KEYS = (
     *("schema_version", "lockprobe", "study", "joints", "progress", "left_out", "subjects", "findings", "conditions"),
-    *(
-        "effects",
-        "crossings",
-        "grids",
-        "series",
-        "why",
-        "forks",
-        "forks_said",
-        "box",
-        "measures",
-        "errors",
-        "agents",
-        "plants",
-        "seen",
-        "examples",
-    ),
+    *("effects", "crossings", "grids", "series", "why", "forks", "forks_said", "box", "measures", "errors", "agents"),
+    *("plants", "seen", "examples"),
     "audit",
 )
 """The order of ``results.json`` of a study of conditions; in that of flips it is the order of the fields."""

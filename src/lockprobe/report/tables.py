@@ -7,16 +7,8 @@ from collections.abc import Sequence
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
-from lockprobe.report.details import (
-    ClaimResult,
-    CountOf,
-    CourseResult,
-    DetectorResult,
-    ModalityResult,
-    PaceResult,
-    RationalityResult,
-)
-from lockprobe.report.format import EVERY, TextTable
+from lockprobe.report import details
+from lockprobe.report.format import EVERY, TextTable, share_cell
 from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult
 
 __all__ = [
@@ -67,11 +59,11 @@ def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
         [
             _named(row, asked),
             str(row.claims),
-            _interval(row.misread),
+            share_cell(row.misread),
             _of(row.said_moved_told_blocked),
             _of(row.said_blocked_told_moved),
-            _interval(row.false_report),
-            _interval(row.false_belief),
+            share_cell(row.false_report),
+            share_cell(row.false_belief),
             _of(row.false_reports_believed),
         ]
         for row in asked
@@ -99,7 +91,7 @@ def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
     return table
 
 
-def pace_table(paces: Sequence[PaceResult]) -> TextTable:
+def pace_table(paces: Sequence[details.PaceResult]) -> TextTable:
     """Every two agents at the same p: who is faster."""
     return [["agent", "against", "flip rate", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
         [
@@ -113,7 +105,7 @@ def pace_table(paces: Sequence[PaceResult]) -> TextTable:
     ]
 
 
-def modality_table(effects: Sequence[ModalityResult]) -> TextTable:
+def modality_table(effects: Sequence[details.ModalityResult]) -> TextTable:
     """Every two modalities of each agent, and the trend over fidelity."""
     head = ["agent", "against", "hazard of solving, ratio", "log-rank", "corrected (Holm)"]
     table = [[*head, "solved only with the first", "only with the second", "McNemar"]]
@@ -137,11 +129,8 @@ def modality_table(effects: Sequence[ModalityResult]) -> TextTable:
 
 def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """Loop rates and their chance levels under four null models."""
-    table = [
-        ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits", "own actions shuffled"]
-    ]
-    table[0] += ["with outcomes", "with states"]
-    return table + [
+    head = ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits"]
+    return [[*head, "own actions shuffled", "with outcomes", "with states"]] + [
         [
             row.label,
             p,
@@ -156,7 +145,7 @@ def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
     ]
 
 
-def detector_table(rows: Sequence[DetectorResult]) -> TextTable:
+def detector_table(rows: Sequence[details.DetectorResult]) -> TextTable:
     """The share of trials that each detector flags."""
     names = list(dict.fromkeys(name for row in rows for name in row.flagged))
     return [["agent", "flip rate", *names]] + [
@@ -166,19 +155,8 @@ def detector_table(rows: Sequence[DetectorResult]) -> TextTable:
 
 def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
-    head = [
-        "agent",
-        "modality",
-        "flip rate",
-        "trials",
-        "solved",
-        "success",
-        "loop rate",
-        "by chance",
-        "coverage",
-        "redundant",
-    ]
-    table = [[*head, "errors"]]
+    head = ["agent", "modality", "flip rate", "trials", "solved", "success", "loop rate", "by chance", "coverage"]
+    table = [[*head, "redundant", "errors"]]
     table += [
         [
             row.agent,
@@ -198,17 +176,11 @@ def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
     return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
 
 
-def course_table(courses: Sequence[CourseResult]) -> TextTable:
+def course_table(courses: Sequence[details.CourseResult]) -> TextTable:
     """Which agents' success rises with the flip rate, which falls, which both; and what loops do."""
     head = ["agent", "solved at the lowest flip rate", "most", "fewest", "solved at the highest flip rate"]
-    head += [
-        "success",
-        "loops at the lowest flip rate",
-        "fewest loops",
-        "loops at the highest flip rate",
-        "loops begin",
-    ]
-    return [head] + [
+    loops = ["loops at the lowest flip rate", "fewest loops", "loops at the highest flip rate", "loops begin"]
+    return [[*head, "success", *loops]] + [
         [
             row.label,
             percent(row.first, 0),
@@ -223,7 +195,7 @@ def course_table(courses: Sequence[CourseResult]) -> TextTable:
     ]
 
 
-def rationality_table(rows: Sequence[RationalityResult]) -> TextTable:
+def rationality_table(rows: Sequence[details.RationalityResult]) -> TextTable:
     """How rational each action was to one who believes reports, and to one who doubts them; in brackets by chance."""
     head = ["agent", "flip rate"]
     head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
@@ -245,14 +217,14 @@ def rationality_table(rows: Sequence[RationalityResult]) -> TextTable:
 
 
 def _beside_chance(share: ClusteredProportion, chance: float) -> str:
-    return f"{_interval(share)} ({percent(chance, 0)})"
+    return f"{share_cell(share)} ({percent(chance, 0)})"
 
 
-def _steps_lost(row: RationalityResult) -> str:
+def _steps_lost(row: details.RationalityResult) -> str:
     return f"{row.regret.value:.2f} ({row.by_chance['regret']:.2f})"
 
 
-def claim_table(claims: Sequence[ClaimResult]) -> TextTable:
+def claim_table(claims: Sequence[details.ClaimResult]) -> TextTable:
     """The paper's claims and what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
     return [[*names, "P"]] + [[*(getattr(row, name) for name in names), p_cell(row.p_value)] for row in claims]
@@ -286,11 +258,7 @@ def _step(step: float | None) -> str:
     return NONE if step is None else f"{step:g}"
 
 
-def _interval(found: Proportion | ClusteredProportion) -> str:
-    return share(found.value, found.low, found.high)
-
-
-def _of(count: CountOf | Proportion | ClusteredProportion) -> str:
+def _of(count: details.CountOf | Proportion | ClusteredProportion) -> str:
     return f"{count.count} of {count.n}"
 
 

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.why import ArmEffect, Why
 from lockprobe.formatting import NONE, bracketed, p_cell, share
 from lockprobe.prose.why import arm_said, why_said
-from lockprobe.report.described import Change, Counted, DescribedResult, Share
+from lockprobe.report.described import Change, Counted, DescribedResult, Share, filled
 from lockprobe.report.examples import ToldTwice
 from lockprobe.report.format import TextTable
 
@@ -69,46 +68,20 @@ def why_row(found: Why, twice: ToldTwice | None) -> WhyResult:
         found: Its numbers.
         twice: One of its trials under true and under false reports.
     """
-    return WhyResult(
-        agent=found.agent,
-        modality=found.modality,
-        p=found.p,
-        verdict=found.verdict,
-        said=why_said(found),
-        arms=[_arm(one) for one in found.arms],
-        change=_estimate(found.change),
-        says=_estimate(found.says),
-        disturbs=_estimate(found.disturbs),
-        falsity=_maybe(found.falsity),
-        disturbance=_maybe(found.disturbance),
-        interaction=_maybe(found.interaction),
-        margin=found.margin,
-        equivalence=found.equivalence,
-        needed=found.needed,
-        twice=twice,
-    )
+    return filled(WhyResult, found, said=why_said(found), arms=[_arm(one) for one in found.arms], twice=twice)
 
 
 def _arm(one: ArmEffect) -> ArmResult:
-    return ArmResult(
-        arm=one.arm,
-        condition=one.condition,
+    return filled(
+        ArmResult,
+        one,
         what=arm_said(one.arm),
         trials=one.success.n,
         solved=one.success.count,
         success=one.success.value,
         success_low=one.success.low,
         success_high=one.success.high,
-        change=_maybe(one.change),
     )
-
-
-def _maybe(one: BlockMean | None) -> EstimateResult | None:
-    return None if one is None else _estimate(one)
-
-
-def _estimate(one: BlockMean) -> EstimateResult:
-    return EstimateResult(value=one.value, low=one.low, high=one.high, p_value=one.p_value, blocks=one.blocks)
 
 
 def arm_table(rows: Sequence[WhyResult]) -> TextTable:
