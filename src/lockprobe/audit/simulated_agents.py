@@ -55,7 +55,7 @@ class World:
         breaks: Chance per step that a call fails and ends the trial as error, at each p, [0, 1).
         lost: Share of trials in which the agent falls into cycles and hardly ever solves the box, at any p, [0, 1].
         design: The default design.
-        truths: Questions whose true answer is yes: ``success``, ``speed``, ``shape``, ``looping``, ``harm``.
+        truths: Questions whose true answer is yes.
     """
 
     name: str
@@ -103,6 +103,13 @@ WORLDS: Mapping[str, World] = {
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
             harm=0.1,
             truths=frozenset({"success", "speed", "looping", "harm"}),
+        ),
+        World(
+            name="loops-return",
+            says="The agent falls into cycles at low and at high flip rates, least often at 0.3; loops are irrelevant.",
+            success=(0.5,) * 7,
+            trap=(0.5, 0.25, 0.1, 0.03, 0.1, 0.25, 0.5),
+            truths=frozenset({"looping", "looping again"}),
         ),
         World(
             name="saturating",

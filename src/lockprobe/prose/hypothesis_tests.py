@@ -28,6 +28,7 @@ _ASKED: Mapping[Question, str] = {
     "speed": "Do {cause} change how fast the box is solved?",
     "shape": "Does success rise and then fall again as the {dose} rises?",
     "looping": "Do {cause} change how soon an agent loops?",
+    "looping again": "Does an agent loop later and then sooner again as the {dose} rises?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
 }
 
@@ -127,6 +128,8 @@ _UNITS: Mapping[str, str] = {
     "Lind-Mehlum": "{dose} at which the quadratic turns",
     "loop onset, log-rank": "hazard of a first loop, higher {dose}s over the lowest",
     "lowest loop rate, chosen by eye, Fisher": "difference in loop rate",
+    "loop onset, two lines": "{dose} at which the lines meet",
+    "loop rates, two lines": "{dose} at which the lines meet",
     "success after a loop, Mantel-Haenszel by p and step": "odds of solving, after a loop over before",
     "looped by step 10, Mantel-Haenszel by p": "odds of solving, after a loop over before",
     "looped against solved, Fisher": "odds of solving, trials with a loop over trials without",
@@ -157,6 +160,11 @@ _NOTES: Mapping[str, str] = {
     ),
     "loop onset, log-rank": "All higher {dose}s together: no choice of a peak.",
     "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
+    "loop onset, two lines": (
+        "Both lines have to be significant. It compares the hazard of a first loop at equal steps, so the length of "
+        "trials does not matter."
+    ),
+    "loop rates, two lines": _LENGTH,
     "success after a loop, Mantel-Haenszel by p and step": "{null}",
     "looped by step 10, Mantel-Haenszel by p": "Valid as well, with less power. {null}",
     "looped against solved, Fisher": _LENGTH,

@@ -133,6 +133,7 @@ class FitResult:
     difference_from_lowest: AnyDifference
     steps_to_solve: LogRanks
     loop_onset: LogRanks
+    loop_onset_two_lines: TwoLines
     looped_by_step_12: LoopedByStep | None
     after_a_loop: LoopEffect
     after_a_loop_by_step_10: LoopEffect

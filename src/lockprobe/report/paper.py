@@ -222,7 +222,8 @@ CLAIMS = (
         place="Sec. 3.3, Fig. 5b",
         quote="and then rises again at higher noise levels",
         value="",
-        recomputed="the paper gives no figure beyond 40 %; longer trials alone hold more loops",
+        recomputed="the paper gives no figure beyond 40 %; longer trials alone hold more loops, so here first loops are "
+        "compared at equal steps",
         measure="loops-rise",
     ),
     PaperClaim(

@@ -168,6 +168,7 @@ def fit_row(agent: AgentSummary) -> FitResult:
         difference_from_lowest=_worded(found.difference, agent.axis),
         steps_to_solve=found.speed,
         loop_onset=found.onset,
+        loop_onset_two_lines=_worded(found.onset_lines, agent.axis),
         looped_by_step_12=LoopedByStep(lowest=first.lowest.by_step(12), higher=first.higher.by_step(12))
         if first
         else None,

@@ -22,9 +22,18 @@ from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
 from lockprobe.analysis.outcomes import Point
 from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
-__all__ = ["Question", "TestResult", "harm_tests", "looping_tests", "shape_tests", "speed_tests", "success_tests"]
+__all__ = [
+    "Question",
+    "TestResult",
+    "harm_tests",
+    "looping_again_tests",
+    "looping_tests",
+    "shape_tests",
+    "speed_tests",
+    "success_tests",
+]
 
-Question = Literal["success", "speed", "shape", "looping", "harm"]
+Question = Literal["success", "speed", "shape", "looping", "looping again", "harm"]
 
 _ONE_P = "fewer than two p"
 
@@ -153,6 +162,22 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
     return [
         _logrank(onset, "looping", "loop onset, log-rank"),
         _naive(chosen, "looping", "lowest loop rate, chosen by eye, Fisher"),
+    ]
+
+
+def looping_again_tests(onset: TwoLines, rates: TwoLines) -> list[TestResult]:
+    """Whether the agent loops later and then sooner again: two lines of loop onset, and naively of whole trials."""
+    return [
+        TestResult(
+            name=name,
+            question="looping again",
+            recommended=found is onset,
+            p_value=None if found.p_value is None else found.p_value if falls else 1.0,
+            effect=found.break_p,
+            note=found.note,
+        )
+        for name, found in (("loop onset, two lines", onset), ("loop rates, two lines", rates))
+        for falls in [found.first is not None and found.first.z < 0]
     ]
 
 
