@@ -4,6 +4,7 @@ import json
 
 import pytest
 from builders import write_study
+from captions import too_long
 
 from lockprobe.export import tidy_rows
 from lockprobe.fit.fitting import fit_agents
@@ -115,3 +116,8 @@ def test_a_part_of_a_study_says_so(tmp_path):
 def load_part(directory, planned):
     """The first trials of a study."""
     return load(write_study(directory, planned))[:20]
+
+
+def test_captions_are_short(reported):
+    _, page, content = reported
+    assert too_long(page, content) == []

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from builders import write_study
+from captions import too_long
 
 import lockprobe
 from lockprobe.report import write_report
@@ -65,3 +66,8 @@ def test_results_have_grids_as_types(reported):
     directory, _, content = reported
     found = lockprobe.results(directory).grids
     assert [row.cells[0].success for row in found] == [row["cells"][0]["success"] for row in content["grids"]]
+
+
+def test_captions_are_short(reported):
+    _, page, content = reported
+    assert too_long(page, content) == []

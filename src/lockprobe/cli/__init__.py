@@ -25,6 +25,7 @@ COMMANDS = {
     "export": ("export", "export", "Tables of steps or trials; Inspect logs; people's dataset."),
     "import": ("import_", "take", "Take in trials from logs, datasets and study directories."),
     "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
+    "branch": ("branch", "branch", "What one report did: forks of recorded trials."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
     "loops": ("loops", "loops", "Action loops in sequences, one per line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),
