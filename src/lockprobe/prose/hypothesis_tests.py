@@ -30,6 +30,8 @@ _ASKED: Mapping[Question, str] = {
     "looping": "Do {cause} change how soon an agent loops?",
     "looping again": "Does an agent loop later and then sooner again as the {dose} rises?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
+    "escape": "At the lowest {dose}, does an agent leave loops more or less often than by chance?",
+    "repeats": "At the lowest {dose}, is a joint reported blocked tried again more or less often than by chance?",
 }
 
 
@@ -135,11 +137,18 @@ _UNITS: Mapping[str, str] = {
     "looped against solved, Fisher": "odds of solving, trials with a loop over trials without",
     "Pearson over repetitions": "r",
     "Pearson over values of p": "r",
+    "leaving a loop, Student over trials": "share of actions in a loop that leave it",
+    "trying a blocked joint again, Student over trials": "share of actions after a blocked report",
 }
 """What the effect of each test is."""
 
 _LENGTH = "Trial length alone can make it significant."
 _PEARSON = f"As in the paper (Fig. 5a), which does not say over what. {_LENGTH}"
+
+_CHANCE = (
+    "Against random actions, uniform and without immediate repeats; it says yes only if it differs from both alike. "
+    "Any other habit, such as a favourite joint, differs from chance as well."
+)
 
 _NOTES: Mapping[str, str] = {
     "greatest difference from the lowest p, permutation": (
@@ -170,6 +179,8 @@ _NOTES: Mapping[str, str] = {
     "looped against solved, Fisher": _LENGTH,
     "Pearson over repetitions": _PEARSON,
     "Pearson over values of p": _PEARSON,
+    "leaving a loop, Student over trials": _CHANCE,
+    "trying a blocked joint again, Student over trials": _CHANCE,
 }
 """What a reader should know about each test."""
 
@@ -185,6 +196,7 @@ _MISSING: Mapping[str, str] = {
     "no fit with 0 p": "No fit: it needs three {dose}s with trials that differ, and there are none.",
     "no fit with 1 p": "No fit: it needs three {dose}s with trials that differ, and there is one.",
     "no fit with 2 p": "No fit: it needs three {dose}s with trials that differ, and there are 2.",
+    "fewer than seven trials": "No test: it needs seven trials (of people: seven people) with such an action.",
     "fewer than three trials": "No fit: it needs three trials.",
     "every trial solved": "No fit: every trial was solved.",
     "no trial solved": "No fit: no trial was solved.",

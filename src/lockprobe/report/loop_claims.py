@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.inference.ushape import Line
+from lockprobe.analysis.persistence import VersusChance
 from lockprobe.analysis.proportions import Difference, Proportion, difference
 from lockprobe.analysis.published import CORRELATION, CORRELATION_POINTS, LOOPS_AT_0, LOOPS_AT_40, PEAK
 from lockprobe.analysis.summary import AgentSummary
@@ -148,17 +149,31 @@ def _left(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     return said, borne_out(shown), "95 % interval above or below one half; trials told the truth", None
 
 
+def _trapped(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
+    """Actions in a loop leave it less often than by chance."""
+    return _versus_chance(
+        counted[0].persistence.escaped, "actions in a loop leave it", "leaving a loop, Student over trials", -1
+    )
+
+
 def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """After an unchanged observation blocked joints are tried again more often than by chance."""
-    found = counted[0].persistence
-    share, chance, p_value = found.repeated, found.repeated_by_chance, found.repeated_p_value
-    if not share.n or chance is None or p_value is None:
+    what = "actions after a blocked report try a joint again that was just blocked"
+    return _versus_chance(counted[0].persistence.repeated, what, "trying a blocked joint again, Student over trials", 1)
+
+
+def _versus_chance(found: VersusChance, what: str, test: str, sign: int) -> ClaimFinding:
+    """Actions of a kind against chance; the claim expects a difference of this sign."""
+    share = found.share
+    if not share.n or found.uniform is None or found.no_repeat is None or found.p_value is None:
         return NOT_MEASURED
-    said = f"{share.count} of {share.n} actions after a blocked report try a joint again that was just blocked, "
-    said += f"{100 * share.value:.0f} % [{100 * share.low:.0f}, {100 * share.high:.0f}]; "
-    said += f"random actions would do so in {100 * chance:.0f} %"
-    shown = pattern(p_value, found.repeated_direction)
-    return said, borne_out(shown), "Student's t over trials told the truth, against random actions", p_value
+    said = f"{share.count} of {share.n} {what}, {100 * share.value:.0f} % "
+    said += f"[{100 * share.low:.0f}, {100 * share.high:.0f}]; "
+    said += f"random actions would in {100 * found.uniform:.0f} %, without immediate repeats in "
+    said += f"{100 * found.no_repeat:.0f} %"
+    shown = pattern(found.p_value, sign * found.direction)
+    told = f"{sized(test)}; trials told the truth, against both; any other habit differs from chance as well"
+    return said, borne_out(shown), told, found.p_value
 
 
 LOOP_MEASURES: Mapping[str, ClaimMeasure] = {
@@ -169,6 +184,7 @@ LOOP_MEASURES: Mapping[str, ClaimMeasure] = {
     "correlation": _correlation,
     "harm": tested("harm", -1),
     "loops-left": _left,
+    "trapped": _trapped,
     "repeats": _repeats,
 }
 """What measures a claim about loops."""

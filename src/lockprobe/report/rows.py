@@ -12,6 +12,7 @@ from lockprobe.analysis.detectors import share_flagged
 from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
+from lockprobe.analysis.persistence import VersusChance
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.rates import false_positives
@@ -34,8 +35,8 @@ from lockprobe.report.details import (
     ModalityResult,
     PaceResult,
     RationalityResult,
-    RepeatedAfterBlocked,
     RepetitionResult,
+    TestedAgainstChance,
     TestRow,
 )
 from lockprobe.report.schema import ConditionResult
@@ -86,9 +87,8 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         coverage=condition.behaviour.coverage,
         redundant_share=condition.behaviour.redundant_share,
         loops_left=AgainstChance(**asdict(kept.left), by_chance=kept.left_by_chance),
-        repeated_after_blocked=RepeatedAfterBlocked(
-            **asdict(kept.repeated), by_chance=kept.repeated_by_chance, p_value=kept.repeated_p_value
-        ),
+        loop_escape=_tested_against_chance(kept.escaped),
+        repeated_after_blocked=_tested_against_chance(kept.repeated),
         policy_entropy=condition.behaviour.entropy,
         policy_entropy_steps=condition.behaviour.entropy_steps,
         **_claims(said),
@@ -105,6 +105,15 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         curve=CurveResult(steps=curve.steps, share=curve.share, low=curve.low, high=curve.high),
         repetitions=[RepetitionResult(**asdict(point)) for point in condition.points],
         label=label,
+    )
+
+
+def _tested_against_chance(kind: VersusChance) -> TestedAgainstChance:
+    return TestedAgainstChance(
+        **asdict(kind.share),
+        by_chance=kind.uniform,
+        by_chance_no_repeat=kind.no_repeat,
+        p_value=kind.p_value,
     )
 
 

@@ -41,8 +41,8 @@ from lockprobe.report.details import (
     ModalityResult,
     PaceResult,
     RationalityResult,
-    RepeatedAfterBlocked,
     RepetitionResult,
+    TestedAgainstChance,
     TestRow,
 )
 from lockprobe.report.examples import ExampleTrial
@@ -105,7 +105,8 @@ class ConditionResult(DescribedResult):
         description="Share of steps that tried a joint again in the same true configuration."
     )
     loops_left: AgainstChance
-    repeated_after_blocked: RepeatedAfterBlocked
+    loop_escape: TestedAgainstChance
+    repeated_after_blocked: TestedAgainstChance
     policy_entropy: FiniteNumber
     policy_entropy_steps: int
     misinterpretations: int | None = Field(description="Claims that contradict what was told; null if none was asked.")

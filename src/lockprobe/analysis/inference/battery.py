@@ -33,11 +33,13 @@ from lockprobe.analysis.inference.verdict import (
     harm_tests,
     looping_again_tests,
     looping_tests,
+    persistence_tests,
     shape_tests,
     speed_tests,
     success_tests,
 )
 from lockprobe.analysis.outcomes import Outcomes, points
+from lockprobe.analysis.persistence import Persistence
 from lockprobe.errors import BadValue
 
 __all__ = ["Inference", "infer"]
@@ -83,7 +85,12 @@ class Inference:
 
 
 def infer(
-    outcomes: Outcomes, rng: np.random.Generator, *, broken: Outcomes | None = None, blind: Outcomes | None = None
+    outcomes: Outcomes,
+    rng: np.random.Generator,
+    *,
+    broken: Outcomes | None = None,
+    blind: Outcomes | None = None,
+    persistence: Persistence | None = None,
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
@@ -96,6 +103,7 @@ def infer(
         broken: Its trials that ended as error.
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
+        persistence: That of the ended trials at the lowest p; without it, its questions are not asked.
 
     Raises:
         BadValue: If a dose is negative or no number.
@@ -103,8 +111,9 @@ def infer(
     if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
         raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
     found = _tested(outcomes, rng, blind)
+    kept = tuple(persistence_tests(persistence)) if persistence else ()
     if broken is None or not len(broken):
-        return found
+        return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
     ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
     difference = agreed_difference(found.difference, *(end.difference for end in ends))
@@ -116,7 +125,7 @@ def infer(
         onset_lines=agreed_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         course=course(points(outcomes, by_repetition=False), difference, lines),
         broken=shares,
-        tests=agreed_tests(found.tests, *(end.tests for end in ends)),
+        tests=agreed_tests(found.tests, *(end.tests for end in ends)) + kept,
     )
 
 

@@ -20,6 +20,7 @@ from lockprobe.analysis.inference.shape import BinomialOrders
 from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
 from lockprobe.analysis.outcomes import Point
+from lockprobe.analysis.persistence import Persistence, VersusChance
 from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
 __all__ = [
@@ -28,12 +29,13 @@ __all__ = [
     "harm_tests",
     "looping_again_tests",
     "looping_tests",
+    "persistence_tests",
     "shape_tests",
     "speed_tests",
     "success_tests",
 ]
 
-Question = Literal["success", "speed", "shape", "looping", "looping again", "harm"]
+Question = Literal["success", "speed", "shape", "looping", "looping again", "harm", "escape", "repeats"]
 
 _ONE_P = "fewer than two p"
 
@@ -218,6 +220,28 @@ def harm_tests(
             )
             for unit, found in (("repetitions", fine), ("values of p", coarse))
         ),
+    ]
+
+
+def persistence_tests(found: Persistence) -> list[TestResult]:
+    """Whether loops are left, and blocked joints tried again, more or less often than by chance; at one p."""
+    kinds: tuple[tuple[str, Question, VersusChance], ...] = (
+        ("leaving a loop, Student over trials", "escape", found.escaped),
+        ("trying a blocked joint again, Student over trials", "repeats", found.repeated),
+    )
+    return [
+        TestResult(
+            name=name,
+            question=question,
+            recommended=True,
+            p_value=kind.p_value,
+            effect=kind.share.value if kind.share.n else None,
+            low=kind.share.low if kind.share.n else None,
+            high=kind.share.high if kind.share.n else None,
+            direction=kind.direction,
+            note="fewer than seven trials" if kind.p_value is None else "",
+        )
+        for name, question, kind in kinds
     ]
 
 
