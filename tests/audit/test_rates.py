@@ -9,8 +9,9 @@ import pytest
 
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.outcomes import outcomes
+from lockprobe.analysis.persistence import persistence
 from lockprobe.audit.rates import EARLY, Rate, as_data, false_positives, measure, measured, shipped, within_error
-from lockprobe.audit.simulate import simulate, simulate_outcomes
+from lockprobe.audit.simulate import simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, Missing
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
@@ -32,7 +33,8 @@ def test_counts_are_those_of_the_tests_one_by_one():
     rejected = 0
     for number in range(3):
         place = (5, "audit", TRAP.name, 30, number)
-        found = infer(outcomes(simulate(TRAP, Design(), generator(*place))), generator(*place, "tests"))
+        trials = simulate(TRAP, Design(), generator(*place))
+        found = infer(outcomes(trials), generator(*place, "tests"))
         rejected += found.tests[0].rejects
         assert found.tests[0].name == first.test
     assert (first.rejected, first.studies, first.world, first.trials) == (rejected, 3, TRAP.name, 30)
@@ -118,7 +120,8 @@ def test_a_killed_worker_is_one_line(monkeypatch):
 
 def test_every_test_of_every_world_was_measured():
     rng = generator(1)
-    names = {test.name for test in infer(simulate_outcomes(WORLDS["no-effect"], Design(), rng), rng).tests}
+    found, _, lowest = simulate_study(WORLDS["no-effect"], Design(), rng)
+    names = {test.name for test in infer(found, rng, persistence=persistence(lowest)).tests}
     assert {(rate.world, rate.test) for rate in measured()} == {(world, name) for world in WORLDS for name in names}
 
 

@@ -1,12 +1,13 @@
 """Simulated agents are as their world says."""
 
 from dataclasses import fields, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from lockprobe.analysis.outcomes import broken_off, outcomes
-from lockprobe.audit.simulate import BUDGET, simulate, simulate_columns, simulate_outcomes
+from lockprobe.audit.simulate import BUDGET, simulate, simulate_columns, simulate_outcomes, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.seeds import generator
@@ -23,7 +24,12 @@ def test_records_are_possible_and_say_what_the_columns_say(name):
     assert len(trials) == len({trial.key for trial in trials}) == len(design.p) * design.clusters
     for trial in trials:
         assert trial_from_json(trial_to_json(trial)) == trial
-        assert all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False)) or made.trap[0] or made.lost
+        assert (
+            all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False))
+            or made.trap[0]
+            or made.lost
+            or made.repeats
+        )
     columns = simulate_columns(made, design, generator(1, name))
     for read, drawn in zip((outcomes(trials), broken_off(trials)), columns, strict=True):
         for field in fields(read):
@@ -61,6 +67,18 @@ def test_an_agent_that_is_lost_both_loops_and_fails_whatever_p_is():
     for p in LARGE.p:
         assert abs(drawn.solved[drawn.p == p].mean() - (0.9 + 0.2) / 2) < 0.04
     assert drawn.looped[~drawn.solved].mean() > drawn.looped[drawn.solved].mean() + 0.3
+
+
+def test_where_actions_may_repeat_they_are_uniform():
+    trials = simulate(WORLDS["uniform"], Design(repetitions=1, trials=300), generator(9))
+    again = [a == b for trial in trials for a, b in pairwise(trial.actions)]
+    assert abs(np.mean(again) - 0.25) < 4 * (0.25 * 0.75 / len(again)) ** 0.5
+
+
+def test_the_records_of_the_lowest_p_are_those_of_the_study():
+    made = WORLDS["loop-trapped"]
+    *_, lowest = simulate_study(made, made.design, generator(1))
+    assert lowest == [trial for trial in simulate(made, made.design, generator(1)) if trial.p == 0]
 
 
 def test_shared_luck_makes_a_share_of_trials_alike_at_every_p():

@@ -265,7 +265,13 @@ def _agent(
     counted = outcomes(looked_at)
     draws = resample(counted, _stream(first, "bootstrap"))
     twin = blind_twin(looked_at, box, _stream(first, "blind"))
-    inference = infer(counted, _stream(first, "permutation"), broken=broken_off(looked_at), blind=twin)
+    inference = infer(
+        counted,
+        _stream(first, "permutation"),
+        broken=broken_off(looked_at),
+        blind=twin,
+        persistence=conditions[0].persistence,
+    )
     return AgentSummary(
         agent=first.group,
         modality=first.modality,

@@ -22,8 +22,9 @@ from typing import Any
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.outcomes import broken_off, outcomes
+from lockprobe.analysis.persistence import persistence
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulate import simulate, simulate_columns
+from lockprobe.audit.simulate import simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, World
 from lockprobe.errors import BadValue, Missing
 from lockprobe.seeds import generator
@@ -188,9 +189,10 @@ def _batch(job: _Job) -> list[Verdict]:
         if job.records:
             trials = simulate(job.truth, job.design, rng)
             found, broken = outcomes(trials), broken_off(trials)
+            lowest = [trial for trial in trials if trial.p == job.design.p[0]]
         else:
-            found, broken = simulate_columns(job.truth, job.design, rng)
-        tests = infer(found, generator(*place, "tests"), broken=broken).tests
+            found, broken, lowest = simulate_study(job.truth, job.design, rng)
+        tests = infer(found, generator(*place, "tests"), broken=broken, persistence=persistence(lowest)).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
     return verdicts
 

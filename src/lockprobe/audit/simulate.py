@@ -1,7 +1,8 @@
 """Simulated trials of an agent with known truth, as records or as columns.
 
-It acts without immediate repeats. From the fourth step on the box opens with an equal chance at every step, whatever
-the joint, so that solved trials are shorter whether or not loops matter. The joint that opens it counts as the target.
+It acts without immediate repeats, unless its world allows them. From the fourth step on the box opens with an equal
+chance at every step, whatever the joint, so that solved trials are shorter whether or not loops matter. The joint that
+opens it counts as the target.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from lockprobe.audit.simulated_agents import Design, World
 from lockprobe.errors import BadValue
 from lockprobe.record import Decision, Step, Trial, TrialError
 
-__all__ = ["BUDGET", "simulate", "simulate_columns", "simulate_outcomes"]
+__all__ = ["BUDGET", "simulate", "simulate_columns", "simulate_outcomes", "simulate_study"]
 
 BUDGET = 20
 JOINTS = ("A", "B", "C", "D")
@@ -70,6 +71,11 @@ def simulate_outcomes(truth: World, design: Design, rng: np.random.Generator) ->
 
 def simulate_columns(truth: World, design: Design, rng: np.random.Generator) -> tuple[Outcomes, Outcomes]:
     """The same with the trials that broke: ``outcomes(...)`` and ``broken_off(...)`` of the records."""
+    return simulate_study(truth, design, rng)[:2]
+
+
+def simulate_study(truth: World, design: Design, rng: np.random.Generator) -> tuple[Outcomes, Outcomes, list[Trial]]:
+    """The same with the records at the lowest p."""
     played = _play(truth, design, rng)
     length, onset = played.length, onset_batch(played.actions)
     cluster = np.tile(np.arange(design.clusters), len(design.p))
@@ -82,7 +88,8 @@ def simulate_columns(truth: World, design: Design, rng: np.random.Generator) -> 
         onset=np.where(onset <= length, onset, 0),
         player=np.array([_player(truth, design, place) for place in range(len(cluster))] if truth.people else [], str),
     )
-    return everything.at(played.broken == 0), everything.at(played.broken > 0)
+    lowest = [_trial(truth, design, played, place) for place in range(design.clusters)]
+    return everything.at(played.broken == 0), everything.at(played.broken > 0), lowest
 
 
 def _player(truth: World, design: Design, place: int) -> str:
@@ -99,7 +106,7 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
     conditions = np.repeat(np.arange(len(design.p)), design.clusters)
     luck = _luck(truth, len(design.p), design.clusters, rng)
     lost = rng.random(len(conditions)) < truth.lost
-    actions = _actions(np.where(lost, LOST_TRAP, np.array(truth.trap)[conditions]), luck)
+    actions = _actions(np.where(lost, LOST_TRAP, np.array(truth.trap)[conditions]), luck, repeats=truth.repeats)
     success = np.where(lost, LOST_SUCCESS, np.array(truth.success)[conditions])
     if truth.people:
         success = _by_player(success, truth, design, rng)
@@ -134,7 +141,7 @@ def _luck(truth: World, conditions: int, clusters: int, rng: np.random.Generator
     return luck.reshape(-1, BUDGET, 3)
 
 
-def _actions(trap: Floats, luck: Floats) -> Integers:
+def _actions(trap: Floats, luck: Floats, *, repeats: bool) -> Integers:
     """What the agent attempts, whether or not the box has opened, shape (trials, BUDGET)."""
     n = len(trap)
     actions = np.empty((n, BUDGET), dtype=np.int64)
@@ -142,8 +149,8 @@ def _actions(trap: Floats, luck: Floats) -> Integers:
     period = np.zeros(n, dtype=np.int64)
     everyone = np.arange(n)
     for t in range(1, BUDGET):
-        other = (luck[:, t, 0] * (len(JOINTS) - 1)).astype(np.int64)
-        fresh = other + (other >= actions[:, t - 1])
+        other = (luck[:, t, 0] * (len(JOINTS) - (not repeats))).astype(np.int64)
+        fresh = other if repeats else other + (other >= actions[:, t - 1])
         # One number decides both ways: whether a cycle begins (and its period), or whether it ends.
         chance = luck[:, t, 1]
         begun = np.where(chance < trap / 2, PERIODS[0], PERIODS[1])

@@ -53,9 +53,10 @@ class World:
         people: People who play at each p, each at a single p; 0 for an agent.
         likeness: Intraclass correlation of one person's trials, on the latent scale, [0, 1).
         breaks: Chance per step that a call fails and ends the trial as error, at each p, [0, 1).
+        repeats: Whether any action may follow any; else none is repeated at once, outside of cycles.
         lost: Share of trials in which the agent falls into cycles and hardly ever solves the box, at any p, [0, 1].
         design: The default design.
-        truths: Questions whose true answer is yes: ``success``, ``speed``, ``shape``, ``looping``, ``harm``.
+        truths: Questions whose true answer is yes.
     """
 
     name: str
@@ -69,6 +70,7 @@ class World:
     people: int = 0
     likeness: float = 0.0
     breaks: tuple[float, ...] = ()
+    repeats: bool = False
     lost: float = 0.0
     design: Design = Design()
 
@@ -102,7 +104,21 @@ WORLDS: Mapping[str, World] = {
             success=(0.85,) * 7,
             trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
             harm=0.1,
-            truths=frozenset({"success", "speed", "looping", "harm"}),
+            truths=frozenset({"success", "speed", "looping", "harm", "escape", "repeats"}),
+        ),
+        World(
+            name="uniform",
+            says="Nothing depends on the flip rate, loops are irrelevant, and any action may follow any, the same too.",
+            success=(0.5,) * 7,
+            repeats=True,
+            truths=frozenset(),
+        ),
+        World(
+            name="loops-return",
+            says="The agent falls into cycles at low and at high flip rates, least often at 0.3; loops are irrelevant.",
+            success=(0.5,) * 7,
+            trap=(0.5, 0.25, 0.1, 0.03, 0.1, 0.25, 0.5),
+            truths=frozenset({"looping", "looping again", "escape", "repeats"}),
         ),
         World(
             name="saturating",
@@ -122,7 +138,7 @@ WORLDS: Mapping[str, World] = {
             "lost, and then it both loops and fails: success is rarer after a loop, and not because of it.",
             success=(0.9,) * 7,
             lost=0.5,
-            truths=frozenset({"harm"}),
+            truths=frozenset({"harm", "escape", "repeats"}),
         ),
         World(
             name="many-p",

@@ -28,7 +28,10 @@ _ASKED: Mapping[Question, str] = {
     "speed": "Do {cause} change how fast the box is solved?",
     "shape": "Does success rise and then fall again as the {dose} rises?",
     "looping": "Do {cause} change how soon an agent loops?",
+    "looping again": "Does an agent loop later and then sooner again as the {dose} rises?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
+    "escape": "At the lowest {dose}, does an agent leave loops more or less often than by chance?",
+    "repeats": "At the lowest {dose}, is a joint reported blocked tried again more or less often than by chance?",
 }
 
 
@@ -127,16 +130,25 @@ _UNITS: Mapping[str, str] = {
     "Lind-Mehlum": "{dose} at which the quadratic turns",
     "loop onset, log-rank": "hazard of a first loop, higher {dose}s over the lowest",
     "lowest loop rate, chosen by eye, Fisher": "difference in loop rate",
+    "loop onset, two lines": "{dose} at which the lines meet",
+    "loop rates, two lines": "{dose} at which the lines meet",
     "success after a loop, Mantel-Haenszel by p and step": "odds of solving, after a loop over before",
     "looped by step 10, Mantel-Haenszel by p": "odds of solving, after a loop over before",
     "looped against solved, Fisher": "odds of solving, trials with a loop over trials without",
     "Pearson over repetitions": "r",
     "Pearson over values of p": "r",
+    "leaving a loop, Student over trials": "share of actions in a loop that leave it",
+    "trying a blocked joint again, Student over trials": "share of actions after a blocked report",
 }
 """What the effect of each test is."""
 
 _LENGTH = "Trial length alone can make it significant."
 _PEARSON = f"As in the paper (Fig. 5a), which does not say over what. {_LENGTH}"
+
+_CHANCE = (
+    "Against random actions, uniform and without immediate repeats; it says yes only if it differs from both alike. "
+    "Any other habit, such as a favourite joint, differs from chance as well."
+)
 
 _NOTES: Mapping[str, str] = {
     "greatest difference from the lowest p, permutation": (
@@ -157,11 +169,18 @@ _NOTES: Mapping[str, str] = {
     ),
     "loop onset, log-rank": "All higher {dose}s together: no choice of a peak.",
     "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
+    "loop onset, two lines": (
+        "Both lines have to be significant. It compares the hazard of a first loop at equal steps, so the length of "
+        "trials does not matter."
+    ),
+    "loop rates, two lines": _LENGTH,
     "success after a loop, Mantel-Haenszel by p and step": "{null}",
     "looped by step 10, Mantel-Haenszel by p": "Valid as well, with less power. {null}",
     "looped against solved, Fisher": _LENGTH,
     "Pearson over repetitions": _PEARSON,
     "Pearson over values of p": _PEARSON,
+    "leaving a loop, Student over trials": _CHANCE,
+    "trying a blocked joint again, Student over trials": _CHANCE,
 }
 """What a reader should know about each test."""
 
@@ -177,6 +196,7 @@ _MISSING: Mapping[str, str] = {
     "no fit with 0 p": "No fit: it needs three {dose}s with trials that differ, and there are none.",
     "no fit with 1 p": "No fit: it needs three {dose}s with trials that differ, and there is one.",
     "no fit with 2 p": "No fit: it needs three {dose}s with trials that differ, and there are 2.",
+    "fewer than seven trials": "No test: it needs seven trials (of people: seven people) with such an action.",
     "fewer than three trials": "No fit: it needs three trials.",
     "every trial solved": "No fit: every trial was solved.",
     "no trial solved": "No fit: no trial was solved.",

@@ -11,6 +11,7 @@ from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.audit.rates import false_positives
 from lockprobe.formatting import minus
 from lockprobe.prose.hypothesis_tests import name_of_test, unit_said
 from lockprobe.report.paper_reanalysis import share
@@ -28,6 +29,7 @@ __all__ = [
     "pattern",
     "same_share",
     "same_step",
+    "sized",
     "tested",
     "verdict_of",
 ]
@@ -115,6 +117,13 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
         return said, borne_out(pattern(test.p_value, sign * test.direction)), name_of_test(test.name), test.p_value
 
     return measure
+
+
+def sized(name: str) -> str:
+    """A test by its name on record, with its highest false-positive rate in the audit."""
+    rates = false_positives(name)
+    size = f", which finds it in at most {100 * rates[1].rate:.1f} % of simulated studies without it" if rates else ""
+    return name_of_test(name) + size
 
 
 def in_points(found: Difference) -> str:

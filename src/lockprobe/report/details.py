@@ -37,9 +37,9 @@ __all__ = [
     "ModalityResult",
     "PaceResult",
     "RationalityResult",
-    "RepeatedAfterBlocked",
     "RepetitionResult",
     "TestRow",
+    "TestedAgainstChance",
 ]
 
 
@@ -80,9 +80,12 @@ class AgainstChance(ClusteredProportion):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RepeatedAfterBlocked(AgainstChance):
-    """The share of blocked attempts that are repeated at once, with the test against chance."""
+class TestedAgainstChance(AgainstChance):
+    """A share of actions, with the test against uniformly random actions and those without immediate repeats."""
 
+    __test__ = False  # no test of this package, whatever its name begins with
+
+    by_chance_no_repeat: float | None
     p_value: float | None
 
 
@@ -133,6 +136,7 @@ class FitResult:
     difference_from_lowest: AnyDifference
     steps_to_solve: LogRanks
     loop_onset: LogRanks
+    loop_onset_two_lines: TwoLines
     looped_by_step_12: LoopedByStep | None
     after_a_loop: LoopEffect
     after_a_loop_by_step_10: LoopEffect

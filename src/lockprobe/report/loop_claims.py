@@ -11,10 +11,13 @@ from collections.abc import Mapping, Sequence
 
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.inference.ushape import Line
+from lockprobe.analysis.persistence import VersusChance
 from lockprobe.analysis.proportions import Difference, Proportion, difference
 from lockprobe.analysis.published import CORRELATION, CORRELATION_POINTS, LOOPS_AT_0, LOOPS_AT_40, PEAK
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.formatting import minus
+from lockprobe.formatting import p_value as p_value_said
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -26,6 +29,7 @@ from lockprobe.report.claim_tests import (
     in_points,
     pattern,
     same_share,
+    sized,
     tested,
     verdict_of,
 )
@@ -34,8 +38,6 @@ __all__ = ["LOOP_MEASURES"]
 
 _NEAR = 0.1
 """How far a minimum "near 40 %" may lie from it: the next p of the paper."""
-
-_LENGTH = "trial length alone can make them differ"
 
 
 def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
@@ -98,22 +100,28 @@ def _drop(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
 
 
 def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
-    """Loops are rarer at 0.4 than at 0, and more frequent again at some p beyond it."""
-    other, beyond = _at_peak(counted), [condition for condition in counted if condition.p > PEAK + 1e-9]
-    if other is None or not beyond or agent.blind:
+    """First loops come later and then sooner again; a first line that rises, or a second that falls, contradicts it."""
+    lines = agent.inference.onset_lines
+    if lines.p_value is None or lines.first is None or lines.second is None or agent.blind:
         return NOT_MEASURED
-    before, changes = _change(counted[0], other), [_change(other, condition) for condition in beyond]
-    adjusted = holm([change.p_value for change in changes])
-    patterns = [pattern(p, change.value) for p, change in zip(adjusted, changes, strict=True)]
-    first = pattern(before.p_value, -before.value)
-    after: ClaimPattern = "shown" if "shown" in patterns else "opposite" if "opposite" in patterns else "open"
-    whole: ClaimPattern = (
-        "opposite" if "opposite" in (first, after) else "shown" if first == after == "shown" else "open"
+    said = (
+        f"hazard of a first loop {_slope(lines.first)} up to {lines.break_p:.2g}, {_slope(lines.second)} from there on"
     )
-    most = max(range(len(beyond)), key=lambda i: changes[i].value)
-    said = f"0 to 0.4 {in_points(before)}; 0.4 to {beyond[most].p:g} {in_points(changes[most])}"
-    test = f"Fisher, of the rise corrected for looking at every flip rate beyond 0.4; {_LENGTH}"
-    return said, borne_out(whole), test, adjusted[most]
+    shown = pattern(lines.p_value, {"U": 1, "inverted U": -1, None: 0}[lines.direction])
+    adjusted = holm([lines.first.p_value, lines.second.p_value])
+    if agent.inference.broken is None and "opposite" in (
+        pattern(adjusted[0], -lines.first.z),
+        pattern(adjusted[1], lines.second.z),
+    ):
+        shown = "opposite"
+    test = f"{sized('loop onset, two lines')}; if trials that were solved would have gone on to loop like the others"
+    return said, borne_out(shown), test, lines.p_value
+
+
+def _slope(line: Line) -> str:
+    """How a line runs, with its p-value."""
+    way = "rises" if line.z > 0 else "falls" if line.z < 0 else "stays"
+    return f"{way} ({p_value_said(line.p_value)})"
 
 
 def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
@@ -141,17 +149,31 @@ def _left(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     return said, borne_out(shown), "95 % interval above or below one half; trials told the truth", None
 
 
+def _trapped(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
+    """Actions in a loop leave it less often than by chance."""
+    return _versus_chance(
+        counted[0].persistence.escaped, "actions in a loop leave it", "leaving a loop, Student over trials", -1
+    )
+
+
 def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """After an unchanged observation blocked joints are tried again more often than by chance."""
-    found = counted[0].persistence
-    share, chance, p_value = found.repeated, found.repeated_by_chance, found.repeated_p_value
-    if not share.n or chance is None or p_value is None:
+    what = "actions after a blocked report try a joint again that was just blocked"
+    return _versus_chance(counted[0].persistence.repeated, what, "trying a blocked joint again, Student over trials", 1)
+
+
+def _versus_chance(found: VersusChance, what: str, test: str, sign: int) -> ClaimFinding:
+    """Actions of a kind against chance; the claim expects a difference of this sign."""
+    share = found.share
+    if not share.n or found.uniform is None or found.no_repeat is None or found.p_value is None:
         return NOT_MEASURED
-    said = f"{share.count} of {share.n} actions after a blocked report try a joint again that was just blocked, "
-    said += f"{100 * share.value:.0f} % [{100 * share.low:.0f}, {100 * share.high:.0f}]; "
-    said += f"random actions would do so in {100 * chance:.0f} %"
-    shown = pattern(p_value, found.repeated_direction)
-    return said, borne_out(shown), "Student's t over trials told the truth, against random actions", p_value
+    said = f"{share.count} of {share.n} {what}, {100 * share.value:.0f} % "
+    said += f"[{100 * share.low:.0f}, {100 * share.high:.0f}]; "
+    said += f"random actions would in {100 * found.uniform:.0f} %, without immediate repeats in "
+    said += f"{100 * found.no_repeat:.0f} %"
+    shown = pattern(found.p_value, sign * found.direction)
+    told = f"{sized(test)}; trials told the truth, against both; any other habit differs from chance as well"
+    return said, borne_out(shown), told, found.p_value
 
 
 LOOP_MEASURES: Mapping[str, ClaimMeasure] = {
@@ -162,6 +184,7 @@ LOOP_MEASURES: Mapping[str, ClaimMeasure] = {
     "correlation": _correlation,
     "harm": tested("harm", -1),
     "loops-left": _left,
+    "trapped": _trapped,
     "repeats": _repeats,
 }
 """What measures a claim about loops."""

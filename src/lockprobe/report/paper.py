@@ -35,6 +35,7 @@ ClaimTopic = Literal[
     "loops-drop",
     "loops-rise",
     "loops-left",
+    "trapped",
     "onset",
     "correlation",
     "harm",
@@ -222,7 +223,8 @@ CLAIMS = (
         place="Sec. 3.3, Fig. 5b",
         quote="and then rises again at higher noise levels",
         value="",
-        recomputed="the paper gives no figure beyond 40 %; longer trials alone hold more loops",
+        recomputed="the paper gives no figure beyond 40 %; longer trials alone hold more loops, so here first loops "
+        "are compared at equal steps",
         measure="loops-rise",
     ),
     PaperClaim(
@@ -246,6 +248,15 @@ CLAIMS = (
         value="",
         recomputed="trial length alone gives such a correlation",
         measure="harm",
+    ),
+    PaperClaim(
+        place="Sec. 3.3",
+        quote="Becoming trapped in recursive loops that repeatedly generate near-identical action sequences is a "
+        "well-documented failure mode of LLM-based agents",
+        value="",
+        recomputed="the paper gives no count; here an agent is trapped if its actions in a loop leave the loop less "
+        "often than random actions would",
+        measure="trapped",
     ),
     PaperClaim(
         place="Sec. 3.3",

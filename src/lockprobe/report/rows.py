@@ -12,6 +12,7 @@ from lockprobe.analysis.detectors import share_flagged
 from lockprobe.analysis.misinterpretation import Misinterpretations
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.pace import Pace
+from lockprobe.analysis.persistence import VersusChance
 from lockprobe.analysis.rationality import ACTIONS, JUDGED
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.audit.rates import false_positives
@@ -66,9 +67,8 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         loop_rate_chance_error={null: level.error for null, level in condition.behaviour.chance.items()},
         loop_rate_by_symbol={str(symbol): share for symbol, share in condition.behaviour.by_symbol.items()},
         loops_left=details.AgainstChance(**asdict(kept.left), by_chance=kept.left_by_chance),
-        repeated_after_blocked=details.RepeatedAfterBlocked(
-            **asdict(kept.repeated), by_chance=kept.repeated_by_chance, p_value=kept.repeated_p_value
-        ),
+        loop_escape=_tested_against_chance(kept.escaped),
+        repeated_after_blocked=_tested_against_chance(kept.repeated),
         policy_entropy=condition.behaviour.entropy,
         policy_entropy_steps=condition.behaviour.entropy_steps,
         **_claims(said),
@@ -81,6 +81,15 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         curve=details.CurveResult(steps=curve.steps, share=curve.share, low=curve.low, high=curve.high),
         repetitions=[details.RepetitionResult(**asdict(point)) for point in condition.points],
         label=label,
+    )
+
+
+def _tested_against_chance(kind: VersusChance) -> details.TestedAgainstChance:
+    return details.TestedAgainstChance(
+        **asdict(kind.share),
+        by_chance=kind.uniform,
+        by_chance_no_repeat=kind.no_repeat,
+        p_value=kind.p_value,
     )
 
 
@@ -141,6 +150,7 @@ def fit_row(agent: AgentSummary) -> details.FitResult:
         difference_from_lowest=_worded(found.difference, agent.axis),
         steps_to_solve=found.speed,
         loop_onset=found.onset,
+        loop_onset_two_lines=_worded(found.onset_lines, agent.axis),
         looped_by_step_12=details.LoopedByStep(lowest=first.lowest.by_step(12), higher=first.higher.by_step(12))
         if first
         else None,

@@ -86,7 +86,8 @@ class ConditionResult(DescribedResult):
         description="Share of steps that tried a joint again in the same true configuration."
     )
     loops_left: details.AgainstChance
-    repeated_after_blocked: details.RepeatedAfterBlocked
+    loop_escape: details.TestedAgainstChance
+    repeated_after_blocked: details.TestedAgainstChance
     policy_entropy: FiniteNumber
     policy_entropy_steps: int
     misinterpretations: int | None = Field(description="Claims that contradict what was told; null if none was asked.")

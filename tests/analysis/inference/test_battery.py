@@ -11,7 +11,8 @@ from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.hazard import loop_hazard
 from lockprobe.analysis.inference.verdict import TestResult
 from lockprobe.analysis.outcomes import Outcomes, outcomes
-from lockprobe.audit.simulate import simulate_outcomes
+from lockprobe.analysis.persistence import persistence
+from lockprobe.audit.simulate import simulate_outcomes, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.errors import BadValue
 from lockprobe.prose.hypothesis_tests import QUESTIONS, note_said
@@ -24,12 +25,13 @@ def drawn(name, seed=1, design=None):
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_every_question_has_one_recommended_test(name):
-    found = infer(drawn(name), generator(1))
+    columns, _, lowest = simulate_study(WORLDS[name], WORLDS[name].design, generator(1, name))
+    found = infer(columns, generator(1), persistence=persistence(lowest))
     for question in QUESTIONS:
         asked = [test for test in found.tests if test.question == question]
         assert [test.recommended for test in asked] == [True] + [False] * (len(asked) - 1)
-        assert asked[0].p_value is not None
-        assert 0 < asked[0].p_value <= 1
+        people = WORLDS[name].people and question in ("escape", "repeats")  # six at each p are too few to test
+        assert people or 0 < asked[0].p_value <= 1
     assert len({test.name for test in found.tests}) == len(found.tests)
     json.dumps(asdict(found), allow_nan=False)
 

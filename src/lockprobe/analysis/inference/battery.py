@@ -27,16 +27,19 @@ from lockprobe.analysis.inference.hazard import (
 from lockprobe.analysis.inference.logrank import LogRanks, loop_onset_logrank, solution_logrank
 from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.analysis.inference.trend import trend_fit
-from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, two_lines
+from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, onset_lines, two_lines
 from lockprobe.analysis.inference.verdict import (
     TestResult,
     harm_tests,
+    looping_again_tests,
     looping_tests,
+    persistence_tests,
     shape_tests,
     speed_tests,
     success_tests,
 )
 from lockprobe.analysis.outcomes import Outcomes, points
+from lockprobe.analysis.persistence import Persistence
 from lockprobe.errors import BadValue
 
 __all__ = ["Inference", "infer"]
@@ -54,6 +57,7 @@ class Inference:
         bend: The same by a quadratic.
         speed: Whether p changes how soon the box is solved.
         onset: Whether p changes how soon the agent loops.
+        onset_lines: Whether first loops come later and then sooner again, by two lines.
         hazard: Whether success is rarer after a loop, by p and step.
         landmark: The same by p, among trials that still run after step 10.
         whole: Naive: looped against solved by whole trials.
@@ -70,6 +74,7 @@ class Inference:
     bend: LindMehlum
     speed: LogRanks
     onset: LogRanks
+    onset_lines: TwoLines
     hazard: LoopEffect
     landmark: LoopEffect
     whole: NaiveAssociation
@@ -80,7 +85,12 @@ class Inference:
 
 
 def infer(
-    outcomes: Outcomes, rng: np.random.Generator, *, broken: Outcomes | None = None, blind: Outcomes | None = None
+    outcomes: Outcomes,
+    rng: np.random.Generator,
+    *,
+    broken: Outcomes | None = None,
+    blind: Outcomes | None = None,
+    persistence: Persistence | None = None,
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
@@ -93,6 +103,7 @@ def infer(
         broken: Its trials that ended as error.
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
+        persistence: That of the ended trials at the lowest p; without it, its questions are not asked.
 
     Raises:
         BadValue: If a dose is negative or no number.
@@ -100,8 +111,9 @@ def infer(
     if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
         raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
     found = _tested(outcomes, rng, blind)
+    kept = tuple(persistence_tests(persistence)) if persistence else ()
     if broken is None or not len(broken):
-        return found
+        return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
     ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
     difference = agreed_difference(found.difference, *(end.difference for end in ends))
@@ -110,9 +122,10 @@ def infer(
         found,
         difference=difference,
         lines=lines,
+        onset_lines=agreed_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         course=course(points(outcomes, by_repetition=False), difference, lines),
         broken=shares,
-        tests=agreed_tests(found.tests, *(end.tests for end in ends)),
+        tests=agreed_tests(found.tests, *(end.tests for end in ends)) + kept,
     )
 
 
@@ -122,7 +135,9 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
     speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     bend = lind_mehlum(outcomes.p, outcomes.solved)
-    lines = two_lines(outcomes.p, outcomes.solved, outcomes.cluster if outcomes.crossed else None)
+    clusters = outcomes.cluster if outcomes.crossed else None
+    lines = two_lines(outcomes.p, outcomes.solved, clusters)
+    again, rates = onset_lines(outcomes), two_lines(outcomes.p, outcomes.looped, clusters)
     hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
     whole = naive_association(outcomes)
     fine, coarse = pearson(repetitions), pearson(conditions)
@@ -134,6 +149,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
         bend=bend,
         speed=speed,
         onset=onset,
+        onset_lines=again,
         hazard=hazard,
         landmark=landmark,
         whole=whole,
@@ -145,6 +161,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
             *speed_tests(speed),
             *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
             *looping_tests(onset, conditions),
+            *looping_again_tests(again, rates),
             *harm_tests(hazard, landmark, whole, fine, coarse),
         ),
     )

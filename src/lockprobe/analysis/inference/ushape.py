@@ -24,10 +24,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_fit
+from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import ALPHA, Z
 
-__all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "lind_mehlum", "two_lines"]
+__all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "lind_mehlum", "onset_lines", "two_lines"]
 
 UShape = Literal["U", "inverted U"]
 
@@ -41,8 +43,10 @@ class Line:
     """One of the two lines.
 
     Attributes:
-        slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs.
-        z: The score of that slope in standard errors (Cochran-Armitage), of the same sign; it always exists.
+        slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs,
+            and for loop onset.
+        z: The score of that slope in standard errors (Cochran-Armitage; of loop onset, log-rank), of the same sign; it
+            always exists.
         p_value: Two-sided, of that score; with clusters by Student's t.
     """
 
@@ -120,14 +124,41 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
         _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
         for side, here in zip(_sides(counted, at), (p <= counted.p[at], p >= counted.p[at]), strict=True)
     )
+    return _joined(float(counted.p[at]), first, second)
+
+
+def _joined(break_p: float, first: Line, second: Line) -> TwoLines:
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
     return TwoLines(
-        break_p=float(counted.p[at]),
+        break_p=break_p,
         first=first,
         second=second,
         p_value=p_value,
         direction=_concluded(p_value, opens_up=first.z < 0),
     )
+
+
+def onset_lines(outcomes: Outcomes) -> TwoLines:
+    """Test whether first loops come later and then sooner again over p, or the reverse, by two lines.
+
+    As :func:`two_lines`, with log-rank scores for trend (Tarone 1975): at each step, the trials that still run without
+    a loop are compared over p. So trials of different length do not matter. The break is chosen from the first loops at
+    each p, against those expected there if p had no influence. Standard errors are clustered.
+    """
+    levels = np.unique(outcomes.p)
+    if len(levels) < 3:
+        return TwoLines(note=_TOO_FEW)
+    running, event = grid(np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
+    here = (levels[:, None] == outcomes.p).astype(np.float64)
+    n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
+    expected = here @ running @ (events / np.maximum(n, 1.0))
+    steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
+    at = _robin_hood(Counts(p=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
+    first, second = (
+        _onset_line(outcomes.at(side), running[side], event[side])
+        for side in (outcomes.p <= levels[at], outcomes.p >= levels[at])
+    )
+    return _joined(float(levels[at]), first, second)
 
 
 def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum:
@@ -205,6 +236,18 @@ def _line(counted: Counts, clustered_p: float | None) -> Line:
         slope=None if fit is None else float(fit.coefficients[1]),
         z=z,
         p_value=math.erfc(abs(z) / math.sqrt(2)) if clustered_p is None else clustered_p,
+    )
+
+
+def _onset_line(outcomes: Outcomes, running: Array, event: Array) -> Line:
+    """The log-rank score of p among these trials; ``running`` and ``event`` have the shape (trials, steps)."""
+    x, one = outcomes.p[None, :, None], np.zeros(len(outcomes), dtype=np.int64)
+    found = excess(x, event, running, stratum=one, cluster=outcomes.cluster)
+    total, variance, p_value = round(float(found.total[0]), 10), float(found.covariance[0, 0]), found.p_value_t
+    return Line(
+        slope=None,
+        z=total / math.sqrt(variance) if variance > 0 else 0.0,
+        p_value=1.0 if p_value is None else p_value,
     )
 
 

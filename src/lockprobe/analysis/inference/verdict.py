@@ -20,11 +20,22 @@ from lockprobe.analysis.inference.shape import BinomialOrders
 from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
 from lockprobe.analysis.outcomes import Point
+from lockprobe.analysis.persistence import Persistence, VersusChance
 from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
-__all__ = ["Question", "TestResult", "harm_tests", "looping_tests", "shape_tests", "speed_tests", "success_tests"]
+__all__ = [
+    "Question",
+    "TestResult",
+    "harm_tests",
+    "looping_again_tests",
+    "looping_tests",
+    "persistence_tests",
+    "shape_tests",
+    "speed_tests",
+    "success_tests",
+]
 
-Question = Literal["success", "speed", "shape", "looping", "harm"]
+Question = Literal["success", "speed", "shape", "looping", "looping again", "harm", "escape", "repeats"]
 
 _ONE_P = "fewer than two p"
 
@@ -156,6 +167,22 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
     ]
 
 
+def looping_again_tests(onset: TwoLines, rates: TwoLines) -> list[TestResult]:
+    """Whether the agent loops later and then sooner again: two lines of loop onset, and naively of whole trials."""
+    return [
+        TestResult(
+            name=name,
+            question="looping again",
+            recommended=found is onset,
+            p_value=None if found.p_value is None else found.p_value if falls else 1.0,
+            effect=found.break_p,
+            note=found.note,
+        )
+        for name, found in (("loop onset, two lines", onset), ("loop rates, two lines", rates))
+        for falls in [found.first is not None and found.first.z < 0]
+    ]
+
+
 def _logrank(found: LogRanks, question: Question, name: str) -> TestResult:
     primary = found.primary
     return TestResult(
@@ -193,6 +220,28 @@ def harm_tests(
             )
             for unit, found in (("repetitions", fine), ("values of p", coarse))
         ),
+    ]
+
+
+def persistence_tests(found: Persistence) -> list[TestResult]:
+    """Whether loops are left, and blocked joints tried again, more or less often than by chance; at one p."""
+    kinds: tuple[tuple[str, Question, VersusChance], ...] = (
+        ("leaving a loop, Student over trials", "escape", found.escaped),
+        ("trying a blocked joint again, Student over trials", "repeats", found.repeated),
+    )
+    return [
+        TestResult(
+            name=name,
+            question=question,
+            recommended=True,
+            p_value=kind.p_value,
+            effect=kind.share.value if kind.share.n else None,
+            low=kind.share.low if kind.share.n else None,
+            high=kind.share.high if kind.share.n else None,
+            direction=kind.direction,
+            note="fewer than seven trials" if kind.p_value is None else "",
+        )
+        for name, question, kind in kinds
     ]
 
 
