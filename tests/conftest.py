@@ -1,8 +1,12 @@
 """Tests say the same whoever starts them."""
 
+import fcntl
 import gc
 import os
+import pickle
 import signal
+from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,6 +29,7 @@ QUICK = ("export", "interventions", "lockbox", "pictures")
 """Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
 
 
+@cache
 def _is_quick(path):
     return path.is_relative_to(ROOMS) and path.relative_to(ROOMS).parts[:1] in [(room,) for room in QUICK]
 
@@ -34,6 +39,18 @@ def pytest_ignore_collect(collection_path, config):
     if config.option.markexpr == "quick" and collection_path.is_file() and not _is_quick(collection_path):
         return True
     return None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """In a fresh clone one worker compiles all modules and the others wait: each would take twenty seconds for them."""
+    compiled = ROOMS / "__pycache__"
+    with ExitStack() as alone:
+        if "PYTEST_XDIST_WORKER" in os.environ and compiled.is_dir():
+            fcntl.flock(alone.enter_context((compiled / "collecting.lock").open("w")), fcntl.LOCK_EX)
+            if any(compiled.glob("test_*.pyc")):
+                alone.close()
+        return (yield)
 
 
 def pytest_collection_modifyitems(items):
@@ -47,3 +64,21 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)  # thousands of trials are made here, and few objects in circles
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """``once(name, make)``: what ``make`` gives, made by the first of all workers that asks for this name."""
+    shelf = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shelf = shelf.parent  # the folder of the whole run
+
+    def had(name, make):
+        kept = shelf / f"{name}.pickle"
+        with kept.with_suffix(".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.exists():
+                kept.write_bytes(pickle.dumps(make()))
+        return pickle.loads(kept.read_bytes())
+
+    return had

@@ -5,14 +5,13 @@ import contextlib
 import io
 import json
 import os
-import subprocess
-import sys
 import typing
 import zipfile
 from collections import Counter
 from typing import ClassVar
 from urllib.parse import quote
 
+import forked
 import pytest
 from provider_server import completion, failure, here, names, truthful
 
@@ -254,10 +253,9 @@ def test_a_log_of_inspect_holds_no_secret_that_the_provider_does_not_repeat(tmp_
     with here() as server:
         monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
         monkeypatch.setenv("INSPECT_TRACE_FILE", str(tmp_path / "trace.log"))
-        command = [sys.executable, "-c", EVAL, str(tmp_path / "logs")]
-        done = subprocess.run(command, capture_output=True, cwd=tmp_path)
+        done = forked.run([tmp_path / "logs"], script=EVAL, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     written = dict(everything(tmp_path / "logs"))
     assert any("!samples/" in name for name in written)
     assert {name: found for name, content in written.items() if (found := leaks(content))} == {}
-    assert leaks(done.stdout + done.stderr) == set()
+    assert leaks((done.stdout + done.stderr).encode()) == set()

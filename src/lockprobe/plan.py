@@ -8,17 +8,41 @@ from functools import partial
 import numpy as np
 
 from lockprobe.errors import BadValue
+from lockprobe.fork_name import ForkName
 from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
-from lockprobe.record import Percept, Snapshot, Task
+from lockprobe.protocols import Intervention
+from lockprobe.record import Percept, Snapshot, Step, Task
 from lockprobe.seeds import trial_stream
 from lockprobe.spec import group_of
 
-__all__ = ["LABELS", "Names", "Plan", "drawn_orders"]
+__all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders"]
 
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fork:
+    """Another end for a trial on record: one report, or the next action, is changed, and the agent plays on.
+
+    Up to the report of step ``at`` the trial is the one on record. What its condition tells is replaced in that report
+    by the truth, on which the arm acts.
+
+    Attributes:
+        name: Which trial it leaves, where and how.
+        acting: What the arm does to the report, or to the action after it.
+        recorded: The steps on record.
+    """
+
+    name: ForkName
+    acting: tuple[Intervention, ...]
+    recorded: tuple[Step, ...]
+
+    def replaces(self, step: int) -> bool:
+        """Whether the arm acts on the true report of this step, from 1, whatever the condition tells."""
+        return step == self.name.at or (self.name.truthful and step > self.name.at)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +64,8 @@ class Plan:
             the panel, and a model's preference for a name or a list position is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
         named: Whether the record names the condition, as in studies of other interventions than flips.
+        fork: Where it leaves a trial on record; None for a trial that begins at its beginning.
+        luck: The number of its luck, from 1; only continuations of a fork have another than the first.
     """
 
     key: str
@@ -55,6 +81,8 @@ class Plan:
     shuffle: bool = True
     assessment: bool = True
     named: bool = False
+    fork: Fork | None = None
+    luck: int = 1
 
     @property
     def group(self) -> str:
@@ -76,6 +104,7 @@ class Plan:
 
         ``ahead`` takes the stream of the trial that many later.
         """
+        name = name if self.luck == 1 else f"{name}/luck-{self.luck}"
         return trial_stream(self.seed, self.repetition, self.trial + ahead, name)
 
 

@@ -111,7 +111,11 @@ Intervention = Channel | Prompt | Memory | Actuator
 
 @runtime_checkable
 class Agent(Protocol):
-    """Who decides. It keeps nothing between calls: all it may use is in the situation and its stream."""
+    """Who decides. It keeps nothing between calls: all it may use is in the situation and its stream.
+
+    An attribute ``unseeded = True`` says that it draws its own luck and not from its stream, as a provider does. Forks
+    of its trials (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
+    """
 
     @property
     def facts(self) -> Mapping[str, Fact]:

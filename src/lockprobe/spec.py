@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import parse_qsl, urlencode
@@ -207,6 +208,10 @@ def _default(part: Any) -> object:
     return part.default if part.default_factory is MISSING else part.default_factory()
 
 
+_types = cache(get_type_hints)
+"""The annotations of a dataclass; reading them takes longer than anything else here."""
+
+
 def with_options(
     kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
 ) -> Made:
@@ -216,7 +221,7 @@ def with_options(
         UnknownName: If there is no such option; the message, which names ``name``, lists those that exist.
         BadValue: If the field does not take a value.
     """
-    types = get_type_hints(kind)
+    types = _types(kind)  # type: ignore[arg-type] # every class can be hashed
     known = {option.name: option.field for option in options_of(kind)}
     values = dict(preset or {})
     for option, text in options.items():

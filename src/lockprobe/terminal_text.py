@@ -15,7 +15,7 @@ def printable(text: str) -> str:
     >>> printable("one\x1b[2Jtwo")
     'one?[2Jtwo'
     """
-    return "".join(c if c.isprintable() else "?" for c in text)
+    return text if text.isprintable() else "".join(c if c.isprintable() else "?" for c in text)
 
 
 def readable(text: str) -> str:

@@ -14,6 +14,7 @@ from dataclasses import is_dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
+from lockprobe.decision_check import why_unusable
 from lockprobe.errors import (
     ChannelFault,
     LockprobeError,
@@ -26,7 +27,7 @@ from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.model_call import Usage
 from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.plan import Names, Plan
+from lockprobe.plan import Fork, Names, Plan
 from lockprobe.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 from lockprobe.record import (
     SCHEMA_VERSION,
@@ -191,36 +192,6 @@ def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
         return look(positions)
 
 
-def _why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
-    """Why a decision cannot be executed and recorded; None if it can. Anyone can write an agent."""
-    if not isinstance(decision, Decision):
-        return f"{type(decision).__name__} is no Decision"
-    if decision.joint not in labels:
-        return f"{decision.joint!r} is no joint"
-    if decision.claimed not in ("moved", "blocked", None):
-        return f"claimed {decision.claimed!r} is none of moved, blocked, None"
-    if (why := _why_out_of_range(decision)) is not None:
-        return why
-    try:
-        "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
-    except (UnicodeEncodeError, TypeError) as error:
-        return f"its text cannot be written ({error})"
-    return None
-
-
-def _why_out_of_range(decision: Decision) -> str | None:
-    """Which number of a decision is out of range; None if all are in range."""
-    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
-    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
-        return "a probability lies outside 0 to 1"
-    sure = decision.confidence
-    if sure is not None and not (type(sure) is int and 0 <= sure <= 100):
-        return f"confidence {sure!r} is no whole number from 0 to 100"
-    if decision.report_false is not None and not isinstance(decision.report_false, bool):
-        return f"report_false {decision.report_false!r} is neither true nor false"
-    return None
-
-
 def _without_keys(decision: Decision) -> Decision:
     """The decision with API keys removed from its texts."""
     if not decision.hypothesis and not decision.replies:
@@ -273,18 +244,24 @@ class _Loop:
         self._names = names
         self._plant = plant
         self._agent = agent
-        streams = list(zip(interventions, streams_of(plan, interventions), strict=True))
-        self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
-        others = [(one, rng) for one, rng in streams if not isinstance(one, Channel)]
-        self._prompts = [(one, rng) for one, rng in others if isinstance(one, Prompt)]
-        self._memories = [(one, rng) for one, rng in others if isinstance(one, Memory)]
-        self._actuators = [(one, rng) for one, rng in others if isinstance(one, Actuator)]
+        self._plan, self._acting = plan, tuple(interventions)
+        self._on_record = plan.fork is not None
         self._rng = plan.stream("agent")
+        self._deal_streams(plan)
         self._joints = plan.box.names
         self._task = names.task(plan)
         self._turns: tuple[Turn, ...] = ()
         self._moments: tuple[Moment, ...] = ()
         self._configuration: Configuration = ()
+
+    def _deal_streams(self, plan: Plan) -> None:
+        """Give every intervention its random stream."""
+        streams = list(zip(self._acting, streams_of(plan, self._acting), strict=True))
+        self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
+        others = [(one, rng) for one, rng in streams if not isinstance(one, Channel)]
+        self._prompts = [(one, rng) for one, rng in others if isinstance(one, Prompt)]
+        self._memories = [(one, rng) for one, rng in others if isinstance(one, Memory)]
+        self._actuators = [(one, rng) for one, rng in others if isinstance(one, Actuator)]
 
     async def open(self) -> None:
         """Look at the box for the first time."""
@@ -304,11 +281,20 @@ class _Loop:
         with _boundary(ChannelFault):
             for channel, rng in self._channels:
                 before, percept = percept, channel.perceive(percept, self._moments, self._task, rng)
-                if getattr(channel, "shows", False):
+                if self._replaced(channel):
+                    percept = before
+                elif getattr(channel, "shows", False):
                     facts = _unlooked(before)
                 elif (percept.outcome, percept.positions) != (before.outcome, before.positions):
                     facts = None  # it changed what is told: that holds the facts now
         return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
+
+    def _replaced(self, channel: Channel) -> bool:
+        """Whether the arm of a fork acts in place of this channel; what makes words and pictures goes on acting."""
+        fork = self._plan.fork
+        if fork is None or not fork.replaces(len(self._moments)) or any(channel is one for one in fork.acting):
+            return False
+        return not (getattr(channel, "shows", False) or getattr(channel, "after_words", False))
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -342,8 +328,8 @@ class _Loop:
         """Ask the agent, attempt a joint, tell it what happened."""
         situation = self._situation()
         with _boundary(ModelFault):
-            decision = await self._agent.decide(situation, self._rng)
-        if (why := _why_unusable(decision, self._names.labels)) is not None:
+            decision = await self._decision(situation)
+        if (why := why_unusable(decision, self._names.labels)) is not None:
             raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
         decision = _without_keys(decision)
         if not self._task.assessment:
@@ -360,7 +346,33 @@ class _Loop:
         told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
         self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
         self._configuration = snapshot.configuration
+        if self._plan.fork is not None:
+            self._compare(step, self._plan.fork)
         return step
+
+    async def _decision(self, situation: Situation) -> Decision:
+        """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
+
+        An agent with a random stream decides again, so that the stream is where it was. One that draws its own luck is
+        not asked for as long as everything is as on record, also after the fork.
+        """
+        fork, now = self._plan.fork, len(self.steps)
+        if fork is None or not self._on_record or now >= len(fork.recorded):
+            return await self._agent.decide(situation, self._rng)
+        if getattr(self._agent, "unseeded", False):
+            return fork.recorded[now].decision
+        return await self._agent.decide(situation, self._rng)
+
+    def _compare(self, step: Step, fork: Fork) -> None:
+        """Hold a step of a fork against the record, and change the luck after the fork for all but the first time."""
+        before = fork.recorded[step.step - 1] if self._on_record and step.step <= len(fork.recorded) else None
+        self._on_record = step == before
+        if step.step < fork.name.at and not self._on_record:
+            raise ModelFault(f"step {step.step} cannot be repeated as it is on record: it would have to be asked anew")
+        if step.step == fork.name.at and fork.name.time > 1:
+            again = replace(self._plan, luck=fork.name.time)
+            self._rng = again.stream("agent")
+            self._deal_streams(again)
 
     def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
         """The record of one step."""

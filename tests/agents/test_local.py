@@ -11,6 +11,7 @@ from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel, read_options
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
+from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
@@ -22,9 +23,12 @@ def model():
     return LocalModel.from_spec("llm:local")
 
 
+SHORT = {"p": 0.4, "trial": 5, "max_steps": 2}
+
+
 @pytest.fixture(scope="module")
 def trial(model):
-    return run_trial(agent=model, p=0.4, trial=2, max_steps=4)
+    return run_trial(agent=model, **SHORT)
 
 
 def test_every_reply_is_well_formed(trial):
@@ -54,31 +58,30 @@ def test_the_record_says_what_the_model_was(trial):
     assert str(facts["runtime"]).startswith("xllamacpp ")
 
 
-def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model):
-    settings = {"p": 0.4, "trial": 5, "max_steps": 3}
-    first = run_trial(agent=model, **settings)
+def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model, trial):
     run_trial(agent=model, p=0.0, trial=6, max_steps=2)
-    again = run_trial(agent=model, **settings)
-    assert trial_to_json(again) == trial_to_json(first)
+    again = run_trial(agent=model, **SHORT)
+    assert trial_to_json(again) == trial_to_json(trial)
     script = (
         "from lockprobe import run_trial; from lockprobe.agents.local import LocalModel;"
         "from lockprobe.trial_json import trial_to_json; import sys;"
-        f"t = run_trial(agent=LocalModel.from_spec('llm:local'), **{settings});"
+        f"t = run_trial(agent=LocalModel.from_spec('llm:local'), **{SHORT});"
         "sys.stdout.write(trial_to_json(t).decode())"
     )
     elsewhere = forked.run([], script=script)
-    assert elsewhere.stdout == trial_to_json(first).decode()
-    assert trial_to_json(run_trial(agent=model, seed=2, **settings)) != trial_to_json(first)
+    assert elsewhere.stdout == trial_to_json(trial).decode()
+    other = run_trial(agent=model, seed=2, **SHORT)
+    assert [step.decision for step in other.steps] != [step.decision for step in trial.steps]
 
 
-def test_one_and_two_worker_processes_write_the_same_records(tmp_path):
+def test_two_worker_processes_write_the_records_of_one(model, tmp_path):
     planned = study(StudyOptions(agent=["llm:local"], p=[0.4], trials=2, repetitions=1, max_steps=2))
-    for workers in (1, 2):
-        with Journal.open(tmp_path / str(workers), planned) as journal:
-            run(planned, journal, limits=Limits(workers=workers))
-    one, two = (sorted((tmp_path / str(n) / "trials.jsonl").read_bytes().splitlines()) for n in (1, 2))
-    assert one == two
-    assert len(load(tmp_path / "1")) == 2
+    with Journal.open(tmp_path, planned) as journal:
+        run(planned, journal, limits=Limits(workers=2))
+    here = [asyncio.run(play_timed(plan, model, lambda key, step: None))[0] for plan in planned.plans("llm:local")]
+    written = sorted(load(tmp_path), key=lambda trial: trial.trial)
+    assert [trial_to_json(trial) for trial in written] == [trial_to_json(trial) for trial in here]
+    assert len(here) == 2
 
 
 class Recording:
@@ -154,14 +157,12 @@ def test_without_assessment_too_every_question_continues_the_one_before_by_two_t
         assert len(after) > len(before) + 5
 
 
-def test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone(model):
-    settings = {"p": 0.4, "trial": 5, "max_steps": 2}
-    first = run_trial(agent=model, **settings)
-    unasked = run_trial(agent=model, assessment=False, **settings)
-    assert trial_to_json(run_trial(agent=model, **settings)) == trial_to_json(first)
-    assert trial_to_json(run_trial(agent=model, assessment=False, **settings)) == trial_to_json(unasked)
+def test_a_model_that_is_asked_and_one_that_is_not_leave_each_others_trials_alone(model, trial):
+    unasked = run_trial(agent=model, assessment=False, **SHORT)
+    assert trial_to_json(run_trial(agent=model, **SHORT)) == trial_to_json(trial)
+    assert trial_to_json(run_trial(agent=model, assessment=False, **SHORT)) == trial_to_json(unasked)
     assert unasked.steps[1].decision.claimed is None
-    assert unasked.facts["prompt_unasked"] == first.facts["prompt_unasked"] != first.facts["prompt"]
+    assert unasked.facts["prompt_unasked"] == trial.facts["prompt_unasked"] != trial.facts["prompt"]
 
 
 def test_the_instruction_leaks_nothing():
@@ -235,9 +236,10 @@ def test_options_are_part_of_the_spec():
     local.check("llm:local?temperature=0.7")
 
 
-def test_an_instruction_of_its_own_is_refused_and_other_questions_change_nothing(model, tmp_path):
+def test_an_instruction_of_its_own_is_refused_and_other_questions_change_nothing(model, trial, tmp_path):
     (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
     with pytest.raises(BadValue, match="expected a hosted model: a local one has its own log"):
         run_trial(agent=model, condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
-    plain, asked = (run_trial(agent=model, condition=c, max_steps=2) for c in ("", "hypothesis?ask=off + confidence"))
-    assert plain.steps == asked.steps
+    questions = "flip?p=0.4 + hypothesis?ask=off + confidence"
+    asked = run_trial(agent=model, condition=questions, trial=SHORT["trial"], max_steps=SHORT["max_steps"])
+    assert asked.steps == trial.steps

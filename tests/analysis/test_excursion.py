@@ -80,8 +80,8 @@ def of_population(made, p, rows):
 
 @pytest.mark.parametrize(("agent", "p", "size"), [("cognitive:perseverant", 0.3, 100), ("random", 0.5, 100)])
 def test_estimates_and_intervals_agree_with_the_exact_effect(agent, p, size):
-    """150 studies: the mean within 4 standard errors, coverage within 3 of 95 %, standard errors as the spread."""
-    exact, studies = lie_effects(agent, p=p, modality="symbolic").mean, 150
+    """The mean within 4 standard errors, coverage within 3 of 95 %, and standard errors within 4 of the spread."""
+    exact, studies = lie_effects(agent, p=p, modality="symbolic").mean, 75
     made = population(agent, p=p, modality="symbolic", trials=studies * size, record=True, seed=2)
     found = []
     for first in range(0, studies * size, size):
@@ -91,4 +91,4 @@ def test_estimates_and_intervals_agree_with_the_exact_effect(agent, p, size):
     assert abs(effects.mean() - exact) < 4 * effects.std() / studies**0.5
     covered = np.mean([one.low <= exact <= one.high for one in found])
     assert covered > 0.95 - 3 * (0.95 * 0.05 / studies) ** 0.5
-    assert np.mean([one.standard_error for one in found]) == pytest.approx(effects.std(), rel=0.25)
+    assert np.mean([one.standard_error for one in found]) == pytest.approx(effects.std(), rel=4 / (2 * studies) ** 0.5)

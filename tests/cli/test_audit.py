@@ -42,9 +42,21 @@ def test_power_for_a_stated_effect():
     assert "n=30" in said
 
 
+def test_blocks_of_a_study_of_controls():
+    stated = ("power", "why", "--success", "0.2,0.7,0.2", "--trials", "30,150", "--studies", 20)
+    small, large = json.loads(typed(*stated, "--json").stdout)["rates"]
+    assert (small["blocks"], large["blocks"], large["truth"]) == (30, 150, "says")
+    assert large["right"] >= 0.8
+    said = typed(*stated).stdout
+    assert "as stated" in said
+    assert "Arms share no luck here" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("power", "what"), "why, or nothing"),
+        (("power", "why", "--success", "0.2,0.5"), "three shares from 0 to 1"),
         (("audit", "--world", "no-efect"), "did you mean 'no-effect'?"),
         (("audit", "--studies", "0"), "--studies"),
         (("power", "--success", "0.2,x"), "numbers with commas between"),

@@ -1,7 +1,6 @@
 """Studies to draw."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -33,58 +32,80 @@ def simulated(world, name, seed):
     ]
 
 
-class Summaries(dict):
-    """Summaries by what is special about them, each made when it is first asked for."""
+def references():
+    """The baselines over all p, in a study of the paper's size."""
+    return play_study(small_study(REFERENCES, P7, 3, 10))
 
-    def __init__(self, studies):
-        self._studies = studies
+
+def one_model():
+    """A model that loops do not matter to."""
+    return simulated("loops-irrelevant", "llm:openai/gpt-4o-2024-08-06", 1)
+
+
+def rivals():
+    """Strategies under the names of models, for people to be compared with."""
+    played = play_study(small_study(("ideal-observer", "random-no-repeat", "random"), PEOPLE.p, 2, 5))
+    return [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in played]
+
+
+def unsolved(*p):
+    """Two trials of a model at each p that end with the budget."""
+    return [make_trial([0] * 20, agent="llm:x", p=one, trial=i) for one in p for i in (1, 2)]
+
+
+PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
+HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 100, "_hidden\n<script>", "llm:\u4e2d\u0e01")
+LONG = [f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2)]
+STUDIES = {
+    "typical": lambda had: one_model() + had(references),
+    "three": lambda had: (
+        one_model()
+        + simulated("loop-trapped", "llm:anthropic/claude-x", 2)
+        + simulated("saturating", "llm:local", 3)
+        + had(references)
+    ),
+    "strategies": lambda had: play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), P7, 2, 5)),
+    "many p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 20 for i in range(11)], 2, 3)),
+    "thirty p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
+    "one p": lambda had: [trial for trial in one_model() + had(references) if trial.p == 0.0],
+    "one trial": lambda had: [trial for trial in one_model() if trial.repetition == trial.trial == 1],
+    "three trials": lambda had: [trial for trial in one_model() if trial.repetition == 1 and trial.trial <= 3],
+    "nothing solved": lambda had: unsolved(0.0, 0.3, 0.6),
+    "errors": lambda had: [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
+    "hostile names": lambda had: [make_trial([3, 2, 1, 0], agent=name, p=p) for name in HOSTILE for p in (0.0, 0.5)],
+    "long names": lambda had: play_study(
+        small_study(("cognitive:perseverant", *LONG, "random"), (0.0, 0.3, 0.6), 2, 10)
+    ),
+    "people": lambda had: played_by_people(PEOPLE) + had(rivals),
+    "people alone": lambda had: played_by_people(PEOPLE, 2),
+    "people at one p": lambda had: (
+        played_by_people(small_study(("participant",), (0.0,), 1, 6), 1)
+        + [trial for trial in had(rivals) if trial.p == 0.0]
+    ),
+    "few people": lambda had: played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1) + unsolved(0.0, 0.6),
+}
+"""Trials by what is special about them."""
+
+
+class Summaries(dict):
+    """Summaries by what is special about them, each made when it is first asked for, by one worker for all."""
+
+    def __init__(self, once):
+        self._once = once
 
     def __missing__(self, name):
-        known = None if name == "one trial" else box("chain-4")
-        self[name] = summarise(self._studies()[name], known)
+        self[name] = self._once(f"summary of {name}", lambda: self._made(name))
         return self[name]
 
-
-@cache
-def played():
-    """Trials by what is special about them."""
-    references = play_study(small_study(REFERENCES, P7, 3, 10))
-    model = simulated("loops-irrelevant", "llm:openai/gpt-4o-2024-08-06", 1)
-    others = simulated("loop-trapped", "llm:anthropic/claude-x", 2) + simulated("saturating", "llm:local", 3)
-    names = ("llm:$\\frac{", "python:" + "mx" * 100, "_hidden\n<script>", "llm:\u4e2d\u0e01")
-    found = {
-        "typical": model + references,
-        "three": model + others + references,
-        "strategies": play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), P7, 2, 5)),
-        "many p": play_study(small_study(("human-inspired", "random"), [i / 20 for i in range(11)], 2, 3)),
-        "thirty p": play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
-        "one p": [trial for trial in model + references if trial.p == 0.0],
-        "one trial": [trial for trial in model if trial.repetition == trial.trial == 1],
-        "three trials": [trial for trial in model if trial.repetition == 1 and trial.trial <= 3],
-        "nothing solved": [make_trial([0] * 20, agent="llm:x", p=p, trial=i) for p in (0.0, 0.3, 0.6) for i in (1, 2)],
-        "errors": [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
-        "hostile names": [make_trial([3, 2, 1, 0], agent=name, p=p) for name in names for p in (0.0, 0.5)],
-    }
-    maps = [f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2)]
-    found["long names"] = play_study(small_study(("cognitive:perseverant", *maps, "random"), (0.0, 0.3, 0.6), 2, 10))
-    people = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
-    rivals = play_study(small_study(("ideal-observer", "random-no-repeat", "random"), people.p, 2, 5))
-    rivals = [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in rivals]
-    found |= {
-        "people": played_by_people(people) + rivals,
-        "people alone": played_by_people(people, 2),
-        "people at one p": played_by_people(small_study(("participant",), (0.0,), 1, 6), 1)
-        + [trial for trial in rivals if trial.p == 0.0],
-        "few people": played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1)
-        + [make_trial([0] * 20, agent="llm:x", p=p, trial=i) for p in (0.0, 0.6) for i in (1, 2)],
-    }
-    return found
+    def _made(self, name):
+        trials = STUDIES[name](lambda played: self._once(f"trials of {played.__name__}", played))
+        return summarise(trials, None if name == "one trial" else box("chain-4"))
 
 
 @pytest.fixture(scope="session")
-def studies():
+def studies(once):
     """Summaries by what is special about them."""
-    return Summaries(played)
+    return Summaries(once)
 
 
 @pytest.fixture(scope="session")

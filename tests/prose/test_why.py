@@ -28,7 +28,7 @@ def test_every_verdict_has_its_sentence(found, said):
 def test_the_numbers_follow():
     _, numbers = why_said(answer(0.3, 0))
     assert numbers == (
-        "20 % of trials were solved under true reports, 50 % where reports were inverted with p = 0.4: +30 points "
+        "20 % of trials were solved under true reports, 50 % where reports were inverted at a rate of 0.4: +30 points "
         "(95 % interval +25 to +35; P = 0.001). With lies that are taken back at once it is 20 %. So the disturbance "
         "alone does +0 points (95 % interval \N{MINUS SIGN}5 to +5; P = 0.6), and what lies say +30 points (95 % "
         "interval +25 to +35; P = 0.001)."

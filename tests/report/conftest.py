@@ -1,13 +1,13 @@
-"""A modality study to report on, and reports whose pictures are laid out but not drawn unless a test asks for that."""
+"""A modality study to report on, and reports whose pictures are not drawn unless a test asks for that."""
 
 from contextlib import contextmanager
 
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe import figures
+from lockprobe.report import figures
 
-RENDER = figures.render
+DRAW = {name: getattr(figures, name) for name in ("_draw", "_draw_condition")}
 PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
 
 NAMES = [f"{i:020x}.png" for i in range(8)]
@@ -36,18 +36,23 @@ def trials_of(modality, waits, agent="viewer", **more):
 def placeholders():
     """Reports here hold placeholders for pictures: drawing them takes most of the time, and tests/figures looks at them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "render", lambda figure, form: PLACEHOLDERS[form])
+        for name in DRAW:
+            patch.setattr(figures, name, lambda *asked: PLACEHOLDERS)
         yield
 
 
 @pytest.fixture(scope="module")
 def drawn(placeholders):
-    """``with drawn():`` reports hold real pictures."""
+    """``with drawn("fig4"):`` reports hold this real picture, ``with drawn():`` all of them."""
 
     @contextmanager
-    def real():
+    def real(*names):
+        def drawing(draw):
+            return (lambda *asked: draw(*asked) if asked[-1] in names else PLACEHOLDERS) if names else draw
+
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(figures, "render", RENDER)
+            for name, draw in DRAW.items():
+                patch.setattr(figures, name, drawing(draw))
             yield
 
     return real

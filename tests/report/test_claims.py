@@ -57,15 +57,15 @@ def test_every_claim_is_there_in_the_order_of_the_paper():
 
 def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
     """Loops are irrelevant in this world, and yet its figures are those of Fig. 5. A few verdicts err by chance."""
-    studies = [rows_of("loops-irrelevant", seed) for seed in range(5)]
+    studies = [rows_of("loops-irrelevant", seed) for seed in range(3)]
     for measure in ("baseline", "peak", "ratio", "correlation"):
-        assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 3, measure
+        assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 2, measure
     for measure in ("loops", "loops-drop"):  # a drop such as the paper's is often not shown by 30 trials
-        assert sum(rows[measure].verdict in ("compatible", "not decided") for rows in studies) >= 3, measure
+        assert sum(rows[measure].verdict in ("compatible", "not decided") for rows in studies) >= 2, measure
         assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 1, measure
-    assert sum(rows["effect"].verdict == "borne out" for rows in studies) >= 3
+    assert sum(rows["effect"].verdict == "borne out" for rows in studies) >= 2
     for measure in ("onset", "harm"):
-        assert sum(rows[measure].verdict == "borne out" for rows in studies) <= 2, measure
+        assert sum(rows[measure].verdict == "borne out" for rows in studies) <= 1, measure
 
 
 def test_a_trapped_agent_supports_them():

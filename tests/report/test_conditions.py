@@ -4,6 +4,7 @@ import json
 
 import pytest
 from builders import write_study
+from captions import too_long
 
 from lockprobe.export import tidy_rows
 from lockprobe.fit.fitting import fit_agents
@@ -13,7 +14,7 @@ from lockprobe.studies.studyfile import study
 
 ASKED = {
     "agent": ["cognitive:perseverant", "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",
-    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 15, "repetitions": 2, "name": "lab",
+    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 8, "repetitions": 2, "name": "lab",
 }  # fmt: skip
 
 
@@ -21,7 +22,7 @@ ASKED = {
 def reported(tmp_path_factory, drawn):
     """The directory of a study of eight conditions with its report, and the content of results.json."""
     directory = write_study(tmp_path_factory.mktemp("lab") / "study", study("flips", **ASKED))
-    with drawn():
+    with drawn("effects", "series-1-success", "series-2-loops"):
         page = write_report(directory).read_text()
     return directory, page, json.loads((directory / "results.json").read_text())
 
@@ -33,7 +34,7 @@ def test_every_agent_has_a_row_under_every_condition(reported):
         "truth", "flip?p=0.3", "flip?p=0.6", "nudge", "nudge + flip?p=0.6",
         "tremble?p=0.1", "tremble?p=0.2", "tremble?p=0.4",
     ]  # fmt: skip
-    assert {row["trials"] for row in content["conditions"]} == {30}
+    assert {row["trials"] for row in content["conditions"]} == {16}
     assert [row["p"] for row in content["conditions"]][:5] == [0, 0.3, 0.6, None, None]
 
 
@@ -50,9 +51,9 @@ def test_differences_are_to_the_control_and_paired(reported):
     solved = {(row["agent"], row["condition"]): row["solved"] for row in content["conditions"]}
     assert len(content["effects"]) == 2 * 7
     for row in content["effects"]:
-        assert (row["control"], row["trials"], row["corrected_for"]) == ("truth", 30, 7)
+        assert (row["control"], row["trials"], row["corrected_for"]) == ("truth", 16, 7)
         away = solved[row["agent"], row["condition"]] - solved[row["agent"], "truth"]
-        assert row["difference"] == pytest.approx(away / 30)
+        assert row["difference"] == pytest.approx(away / 16)
     assert all(
         row["difference"] == 0
         for row in content["effects"]
@@ -96,12 +97,12 @@ def test_nothing_is_fitted_that_has_no_flip_rate(reported):
     directory, _, _ = reported
     (found,) = fit_agents(load(directory), agents=["cognitive:perseverant"], models=["random"], folds=2).agents
     assert found.p == (0, 0.3, 0.6)
-    assert found.trials == 90
+    assert found.trials == 48
 
 
 def test_equal_records_make_equal_pages(reported, drawn):
     directory, page, _ = reported
-    with drawn():
+    with drawn("effects", "series-1-success", "series-2-loops"):
         assert write_report(directory).read_text() == page
 
 
@@ -109,9 +110,14 @@ def test_a_part_of_a_study_says_so(tmp_path):
     planned = study("flips", **{**ASKED, "agent": ["random"]})
     directory = write_study(tmp_path / "study", planned, load_part(tmp_path / "whole", planned))
     page = write_report(directory).read_text()
-    assert "Partial: 20 of 240 trials" in page
+    assert "Partial: 20 of 128 trials" in page
 
 
 def load_part(directory, planned):
     """The first trials of a study."""
     return load(write_study(directory, planned))[:20]
+
+
+def test_captions_are_short(reported):
+    _, page, content = reported
+    assert too_long(page, content) == []

@@ -4,9 +4,9 @@ import json
 
 import pytest
 from builders import write_study
+from captions import too_long
 
-import lockprobe
-from lockprobe.report import write_report
+from lockprobe.report import Results, write_report
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 
@@ -19,7 +19,7 @@ ASKED = {
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory, drawn):
     directory = write_study(tmp_path_factory.mktemp("grid") / "study", study("flips", **ASKED))
-    with drawn():
+    with drawn("grid-1"):
         page = write_report(directory).read_text()
     return directory, page, json.loads((directory / "results.json").read_text())
 
@@ -62,6 +62,11 @@ def test_there_is_a_picture_and_both_tables(reported):
 
 
 def test_results_have_grids_as_types(reported):
-    directory, _, content = reported
-    found = lockprobe.results(directory).grids
+    _, _, content = reported
+    found = Results.model_validate(content).grids
     assert [row.cells[0].success for row in found] == [row["cells"][0]["success"] for row in content["grids"]]
+
+
+def test_captions_are_short(reported):
+    _, page, content = reported
+    assert too_long(page, content) == []

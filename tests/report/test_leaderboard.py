@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
+from captions import too_long
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.formatting import NONE
@@ -161,3 +162,7 @@ def test_agents_that_were_not_asked_are_said_not_to_have_been(tmp_path):
     assert found["conditions"][0]["misinterpretations"] is None
     assert {step["misinterpreted"] for example in found["examples"] for step in example["steps"]} == {None}
     assert table(path, "leaderboard")[0]["misread"] == "not asked"
+
+
+def test_captions_are_short(directory, content):
+    assert too_long((directory / "report.html").read_text("utf-8"), content) == []

@@ -1,11 +1,13 @@
-"""On the pages p is no letter of two meanings: flip rates are written out, and the P of P values is a capital."""
+"""On the pages p is no letter of two meanings, and captions are short: two sentences each on what is shown and how."""
 
+import json
 import re
 from html import unescape
 from pathlib import Path
 
 import pytest
 from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
+from captions import captions, too_long
 
 from lockprobe.report.page import write_report
 
@@ -77,6 +79,26 @@ def test_a_test_that_does_not_reject_says_not_shown_and_no_number_has_a_star(dir
     assert set(says) <= {"yes", "not shown", "\N{EN DASH}"}
     assert ("not shown" in says) == bool(says)
     assert not re.search(r"\d ?\*", words(page))
+
+
+@pytest.mark.parametrize("name", ["report", "claims", "audit"])
+def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_computed(directory, name):
+    page = (directory / f"{name}.html").read_text("utf-8")
+    results = json.loads((directory / "results.json").read_text("utf-8"))
+    assert too_long(page, results) == []
+    found = captions(page, results)
+    assert len(found) > {"report": 20, "claims": 2, "audit": 2}[name]
+    assert any(computed for _, computed in found)
+    assert name == "claims" or "How is this computed?" in page
+
+
+def test_a_caption_with_a_third_sentence_or_with_semicolons_in_its_place_is_found():
+    note = '<div class="note">Fig. 4. “A. B. C.” It is 2.5. {}<span class="computed">So. {}</span>{}</div>'
+    assert too_long(note.format("", "", '<details class="how"><summary>How?</summary>One. Two. Three.</details>')) == []
+    for more in [("This. ", "", ""), ("", "This. Too.", ""), ("", "", "<p>More.</p>"), ("", f"So {'on; ' * 50}", "")]:
+        assert len(too_long(note.format(*more))) == 1
+    assert too_long("<p>One. Two. Three.</p>", {"said": ["One.", "Two.", "Three."]}) == []
+    assert len(too_long("<figcaption>One. Two. Three.</figcaption>", {"said": ["One."]})) == 1
 
 
 def test_the_report_says_which_agent_it_is_about(tmp_path):

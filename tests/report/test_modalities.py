@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import modality_study, write_study
+from captions import too_long
 
 from lockprobe.pictures.png import to_png
 from lockprobe.report import write_report
@@ -118,3 +119,8 @@ def test_without_pictures_nothing_is_said_of_the_panel(tmp_path):
     write_report(write_study(tmp_path / "study", modality_study(("viewer",), ("symbolic",), trials=2), []))
     assert json.loads((tmp_path / "study" / "results.json").read_text("utf-8"))["panel_said"] == ""
     assert "the panel" not in (tmp_path / "study" / "report.html").read_text("utf-8")
+
+
+def test_captions_are_short(directory):
+    content = json.loads((directory / "results.json").read_text("utf-8"))
+    assert too_long((directory / "report.html").read_text("utf-8"), content) == []

@@ -4,6 +4,7 @@ import re
 from dataclasses import fields, is_dataclass, replace
 from html.parser import HTMLParser
 from importlib.resources import files
+from itertools import chain
 
 import pytest
 from builders import make_trial, play_study, small_study, write_study
@@ -70,7 +71,7 @@ def fixed(content):
         re.sub(r"\{[{%#].*?[}%#]\}", " ", path.read_text("utf-8"), flags=re.DOTALL) for path in templates.iterdir()
     ]
     heads = [cell for table in _tables(content).values() for cell in table[0]]
-    texts = (*sources, *CAPTIONS.values(), LENGTH_CAVEAT, *heads, words(content.plain()))
+    texts = (*sources, *chain(*CAPTIONS.values()), LENGTH_CAVEAT, *heads, words(content.plain()))
     return {x for text in texts for x in NUMBER.findall(text)}
 
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from builders import play_study, played_by_people, small_study, write_study
+from captions import too_long
 from taking_part import take_part
 
 from lockprobe.analysis.relative_steps import RelativeSteps
@@ -26,7 +27,7 @@ def directory(tmp_path_factory, drawn):
     agents = play_study(small_study(("random", "round-robin"), STUDY.p, 2, 5))
     people = played_by_people(STUDY, 2)[:PLAYED]
     path = write_study(tmp_path_factory.mktemp("people") / "study", STUDY, [*agents, *people])
-    with drawn():
+    with drawn("people"):
         write_report(path)
     return path
 
@@ -175,3 +176,7 @@ def test_what_is_not_known_of_times_is_not_in_the_table(directory):
 def test_nobody_who_is_left_is_said_so():
     said = [*flow_said(Flow(joined=0, finished=0, left_open=0, withdrawn=2, checks=0, right=0, boxes=()))]
     assert said == ["Nobody is left of those who joined; 2 withdrew, and nothing of theirs is kept."]
+
+
+def test_captions_are_short(directory, content):
+    assert too_long((directory / "report.html").read_text("utf-8"), content) == []

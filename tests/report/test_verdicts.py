@@ -6,6 +6,7 @@ that thing must not come out compatible or borne out.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -74,41 +75,44 @@ def verdicts(trials: Sequence[Trial]) -> dict[str, str]:
 PAPER = (7, 14, 20, 10)
 NOT_SHOWN = ("not compatible", "not decided", "not measured")
 AGENTS = {
-    "only falls": (agent((30, 28, 20, 8)), {"peak": 0, "ratio": 0, "effect": 0, "shape": None, "baseline": 0}),
-    "falls a little first": (agent((30, 28, 20), (24, 16, 20), p=(0.0, 0.4, 0.6)), {"peak": 0, "effect": None}),
-    "flat": (agent((15,) * 4), {"peak": 0, "ratio": 0, "effect": None, "shape": None, "baseline": 1}),
-    "only rises": (agent((4, 10, 16, 28)), {"peak": 0, "effect": 1, "shape": None}),
-    "levels off": (agent((7, 15, 20, 20)), {"peak": 1, "ratio": 1, "effect": 1, "shape": None}),
-    "never solves": (agent((0,) * 4), {"peak": 0, "ratio": None, "effect": None, "baseline": 0}),
-    "few trials at once": (agent((7, 9, 10, 9)), {"peak": 0, "ratio": None, "effect": None, "shape": None}),
-    "never misreads": (agent(PAPER), {"misinterpretation": 0, "hallucination": 0}),
-    "is not asked": (agent(PAPER, asked=False), {"misinterpretation": "-", "hallucination": "-"}),
+    "only falls": (partial(agent, (30, 28, 20, 8)), {"peak": 0, "ratio": 0, "effect": 0, "shape": None, "baseline": 0}),
+    "falls a little first": (
+        partial(agent, (30, 28, 20), (24, 16, 20), p=(0.0, 0.4, 0.6)),
+        {"peak": 0, "effect": None},
+    ),
+    "flat": (partial(agent, (15,) * 4), {"peak": 0, "ratio": 0, "effect": None, "shape": None, "baseline": 1}),
+    "only rises": (partial(agent, (4, 10, 16, 28)), {"peak": 0, "effect": 1, "shape": None}),
+    "levels off": (partial(agent, (7, 15, 20, 20)), {"peak": 1, "ratio": 1, "effect": 1, "shape": None}),
+    "never solves": (partial(agent, (0,) * 4), {"peak": 0, "ratio": None, "effect": None, "baseline": 0}),
+    "few trials at once": (partial(agent, (7, 9, 10, 9)), {"peak": 0, "ratio": None, "effect": None, "shape": None}),
+    "never misreads": (partial(agent, PAPER), {"misinterpretation": 0, "hallucination": 0}),
+    "is not asked": (partial(agent, PAPER, asked=False), {"misinterpretation": "-", "hallucination": "-"}),
     "misses changes": (
-        agent((15,) * 4, misread=range(15), said="blocked"),
+        partial(agent, (15,) * 4, misread=range(15), said="blocked"),
         {"misinterpretation": 1, "hallucination": 0},
     ),
     "always loops": (
-        agent((0,) * 4, (30,) * 4),
+        partial(agent, (0,) * 4, (30,) * 4),
         {"loops": 0, "loops-drop": 0, "loops-rise": None, "loops-left": 0, "onset": None, "repeats": 1, "harm": "-"},
     ),
     "never loops": (
-        agent(PAPER, (0,) * 4),
+        partial(agent, PAPER, (0,) * 4),
         {"loops": 0, "loops-drop": 0, "loops-rise": None, "loops-left": "-", "onset": None},
     ),
     "loops at every p alike": (
-        agent(PAPER, (24,) * 4),
+        partial(agent, PAPER, (24,) * 4),
         {"loops": None, "loops-drop": None, "loops-rise": None, "onset": None},
     ),
     "loops more and more": (
-        agent(PAPER, (4, 12, 22, 28)),
+        partial(agent, PAPER, (4, 12, 22, 28)),
         {"loops": 0, "loops-drop": 0, "loops-rise": 0, "onset": 0, "correlation": 0},
     ),
     "loops less and less": (
-        agent(PAPER, (28, 20, 12, 1)),
+        partial(agent, PAPER, (28, 20, 12, 1)),
         {"loops": 1, "loops-drop": 0, "loops-rise": 0, "onset": 1, "correlation": None},
     ),
     "as the paper has it": (
-        agent(PAPER, (26, 18, 14, 26), looping=LEFT, misread=range(0, 30, 2)),
+        partial(agent, PAPER, (26, 18, 14, 26), looping=LEFT, misread=range(0, 30, 2)),
         {
             "baseline": 1,
             "peak": 1,
@@ -130,9 +134,9 @@ AGENTS = {
 
 @pytest.mark.parametrize("name", AGENTS)
 def test_a_verdict_is_about_the_whole_claim(name):
-    trials, expected = AGENTS[name]
+    played, expected = AGENTS[name]
     said = {1: ("compatible", "borne out"), 0: ("not compatible",), None: ("not decided",), "-": ("not measured",)}
-    found = verdicts(trials)
+    found = verdicts(played())
     assert {measure: found[measure] for measure in expected if found[measure] not in said[expected[measure]]} == {}
 
 

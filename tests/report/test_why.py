@@ -4,6 +4,7 @@ import json
 
 import pytest
 from builders import write_study
+from captions import too_long
 
 from lockprobe.report import results, write_report
 from lockprobe.studies.journal import load
@@ -78,3 +79,17 @@ def test_other_studies_have_no_such_page(tmp_path):
     write_report(directory)
     assert not (directory / "why.html").exists()
     assert json.loads((directory / "results.json").read_text())["why"] == []
+
+
+def test_captions_are_short(told):
+    directory, _ = told
+    content = json.loads((directory / "results.json").read_text())
+    assert [too_long((directory / f"{name}.html").read_text(), content) for name in ("why", "report")] == [[], []]
+    assert "How is this computed?" in (directory / "why.html").read_text()
+
+
+def test_on_a_narrow_screen_each_estimate_and_each_arm_is_a_card(told):
+    directory, rows = told
+    page = (directory / "why.html").read_text()
+    cards = [part.partition("</table>")[0] for part in page.split('<div class="brief">')[1:]]
+    assert [part.count('data-head="P"') for part in cards] == [6 * len(rows), sum(len(row["arms"]) for row in rows)]

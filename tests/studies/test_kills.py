@@ -8,14 +8,13 @@ import json
 import os
 import random
 import signal
-import subprocess
-import sys
-import time
 from collections import Counter
 from contextlib import ExitStack, contextmanager
+from functools import partial
 
 import forked
 import pytest
+from killed import KILLS, commands, ended, settled
 from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
@@ -27,10 +26,9 @@ from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
 SPEC = "llm:openai-api/fake/model"
-KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
 CONNECTIONS = 4
 # Many joints, so that no two trials have the same conversation, and one step of it is one request.
-STUDY = {"box": "random-8-1", "p": [0.3], "trials": 24 + 4 * KILLS, "repetitions": 1, "max_steps": 10}
+STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + 4 * KILLS, "repetitions": 1, "max_steps": 10}
 OPTIONS = [f"--{name.replace('_', '-')}={value[0] if name == 'p' else value}" for name, value in STUDY.items()]
 
 
@@ -42,58 +40,16 @@ def no_keys(monkeypatch):
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
 
 
-def settled(url):
-    """The server's account once nothing is on its way."""
-    while (seen := account(url))["on_their_way"]:
-        time.sleep(0.02)
-    return seen
-
-
-# Imports what takes seconds to import once, and makes a process of its own for every command.
-FORKS = """
-import json, os, sys
-import lockprobe.agents.llm.model, lockprobe.cli.run
-from lockprobe.cli import main
-for line in sys.stdin:
-    if not (child := os.fork()):
-        sys.argv = json.loads(line)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        main()
-    print(child, flush=True)
-    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
-"""
-
-
 @contextmanager
 def runs():
     """Starts ``lockprobe run`` in a process of its own, and returns its number and a function that waits for its end."""
-    command = [sys.executable, "-c", FORKS]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as forks:
+    with commands() as start:
 
-        def start(directory):
+        def run(directory):
             asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS]
-            asked += ["--no-report", "--out", directory]
-            print(json.dumps(["lockprobe", *map(str, asked)]), file=forks.stdin, flush=True)
-            return int(forks.stdout.readline()), lambda: int(forks.stdout.readline())
+            return start([*asked, "--no-report", "--out", directory])
 
-        yield start
-        forks.stdin.close()
-
-
-def size(path):
-    return path.stat().st_size if path.exists() else 0
-
-
-def ended(start, directory, luck, by=signal.SIGKILL):
-    """The exit status of a run that gets a signal some moments after its first call."""
-    calls = directory / CALLS
-    before, began = size(calls), time.monotonic()
-    process, status = start(directory)
-    while size(calls) == before and time.monotonic() - began < 60:
-        time.sleep(0.002)
-    time.sleep(luck.uniform(0, 0.6))
-    os.kill(process, by)  # still there, if only as what its parent has to ask after
-    return status()
+        yield run
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
@@ -111,11 +67,11 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
         url = stack.enter_context(elsewhere(manner))
         monkeypatch.setenv("FAKE_BASE_URL", url)
         start = stack.enter_context(runs())
-        assert ended(start, directory, luck, signal.SIGINT) == 130
+        assert ended(partial(start, directory), directory / CALLS, luck, signal.SIGINT) == 130
         assert unanswered(directory) == []
         lost = settled(url)["arrived"] - sum(call.reply is not None for call in read_calls(directory))
         assert 0 <= lost <= CONNECTIONS
-        while kills < KILLS and ended(start, directory, luck) == -signal.SIGKILL:
+        while kills < KILLS and ended(partial(start, directory), directory / CALLS, luck) == -signal.SIGKILL:
             kills += 1
             seen, replies = settled(url), sum(call.reply is not None for call in read_calls(directory))
             assert 0 <= seen["arrived"] - replies - lost <= CONNECTIONS

@@ -34,6 +34,6 @@ def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
     }
     whole = study("mechanisms.toml")
     assert set(kinds) <= set(whole.agents)
-    part = replace(whole, agents=tuple(kinds), conditions=flips((0.0, 0.5, 1.0)), repetitions=1, trials=120)
+    part = replace(whole, agents=tuple(kinds), conditions=flips((0.0, 0.5, 1.0)), repetitions=1, trials=90)
     found = {agent.agent: agent.inference.course.kind for agent in summarise(play_study(part), part.box).agents}
     assert found == kinds

@@ -27,9 +27,11 @@ __all__ = [
     "DecisionPoints",
     "Excursion",
     "Outcome",
+    "continuation",
     "decision_points",
     "excursion",
     "excursions",
+    "flipped",
 ]
 
 Array = NDArray[np.float64]
@@ -143,13 +145,13 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
     actions, steps = trial.actions, trial.steps
     tried = {(steps[0].state, steps[0].joint)} if steps else set()
     for i in range(len(steps) - 1):
-        on = _continuation(actions[: i + 1])
+        on = continuation(actions[: i + 1])
         after = steps[i + 1]
         place = after.state, after.joint
         end = i + 1 + SOON
         soon = float(trial.solved and len(steps) <= end) if end <= trial.budget else np.nan
         yield (
-            float(_flipped(trial, i)),
+            float(flipped(trial, i)),
             i + 1,
             float(steps[i].moved),
             float(on is not None),
@@ -162,8 +164,8 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
         tried.add(place)
 
 
-def _flipped(trial: Trial, i: int) -> bool:
-    """Whether a report was inverted.
+def flipped(trial: Trial, i: int) -> bool:
+    """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
 
     An agent that is told positions alone compares two reports, and the one before may have been false as well. Then
     the report itself counts: whether it shows the attempted joint where it is not.
@@ -175,7 +177,7 @@ def _flipped(trial: Trial, i: int) -> bool:
     return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]
 
 
-def _continuation(actions: tuple[str, ...]) -> str | None:
+def continuation(actions: tuple[str, ...]) -> str | None:
     """The action that continues a loop: what followed the latest earlier copy of the last three; None without one."""
     last = actions[-_LOOP:]
     for start in range(len(actions) - 2 * _LOOP, -1, -1):
@@ -227,7 +229,8 @@ def excursion(
     y = points.outcomes[outcome]
     kept = chosen & ~np.isnan(y)
     y, p, step, cluster = y[kept], points.p[kept], points.step[kept], points.cluster[kept]
-    trial = np.unique(np.column_stack([cluster, p]), axis=0, return_inverse=True)[1].reshape(-1)
+    doses, dose = np.unique(p, return_inverse=True)
+    trial = cluster * len(doses) + dose
     if min(len(np.unique(trial[y == happened])) for happened in (0, 1)) < FEWEST:
         return None
     coin = points.flipped[kept] - p

@@ -61,8 +61,8 @@ class Outcomes:
     @property
     def luck(self) -> NDArray[np.int64]:
         """The block of luck of each trial, from 0: equal repetition and trial, whatever p is, shape (trials,)."""
-        keys = np.column_stack([self.repetition, self.trial])
-        return np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+        keys = self.repetition * (self.trial.max(initial=0) + 1) + self.trial
+        return np.unique(keys, return_inverse=True)[1].reshape(-1)
 
     @property
     def crossed(self) -> bool:

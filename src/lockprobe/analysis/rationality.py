@@ -184,12 +184,12 @@ def _condition(
         optimal=clustered_proportion([sum(step.optimal for step in trial.steps) for trial in found], sizes),
         regret=cluster_bootstrap([step.regret for step in steps], np.repeat(np.arange(len(found)), sizes), rng),
         uninformative=clustered_proportion([sum(step.uninformative for step in trial.steps) for trial in found], sizes),
-        gained=fmean(step.gained for step in steps),
-        expected=fmean(step.expected for step in steps),
-        best=fmean(step.best for step in steps),
-        by_chance={name: fmean(step.by_chance[name] for step in steps) for name in steps[0].by_chance},
-        entropy_left=fmean(trial.entropy_left for trial in found),
-        restarts=fmean(trial.restarts for trial in found),
+        gained=fmean([step.gained for step in steps]),
+        expected=fmean([step.expected for step in steps]),
+        best=fmean([step.best for step in steps]),
+        by_chance={name: fmean([step.by_chance[name] for step in steps]) for name in steps[0].by_chance},
+        entropy_left=fmean([trial.entropy_left for trial in found]),
+        restarts=fmean([trial.restarts for trial in found]),
     )
 
 

@@ -25,6 +25,7 @@ COMMANDS = {
     "export": ("export", "export", "Tables of steps or trials; Inspect logs; people's dataset."),
     "import": ("import_", "take", "Take in trials from logs, datasets and study directories."),
     "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
+    "branch": ("branch", "branch", "What one report did: forks of recorded trials."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
     "loops": ("loops", "loops", "Action loops in sequences, one per line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),
@@ -173,6 +174,10 @@ def _said(message: str, asked: str) -> str:
     """What is wrong with a command line, in plain words."""
     from lockprobe.validation import plain
 
+    if message.startswith("No such command") and asked in COMMANDS:  # a group has no such command
+        group = getattr(import_module(f"lockprobe.cli.{COMMANDS[asked][0]}"), COMMANDS[asked][1])
+        known = ", ".join(str(one.name or one.callback.__name__) for one in group.registered_commands)
+        return f"{message.rstrip('.')} of {asked}; there are {known}"
     if message.startswith("No such command"):
         meant = next(iter(difflib.get_close_matches(asked, [*COMMANDS, *STUDIES], n=1)), "")
         if asked in STUDIES or asked.endswith(".toml"):

@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
@@ -23,11 +23,17 @@ from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.spec import Spec
 from lockprobe.studies.study_options import parse_p
 
+if TYPE_CHECKING:
+    from lockprobe.montecarlo.verdicts import VerdictRates
+
 __all__ = ["audit", "power"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core).")]
+
+
+_SUCCESS = "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); for why under truth, lie, retracted."
 
 
 def audit(
@@ -84,11 +90,30 @@ def _audit_why(
         processes=_processes(workers),
         progress=_progress("blocks"),
     )
+    _print_verdicts(rates, "world", seed, json=json)
+
+
+def _power_why(success: str | None, blocks: str | None, studies: int, seed: int, *, json: bool) -> None:
+    from lockprobe.montecarlo.verdicts import STATED, stated_rates
+
+    effects = STATED if success is None else {"as stated": _numbers("success", success)}
+    sizes = _whole("trials", blocks) or [50, 100, 150, 300, 600, 1200]
+    rates = [
+        one
+        for name, shares in effects.items()
+        for one in stated_rates(name, shares, blocks=sizes, studies=studies, seed=seed)
+    ]
+    _print_verdicts(rates, "effect", seed, json=json)
+    if not json:
+        print("Arms share no luck here, as of a hosted model. A seeded agent shares it and needs fewer blocks.")
+
+
+def _print_verdicts(rates: Sequence[VerdictRates], what: str, seed: int, *, json: bool) -> None:
     if json:
         rows = [asdict(one) | {"right": one.right, "wrong": one.wrong} for one in rates]
         print(json_.dumps({"seed": seed, "rates": rows}, indent=1))
         return
-    table = new_table("world")
+    table = new_table(what)
     for name in ("truth", "blocks", "right", "wrong", "verdicts"):
         table.add_column(name)
     for one in rates:
@@ -98,8 +123,14 @@ def _audit_why(
 
 
 def power(
+    what: Annotated[
+        str | None, typer.Argument(metavar="[why]", help="why: blocks of a study of controls (trials per flip rate).")
+    ] = None,
     success: Annotated[
-        str | None, typer.Option(help="Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects).")
+        str | None,
+        typer.Option(
+            help="Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); for why under truth,lie,retracted."
+        ),
     ] = None,
     trap: Annotated[
         str | None, typer.Option(help="Effect: chance per step to begin a cycle at each flip rate (none).")
@@ -116,8 +147,14 @@ def power(
     """How many trials per flip rate a test needs to find a stated effect, by simulation, with its error.
 
     Without an effect two are taken: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then
-    0.5), and an agent that loops trap when it is told the truth.
+    0.5), and an agent that loops trap when it is told the truth. power why: how many blocks (--trials) a study of
+    controls needs to name the reason of a change of success (--success TRUTH,LIE,RETRACTED).
     """
+    if what is not None:
+        if what != "why":
+            raise BadValue("power", what, "why, or nothing")
+        _power_why(success, trials, studies, seed, json=json)
+        return
     grid = P if p is None else parse_p(p)
     if success is None:
         if trap is not None or harm != 1.0 or p is not None:

@@ -52,6 +52,11 @@ class JsonLines(Plain):
         )
         super().begin(study, journal, owed)
 
+    def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:
+        """What is forked."""
+        self.event("begin", directory=str(journal.directory), owed=owed, message=" ".join(lines))
+        super().begin_forks(study, journal, owed, lines)
+
     def agent(self, source: AgentSource, owed: int) -> None:
         """An agent's turn comes."""
         super().agent(source, owed)

@@ -147,6 +147,16 @@ class Plain:
             self.say(f"{run - owed} of {run} trials are done already; {owed} are owed")
         self._costs(study, journal)
 
+    def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:
+        """Say what is forked, where it goes, and what of it is done; ``owed`` forks are to be played."""
+        self._journal, self._simulated, self.tally = journal, study.simulated, Tally(study)
+        self.tally.tells_solved = False
+        for line in lines:
+            self.say(line)
+        if hosted(study):
+            self.tally.ledger, self.tally.calls = Ledger(study, read_calls(journal.directory)), journal.calls
+            journal.calls.listen(self.call)
+
     def _costs(self, study: Study, journal: Journal) -> None:
         """The cost so far and the expected cost, if a provider charges."""
         if not hosted(study):
@@ -266,6 +276,7 @@ class Tally:
     Attributes:
         ended_in_all: Trials of this run that ended, over all agents.
         broken_in_all: Trials of this run that broke outside their agent.
+        tells_solved: Whether a line says what is solved under which condition.
         first_error: Boundary and message of the first of those.
         ledger: The cost of the study; None where no provider is asked.
         calls: Its calls; None likewise.
@@ -274,6 +285,7 @@ class Tally:
     def __init__(self, study: Study | None = None) -> None:
         self._shows = study is not None and study.names_modalities
         self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
+        self.tells_solved = True
         self.first_error = ""
         self.errors: Counter[str] = Counter()
         self.solved: Counter[str] = Counter()
@@ -343,7 +355,7 @@ class Tally:
             shares = f"at {_RATE}{shares.replace(_RATE, '')}"
         parts = [
             f"{self.agent}  {self.played}/{self.agent_owed} trials",
-            f"solved {shares}" if solved and shares else "",
+            f"solved {shares}" if solved and shares and self.tells_solved else "",
             f"{self.speed:.1f} steps/s",
             f"{self.left} left",
             spent_in_words(self.ledger.total) if self.ledger is not None else "",

@@ -15,6 +15,7 @@ from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
 from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
+from lockprobe.studies.branch import read_forks
 from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
 from lockprobe.studies.journal import read_timings
@@ -47,6 +48,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
         if call.owed_anew:
             del begun[call.key]
     facts = _played(study, trials, everything) | _took(directory, trials)
+    facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added_agents(directory)}
     invalid = invalid_conditions(study, {trial.key: trial for trial in trials})
     facts |= {"without_valid_trial": [one.condition for one in invalid]}
@@ -145,6 +147,8 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         who = f" by {facts['people']}" if facts["people"] else ""
         played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
         yield "people", f"{played}{extra if not facts['trials'] else ''} (lockprobe serve {directory})"
+    if facts["forks"]:
+        yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:
         kept = f"{facts['in_progress_calls']} replies kept for them"
         yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} begun and not finished, {kept}"

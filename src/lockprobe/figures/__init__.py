@@ -4,9 +4,10 @@ Drawing only: every number comes from a :class:`lockprobe.analysis.summary.Study
 axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` all of a study, ``render`` files.
 """
 
-from lockprobe.figures.compose import condition_drawings, drawings, panels, pictures, render, single
+from lockprobe.figures.compose import condition_drawings, drawings, fork_drawing, panels, pictures, render, single
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import draw_changes, draw_differences
+from lockprobe.figures.forks import fork_panels
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
     draw_loops_against_success,
@@ -44,6 +45,8 @@ __all__ = [
     "draw_success_curves_by_p",
     "draw_success_curves_corrected",
     "drawings",
+    "fork_drawing",
+    "fork_panels",
     "panels",
     "pictures",
     "render",

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
@@ -22,6 +23,7 @@ from lockprobe.figures.differences import change_rows, difference_rows, draw_cha
 from lockprobe.figures.dose_grid import GridPanel, draw_grid, grid_height
 from lockprobe.figures.effects import draw_effects, effect_rows
 from lockprobe.figures.forest import height
+from lockprobe.figures.forks import draw_forks, fork_panels
 from lockprobe.figures.frame import FAINT, SMALL
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
 from lockprobe.figures.paper import (
@@ -41,7 +43,7 @@ from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 from lockprobe.figures.why import draw_ladder, draw_parts
 
-__all__ = ["condition_drawings", "drawings", "panels", "pictures", "render", "single"]
+__all__ = ["condition_drawings", "drawings", "fork_drawing", "panels", "pictures", "render", "single"]
 
 _COLUMN = 3.5
 """Width of a panel in inches."""
@@ -139,6 +141,11 @@ def condition_drawings(
             drawn[f"series-{number}-success"] = partial(panels, by_dose, shown)
             drawn[f"series-{number}-loops"] = partial(panels, draw_loops_beside_chance, shown)
     return drawn
+
+
+def fork_drawing(found: Sequence[BranchEffect]) -> Figure:
+    """What one report did by its step, a panel for each agent and condition; at least one step has a number."""
+    return _sheet((draw_forks,), fork_panels(found), [], "")
 
 
 def _grids(effects: Sequence[Effects]) -> list[list[GridPanel]]:

@@ -39,7 +39,9 @@ def draw_ladder(axes: Axes, found: Why) -> None:
     axes.spines["bottom"].set(color="#888888", linewidth=0.7)
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
     axes.tick_params(axis="y", length=0)
-    title(axes, safe_name(shortened(found.agent, _LONGEST)), f"hit with p = {found.p:g}; n = {truth.success.n} a row")
+    title(
+        axes, safe_name(shortened(found.agent, _LONGEST)), f"hit at a rate of {found.p:g}; n = {truth.success.n} a row"
+    )
 
 
 def _colour(arm: str) -> str:

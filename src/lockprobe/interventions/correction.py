@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.luck import check_steps, hits
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class Correction:
     Attributes:
         p: Probability that a report is corrected, [0, 1].
         of: What is said first.
+        at: The steps whose reports can be corrected; empty for all of them.
 
     Raises:
         BadValue: If a value is none of these.
@@ -38,17 +40,20 @@ class Correction:
     name: ClassVar[str] = "correction"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = OutcomeFlip.stream
+    later: ClassVar[tuple[str, ...]] = ("at",)
     p: float = 0.0
     of: Of = "lie"
+    at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
+        check_steps(self.at)
         check_probability("correction rate p", self.p)
         if self.of not in get_args(Of):
             raise BadValue("of", self.of, f"one of {', '.join(get_args(Of))}")
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept, with what was said before it or without."""
-        if percept.joint is None or rng.random() >= self.p:
+        if percept.joint is None or rng.random() >= self.p or not hits(self.at, len(past)):
             return percept
         if self.of == "truth":
             return replace(percept, corrects=percept)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from lockprobe.interventions.luck import Luck, check_luck, stream_of, within
+from lockprobe.interventions.luck import Luck, check_luck, check_steps, hits, stream_of, within
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class Distract:
     Attributes:
         p: Probability that a sentence is said, [0, 1].
         luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
+        at: The steps with whose reports it can come; empty for all of them.
 
     Raises:
         BadValue: If a value is none of these.
@@ -44,13 +45,15 @@ class Distract:
 
     name: ClassVar[str] = "distract"
     dose: ClassVar[str] = "p"
-    later: ClassVar[tuple[str, ...]] = ("luck",)
+    later: ClassVar[tuple[str, ...]] = ("luck", "at")
     p: float = 0.0
     luck: Luck = "own"
+    at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_probability("distract rate p", self.p)
         check_luck(self.luck)
+        check_steps(self.at)
 
     @property
     def stream(self) -> str:
@@ -64,6 +67,6 @@ class Distract:
             which = within(said, self.p) if said < self.p else 0.0
         else:
             said, which = rng.random(2)
-        if len(past) < 2 or said >= self.p:
+        if len(past) < 2 or said >= self.p or not hits(self.at, len(past) - 1):
             return briefing
         return briefing.remarking(ASIDES[int(which * len(ASIDES))])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from lockprobe.interventions.luck import Luck, check_luck, stream_of
+from lockprobe.interventions.luck import Luck, check_luck, check_steps, hits, stream_of
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ class Drop:
     Attributes:
         p: Probability that a report is lost, [0, 1].
         luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
+        at: The steps whose reports can be lost; empty for all of them.
 
     Raises:
         BadValue: If a value is none of these.
@@ -32,13 +33,15 @@ class Drop:
 
     name: ClassVar[str] = "drop"
     dose: ClassVar[str] = "p"
-    later: ClassVar[tuple[str, ...]] = ("luck",)
+    later: ClassVar[tuple[str, ...]] = ("luck", "at")
     p: float = 0.0
     luck: Luck = "own"
+    at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_probability("drop rate p", self.p)
         check_luck(self.luck)
+        check_steps(self.at)
 
     @property
     def stream(self) -> str:
@@ -47,6 +50,6 @@ class Drop:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept, or one that says nothing."""
-        if percept.joint is None or rng.random() >= self.p:
+        if percept.joint is None or rng.random() >= self.p or not hits(self.at, len(past)):
             return percept
         return replace(percept, outcome=None, positions=None)

@@ -17,19 +17,22 @@ __all__ = ["Force"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Force:
-    """At one step a joint that is drawn is attempted, whatever the agent chose, and truthfully reported.
+    """At one step a given joint, or one that is drawn, is attempted, whatever the agent chose, and truthfully reported.
 
     One number is drawn per step.
 
     Attributes:
         at: The step, from 1; 0 for none.
+        joint: Label of the joint; empty for one that is drawn, each equally likely.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If the step is none, or, in a trial, the joint.
     """
 
     name: ClassVar[str] = "force"
+    later: ClassVar[tuple[str, ...]] = ("joint",)
     at: int = 0
+    joint: str = ""
 
     def __post_init__(self) -> None:
         if self.at < 0:
@@ -38,4 +41,8 @@ class Force:
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
         """The joint, or at that step the one that is drawn."""
         which = int(rng.random() * len(task.joints))
-        return task.joints[which] if len(past) == self.at else joint
+        if len(past) != self.at:
+            return joint
+        if self.joint and self.joint not in task.joints:
+            raise BadValue("joint", self.joint, f"one of {', '.join(task.joints)}")
+        return self.joint or task.joints[which]

@@ -1,4 +1,4 @@
-"""Whose steps an intervention hits: steps drawn independently, or those at which ``flip`` would lie."""
+"""Which steps an intervention hits: drawn independently, those at which ``flip`` would lie, or only given ones."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Literal, get_args
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
 
-__all__ = ["Luck", "check_luck", "stream_of", "within"]
+__all__ = ["Luck", "check_luck", "check_steps", "hits", "stream_of", "within"]
 
 Luck = Literal["own", "flip"]
 """With ``flip`` one number per attempt comes from the stream of the flip: equal doses hit equal steps."""
@@ -35,3 +35,19 @@ def within(number: float, p: float) -> float:
     0.25
     """
     return number / p
+
+
+def check_steps(at: tuple[int, ...]) -> None:
+    """Refuses steps that no trial has.
+
+    Raises:
+        BadValue: If one is below 1.
+    """
+    for step in at:
+        if step < 1:
+            raise BadValue("at", step, "a step from 1")
+
+
+def hits(at: tuple[int, ...], step: int) -> bool:
+    """Whether an intervention that is limited to the steps ``at`` can act at this one; without steps at any."""
+    return not at or step in at

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from lockprobe.interventions.luck import Luck, check_luck, stream_of, within
+from lockprobe.interventions.luck import Luck, check_luck, check_steps, hits, stream_of, within
 from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ class Tremble:
     Attributes:
         p: Probability that another joint is attempted, [0, 1].
         luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
+        at: The steps at which it can slip; empty for all of them.
 
     Raises:
         BadValue: If a value is none of these.
@@ -33,13 +34,15 @@ class Tremble:
 
     name: ClassVar[str] = "tremble"
     dose: ClassVar[str] = "p"
-    later: ClassVar[tuple[str, ...]] = ("luck",)
+    later: ClassVar[tuple[str, ...]] = ("luck", "at")
     p: float = 0.0
     luck: Luck = "own"
+    at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_probability("tremble rate p", self.p)
         check_luck(self.luck)
+        check_steps(self.at)
 
     @property
     def stream(self) -> str:
@@ -54,4 +57,4 @@ class Tremble:
         else:
             slips, which = rng.random(2)
         others = [label for label in task.joints if label != joint]
-        return others[int(which * len(others))] if slips < self.p else joint
+        return others[int(which * len(others))] if slips < self.p and hits(self.at, len(past)) else joint

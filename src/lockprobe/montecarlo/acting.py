@@ -25,7 +25,7 @@ from lockprobe.studies.modality import shown
 __all__ = ["Acting", "Report", "acting_of", "tells_states_only"]
 
 _KNOWN = (
-    "flip (but while=looping), correction, drop, tremble, force, reword and what is asked; "
+    "flip (but while=looping), correction, drop, tremble (but at), force (but joint), reword and what is asked; "
     "sample others (lockprobe.run_trial)"
 )
 
@@ -131,7 +131,9 @@ def acting_of(
     spoken = {Drop: 1.0, Distract: 1.0}
     for one in ones:
         looping = isinstance(one, OutcomeFlip) and one.while_ != "always"
-        if looping or not (isinstance(one, _FOLLOWED) or place_of(type(one)) == "asked"):
+        limited = isinstance(one, Correction | Drop | Distract | Tremble) and one.at
+        named = isinstance(one, Force) and one.joint
+        if looping or limited or named or not (isinstance(one, _FOLLOWED) or place_of(type(one)) == "asked"):
             raise BadValue("condition", spec_of(one), _KNOWN)
         if isinstance(one, Drop | Distract) and one.luck == "own":
             spoken[type(one)] *= 1 - one.p

@@ -149,7 +149,9 @@ class _Walk:
     def __init__(
         self, policy: Policy[Any], world: BoxWorld, acting: Acting, order: tuple[int, ...], most_states: int
     ) -> None:
-        self.ways: dict[tuple[Hashable, _State], list[_Way]] = {}
+        self.ways: dict[tuple[Hashable, int], list[tuple[int | None, float, bool]]] = {}
+        self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
+        self._states: list[_State] = []
         self._policy = policy
         self._world = world
         self._acting = acting
@@ -159,10 +161,10 @@ class _Walk:
 
     def run(self) -> Iterator[tuple[float, float]]:
         """After step 0, 1, ...: the share that is solved, and the share that goes on and is told wrong positions."""
-        solved, running = 0.0, {_State(0, 0, 0, self._policy.begin(self._view)): 1.0}
+        solved, running = 0.0, {self._number(_State(0, 0, 0, self._policy.begin(self._view))): 1.0}
         yield solved, 0.0
         for step in range(1, self._world.budget + 1):
-            after: dict[_State, float] = defaultdict(float)
+            after: dict[int, float] = defaultdict(float)
             apart, phase = 0.0, self._acting.phase(step)
             for state, mass in running.items():
                 for goal, chance, wrong in self._ways_from(state, step, phase):
@@ -174,7 +176,14 @@ class _Walk:
             running = after
             yield solved, apart
 
-    def _ways_from(self, state: _State, step: int, phase: Hashable) -> list[_Way]:
+    def _number(self, state: _State) -> int:
+        number = self._numbers.setdefault(state, len(self._states))
+        if number == len(self._states):
+            self._states.append(state)
+        return number
+
+    def _ways_from(self, state: int, step: int, phase: Hashable) -> list[tuple[int | None, float, bool]]:
+        """Where a state leads by number, None where the box is solved; else as in :class:`_Way`."""
         at = (phase, state)
         if at not in self.ways:
             if len(self.ways) >= self._most:
@@ -183,7 +192,10 @@ class _Walk:
                     f"more than {self._most}",
                     "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
                 )
-            self.ways[at] = list(self._leaving(state, step))
+            self.ways[at] = [
+                (None if way.goal is None else self._number(way.goal), way.chance, way.wrong)
+                for way in self._leaving(self._states[state], step)
+            ]
         return self.ways[at]
 
     def _leaving(self, state: _State, step: int) -> Iterator[_Way]:

@@ -19,7 +19,7 @@ from lockprobe.seeds import generator
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import study
 
-__all__ = ["MECHANISMS", "VerdictRates", "verdict_rates"]
+__all__ = ["MECHANISMS", "STATED", "VerdictRates", "stated_rates", "verdict_rates"]
 
 MECHANISMS: Mapping[str, Verdict] = {
     "world:loop-breaker": "disturbs",
@@ -120,6 +120,51 @@ def verdict_rates(
         for world, parts in played.items()
         for size in blocks
     ]
+
+
+STATED: Mapping[str, tuple[float, float, float]] = {
+    "what they say": (0.23, 0.67, 0.23),
+    "that they disturb": (0.23, 0.67, 0.67),
+    "no change": (0.45, 0.45, 0.45),
+}
+"""Effects of the size of the paper's (Sec. 3.2) by either reason, and none: success under truth, lie, retracted lie."""
+
+
+def stated_rates(
+    name: str, success: Sequence[float], *, blocks: Sequence[int], studies: int = 200, seed: int = 1
+) -> list[VerdictRates]:
+    """How often studies of a stated effect conclude what is true of it, if arms share no luck.
+
+    A seeded agent shares its luck between arms, and needs fewer blocks.
+
+    Args:
+        name: What the effect is called.
+        success: Success under true reports, lies and retracted lies, each in [0, 1].
+        blocks: Blocks of a study, each at least 2.
+        studies: Simulated studies of each size.
+        seed: Seed of everything.
+
+    Raises:
+        BadValue: If these are no three shares, or a number is too small.
+    """
+    if len(success) != 3 or not all(0 <= share <= 1 for share in success):
+        raise BadValue("success", list(success), "three shares from 0 to 1: under truth, lie and retracted lie")
+    if min(blocks) < 2 or studies < 1:
+        raise BadValue("blocks", list(blocks), "numbers from 2, and at least one study")
+    truth, lie, retracted = success
+    stated: Verdict = "no change" if lie == truth else "says" if retracted == truth else "disturbs"
+    if retracted not in (truth, lie):
+        stated = "both"
+    found = []
+    for size in blocks:
+        rng = generator(seed, "stated", name, str(size))
+        counted: Counter[Verdict] = Counter()
+        for _ in range(studies):
+            arms = (rng.random((3, size)) < np.array(success)[:, None]).astype(np.float64)
+            counted[verdict_of(*arms)] += 1
+        verdicts = dict(counted.most_common())
+        found.append(VerdictRates(world=name, truth=stated, blocks=size, studies=studies, verdicts=verdicts))
+    return found
 
 
 def _rates(world: str, pool: NDArray[np.bool_], blocks: int, studies: int, rng: np.random.Generator) -> VerdictRates:

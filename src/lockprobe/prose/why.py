@@ -60,7 +60,7 @@ def why_said(found: Why) -> list[str]:
     success = {one.arm: one.success for one in found.arms}
     numbers = (
         f"{percent(success['truth'].value)} of trials were solved under true reports, "
-        f"{percent(success['lie'].value)} where reports were inverted with p = {found.p:g}: {_size(found.change)}. "
+        f"{percent(success['lie'].value)} where reports were inverted at a rate of {found.p:g}: {_size(found.change)}. "
         f"With lies that are taken back at once it is {percent(success['retracted'].value)}. So the disturbance alone "
         f"does {_size(found.disturbs)}, and what lies say {_size(found.says)}."
     )

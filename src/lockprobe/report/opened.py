@@ -11,6 +11,7 @@ from typing import Any
 from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.record import Trial
+from lockprobe.studies.branch import read_forks
 from lockprobe.studies.directory import SETTINGS, read_settings
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import study_from
@@ -31,6 +32,7 @@ class OpenedStudy:
         foreign: Number of trials on record that the settings do not ask for; they are in no other number.
         flow: How many participants finished a study of flips; None if there are none.
         times: Response time of each choice of a participant, ms, by key of the trial and step from 1.
+        forks: Forks of these trials on record (``lockprobe branch``).
     """
 
     settings: Mapping[str, Any]
@@ -40,6 +42,7 @@ class OpenedStudy:
     foreign: int
     flow: Flow | None
     times: Mapping[tuple[str, int], float]
+    forks: tuple[Trial, ...] = ()
 
     @property
     def finished(self) -> int:
@@ -65,6 +68,7 @@ def open_study(directory: Path) -> OpenedStudy:
         foreign=len(everything) - len(trials),
         flow=flow_of(directory) if study.of_flips else None,
         times=times_of_steps(directory, trials) if study.of_flips else {},
+        forks=tuple(read_forks(directory)),
     )
 
 

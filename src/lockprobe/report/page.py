@@ -12,22 +12,33 @@ import json
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.summary import Each, summarise
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.formatting import minus
+from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.record import UNNAMED
 from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.excursions import excursion_table
-from lockprobe.report.figures import CAPTIONS, CONDITION_CAPTIONS, Pictures, condition_pictures, drawings
+from lockprobe.report.figures import (
+    CAPTIONS,
+    CONDITION_CAPTIONS,
+    Pictures,
+    condition_pictures,
+    drawings,
+    fork_pictures,
+    series_captions,
+)
+from lockprobe.report.forks import fork_effects, fork_rows, fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.leaderboard_tables import (
@@ -37,7 +48,7 @@ from lockprobe.report.leaderboard_tables import (
     leaderboard_by_p_table,
     leaderboard_table,
 )
-from lockprobe.report.opened import open_study
+from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.results import flip_results
@@ -112,7 +123,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
 def _pages(content: Results) -> tuple[str, ...]:
     """The pages by name, the report last."""
     others = ("claims", "audit") if content.of_flips else ("why",) if content.why else ()
-    return (*others, "report")
+    return (*others, *(["forks"] if content.forks else []), "report")
 
 
 def results(directory: Path | str) -> Results:
@@ -133,6 +144,23 @@ def _opened(
 ) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
     """A study that is read and summarised: what gives its results, and what draws each figure."""
     opened = open_study(directory)
+    numbers, pictures = _summarised(opened, directory, tell=tell, each=each)
+    if not opened.forks:
+        return numbers, pictures
+    forks = fork_effects(opened)
+    return partial(_with_forks, numbers, forks), pictures | fork_pictures(forks)
+
+
+def _with_forks(numbers: Callable[[], Results], forks: Sequence[BranchEffect]) -> Results:
+    """The results with what one report did."""
+    said = found_said([one for one in forks if one.outcome == "solved"])
+    return numbers().model_copy(update={"forks": fork_rows(forks), "forks_said": said})
+
+
+def _summarised(
+    opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None], each: Each
+) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
+    """The trials of a study: what gives their results, and what draws each figure."""
     trials = opened.trials
     tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
     if not opened.study.of_flips:
@@ -180,6 +208,7 @@ def _tables(content: Results) -> dict[str, TextTable]:
         "paces": pace_table(content.paces),
         "loops": loop_table(content.conditions),
         **({"lies": excursion_table(content.lies)} if content.lies else {}),
+        **({"forks": fork_table(content.forks)} if content.forks else {}),
         "rationality": rationality_table(content.rationality),
         "detectors": detector_table(content.detectors),
         "conditions": condition_table(content.conditions),
@@ -204,8 +233,9 @@ def _people_tables(content: Results) -> dict[str, TextTable]:
     }
 
 
+@cache
 def _templates() -> Any:
-    """The templates of the pages. What is put in is escaped."""
+    """The templates of the pages, compiled once. What is put in is escaped."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -231,6 +261,7 @@ def _condition_page(name: str, content: Results, drawn: Pictures, photographs: M
             photographs=photographs,
             images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
             captions=CONDITION_CAPTIONS,
+            series_captions=series_captions,
             tables=_condition_tables(content),
         )
     )
@@ -242,6 +273,7 @@ def _condition_tables(content: Results) -> dict[str, TextTable]:
         "crossings": crossing_table(content.crossings),
         **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content.grids) else {}),
         **({"arms": arm_table(content.why), "why": estimate_table(content.why)} if content.why else {}),
+        **({"forks": fork_table(content.forks)} if content.forks else {}),
         "conditions": table_of_conditions(content.conditions),
         **_of_measures(content),
     }

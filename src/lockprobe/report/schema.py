@@ -47,6 +47,7 @@ from lockprobe.report.details import (
 )
 from lockprobe.report.examples import ExampleTrial
 from lockprobe.report.excursions import LieResult
+from lockprobe.report.forks import ForkResult
 from lockprobe.report.leaderboard import ComparisonResult, InteractionResult, LeaderboardResult
 from lockprobe.report.people import PeopleResult
 from lockprobe.report.sample_pictures import SeenModality
@@ -278,6 +279,8 @@ class Results(DescribedResult):
     grids: list[GridResult] = Field(default=[], description="Of a study of conditions: crossed doses.")
     series: list[SeriesResult] = Field(default=[], description="Of a study of conditions: doses.")
     why: list[WhyResult] = Field(default=[], description="Of a study of controls: why false reports change success.")
+    forks: list[ForkResult] = Field(default=[], description="Where trials were forked: what one report did.")
+    forks_said: list[str] = Field(default=[], description="The detectable effects of one report, in sentences.")
     leaderboard: list[LeaderboardResult] = []
     comparisons: list[ComparisonResult] = []
     interactions: list[InteractionResult] = []
@@ -337,7 +340,7 @@ class Results(DescribedResult):
     def plain(self) -> dict[str, Any]:
         """The content of ``results.json``: all that was set, in the order of the kind of study."""
         content: dict[str, Any] = plain_json(self)
-        return content if self.of_flips else {name: content[name] for name in _CONDITION_KEYS}
+        return content if self.of_flips else {name: content[name] for name in _CONDITION_KEYS if name in content}
 
 
 _CONDITION_KEYS = (
@@ -348,6 +351,8 @@ _CONDITION_KEYS = (
         "grids",
         "series",
         "why",
+        "forks",
+        "forks_said",
         "box",
         "measures",
         "errors",

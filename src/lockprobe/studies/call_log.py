@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -119,9 +119,14 @@ class Calls:
         """Pass every call that is written from now on to a listener."""
         self._listeners.append(listener)
 
-    def of(self, key: str) -> _TrialCalls:
-        """The calls of one trial."""
-        return _TrialCalls(self, key)
+    def of(self, key: str, parent: str = "") -> _TrialCalls:
+        """The calls of one trial; a fork also finds those of the trial that it leaves (:meth:`adopt`)."""
+        return _TrialCalls(self, key, parent)
+
+    def adopt(self, calls: Iterable[Call]) -> None:
+        """Find calls of another log as well, those of trials that are forked. They are not written and cost nothing."""
+        for call in calls:
+            self._note(call)
 
     @property
     def on_their_way(self) -> int:
@@ -215,13 +220,14 @@ def _incredible(call: Call) -> Missing:
 class _TrialCalls:
     """The calls of one trial."""
 
-    def __init__(self, calls: Calls, key: str) -> None:
-        self._calls, self._key = calls, key
+    def __init__(self, calls: Calls, key: str, parent: str = "") -> None:
+        self._calls, self._key, self._parent = calls, key, parent
         self._next = Call(key=key, step=0, turn=0, request="", reply=None)
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
-        return self._calls.recall(self._key, step, turn, request)
+        found = self._calls.recall(self._key, step, turn, request)
+        return found or self._calls.recall(self._parent, step, turn, request)
 
     async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
         await self._calls.reserve(replace(self._next, most=worst, unanswered=unanswered))

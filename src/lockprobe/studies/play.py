@@ -84,7 +84,7 @@ async def play_timed(
     """
     began = time.perf_counter()
     if calls is not None and isinstance(agent, Calling):
-        agent = agent.with_calls(plan.key, calls.of(plan.key))
+        agent = agent.with_calls(plan.key, calls.of(plan.key, plan.fork.name.parent if plan.fork else ""))
     plant = _Fresh(plan)
     try:
         trial = await play(

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -100,19 +100,36 @@ class Limits:
     access: Access = field(default_factory=Access)
 
 
-def run(study: Study, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None) -> None:
+def run(
+    study: Study,
+    journal: Journal,
+    *,
+    limits: Limits | None = None,
+    observer: Observer | None = None,
+    plans: Callable[[str], Iterable[Plan]] | None = None,
+    known: Iterable[Trial] = (),
+) -> None:
     """Play what the journal owes of a study.
+
+    Args:
+        study: The study.
+        journal: Its journal, or another one, for other trials than its own.
+        limits: Of concurrency.
+        observer: Who watches.
+        plans: The trials of an agent; the study's own if not given.
+        known: Trials elsewhere of the same agents, which must be what they were there.
 
     Raises:
         UserMistake: Before the first trial, if an agent or the plant cannot be had.
         BudgetReached: If the money is spent, when all has been played that costs none.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
-    limits, observer = limits or Limits(), observer or Silent()
+    limits, observer, of = limits or Limits(), observer or Silent(), plans or study.plans
+    known = list(known)
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
     sources = [source for source in sources if source.engine != "person"]  # they are invited, not run
-    owed = {source.spec: [plan for plan in study.plans(source.spec) if journal.owes(plan.key)] for source in sources}
+    owed = {source.spec: [plan for plan in of(source.spec) if journal.owes(plan.key)] for source in sources}
     for source in sources:
         if owed[source.spec]:
             source.check()
@@ -125,7 +142,7 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
             continue
         observer.agent(source, len(owed[source.spec]))
         try:
-            _play(study, source, owed[source.spec], journal, limits, observer)
+            _play(study, source, owed[source.spec], journal, limits, observer, known)
         except BudgetReached as reached:
             spent = reached
     if spent is not None:
@@ -133,12 +150,18 @@ def run(study: Study, journal: Journal, *, limits: Limits | None = None, observe
 
 
 def _play(
-    study: Study, source: AgentSource, plans: list[Plan], journal: Journal, limits: Limits, observer: Observer
+    study: Study,
+    source: AgentSource,
+    plans: list[Plan],
+    journal: Journal,
+    limits: Limits,
+    observer: Observer,
+    known: Sequence[Trial],
 ) -> None:
     """Play what is owed of one agent."""
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
-    finish = _Finish(source.spec, journal, observer, lanes)
+    finish = _Finish(source.spec, journal, observer, lanes, known)
     if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
         play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
         return
@@ -161,7 +184,7 @@ def run_study(study: Study, directory: Path | str, *, limits: Limits | None = No
 class _Finish:
     """Writes finished trials down, and stops a run in which nothing but errors comes."""
 
-    def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int) -> None:
+    def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]) -> None:
         self._spec = spec
         self._give_up_after = max(_GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
         self._journal = journal
@@ -169,7 +192,7 @@ class _Finish:
         self._broken_in_a_row = 0
         self._agent: dict[str, Fact] = {}
         self._plant: dict[str, Fact] = {}
-        for trial in journal.trials.values():
+        for trial in (*known, *journal.trials.values()):
             self._note(trial)
 
     def __call__(self, trial: Trial, timing: Timing) -> None:

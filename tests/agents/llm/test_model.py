@@ -3,10 +3,9 @@
 import asyncio
 import json
 import os
-import subprocess
-import sys
 from dataclasses import dataclass, replace
 
+import forked
 import pytest
 from provider_server import completion, failure, here, pictures, truthful, words
 
@@ -175,18 +174,7 @@ def test_what_cannot_be_asked_is_one_line():
 
 
 def test_a_missing_key_is_one_clear_line_on_the_command_line(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "lockprobe",
-        "run",
-        "flips",
-        "--agent",
-        "llm:openai/gpt-4o",
-        "--out",
-        str(tmp_path),
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = forked.run(["run", "flips", "--agent", "llm:openai/gpt-4o", "--out", tmp_path])
     assert done.returncode == 2
     assert done.stderr == "lockprobe: llm:openai/gpt-4o needs OPENAI_API_KEY: export OPENAI_API_KEY=… and run again\n"
 

@@ -29,7 +29,7 @@ SERVE = """
 import sys, xllamacpp
 params = xllamacpp.CommonParams()
 params.model.path, params.n_ctx, params.n_parallel = sys.argv[1], 4096, 2
-params.cpuparams.n_threads = params.cpuparams_batch.n_threads = 2
+params.cpuparams.n_threads = params.cpuparams_batch.n_threads = 1
 params.flash_attn_type = params.cache_ram_mib = 0
 params.warmup = params.fit_params = False
 params.verbosity = -1

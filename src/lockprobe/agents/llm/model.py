@@ -102,6 +102,11 @@ class HostedModel:
         """The same model for one trial: no call is made twice, and every one is written down."""
         return _InOneTrial(self, key, book, self._settings, self._line)
 
+    @property
+    def unseeded(self) -> bool:
+        """That its luck is the provider's own; see :class:`lockprobe.protocols.Agent`."""
+        return True
+
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
 
@@ -129,6 +134,10 @@ class _InOneTrial:
     @property
     def facts(self) -> Mapping[str, Fact]:
         return self._model.facts
+
+    @property
+    def unseeded(self) -> bool:
+        return self._model.unseeded
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         step = len(situation.past) + 1

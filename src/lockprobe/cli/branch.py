@@ -1,0 +1,206 @@
+"""``lockprobe branch``: forks recorded trials, plays them on, and says what one report did."""
+
+from __future__ import annotations
+
+import json as json_
+import os
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.markup import escape
+
+from lockprobe.agents.catalogue import AgentSource
+from lockprobe.agents.model_access import Access
+from lockprobe.analysis.branch import BranchEffect, branch_effects
+from lockprobe.cli import options
+from lockprobe.cli.display import watch
+from lockprobe.cli.format_cost import money
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.progress import Plain, count
+from lockprobe.cli.run import ALL_BROKE, BUDGET_REACHED
+from lockprobe.errors import BudgetReached
+from lockprobe.formatting import p_cell, percent
+from lockprobe.prose.branch import found_said, size_said, value_said
+from lockprobe.record import Step, Trial
+from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
+from lockprobe.studies.fork_costs import fork_costs
+from lockprobe.studies.journal import Journal, Timing, load
+from lockprobe.studies.next_choice import next_choices
+from lockprobe.studies.runner import Limits
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.spending import Budget
+from lockprobe.studies.study import Study
+from lockprobe.terminal_text import printable
+
+__all__ = ["branch"]
+
+_AT = "Steps after whose reports trials are forked, or onset, first-lie, before-onset, every."
+_TOLD = "What is told there: truth, lie, retracted, confirmed, remark, withheld."
+_ACT = "What is done in the step after it, where the report is true: tremble, random, force=JOINT."
+_THEN = "Later reports: as in the condition of the trial, or the truth."
+_BUDGET = "The most that forks of this study may cost in US dollars, earlier runs included; it is never exceeded."
+_ESTIMATE = "Only say how many forks would be played and what they can cost."
+
+
+_OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "choice": "next choice"}
+"""Outcomes besides success -> the heads of their columns."""
+
+
+def _several(values: str) -> list[str]:
+    return [value.strip() for value in values.split(",") if value.strip()]
+
+
+def branch(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
+    keys: Annotated[
+        list[str] | None, typer.Argument(metavar="[KEY]...", help="Trials, or how their keys begin (all).")
+    ] = None,
+    at: Annotated[str, typer.Option(help=_AT)] = "4,8,12",
+    told: Annotated[str, typer.Option(help=_TOLD)] = "truth,lie",
+    act: Annotated[str, typer.Option(help=_ACT)] = "",
+    then: Annotated[Literal["parent", "truth"], typer.Option(help=_THEN)] = "parent",
+    times: Annotated[int, typer.Option(min=1, help="Continuations of each arm.")] = 1,
+    workers: options.Workers = None,
+    connections: options.Connections = 10,
+    timeout: options.Timeout = 120.0,
+    retries: options.Retries = 6,
+    budget: Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)] = None,
+    estimate: Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)] = False,
+    json: options.AsJson = False,
+) -> None:
+    """What one report did: fork finished trials after a report, change it, and let the agent play on.
+
+    The past comes from the record and is not asked again. Arms share their luck where the agent is seeded. Forks go to
+    DIR/forks and are no trials of the study; the same command resumes them. With trials at p = 0 the effect is that of
+    the first lie in a truthful world. Exit status 3: a budget ended it; 1: every fork broke.
+    """
+    study = read_study(directory)
+    asked = branching(
+        study,
+        load(directory),
+        keys=keys or (),
+        at=_several(at),
+        told=_several(told),
+        act=_several(act),
+        truthful=then == "truth",
+        times=times,
+    )
+    if estimate:
+        _estimate(asked, directory, json=json)
+        return
+    access = Access(connections=connections, timeout=timeout, retries=retries)
+    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
+    allowed = None if budget is None else Budget(study, budget)
+    _play(asked, directory, limits, allowed, json=json)
+
+
+def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
+    status = 0
+    with (
+        Journal.open(directory / FORKS, asked.study) as journal,
+        watch(json=json, budget=budget, report=False) as observer,
+    ):
+        if budget is not None:
+            journal.calls.limit(budget)
+        planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
+        watched = _Watched(observer, asked, len(planned))
+        try:
+            play_forks(asked, journal, limits=limits, observer=watched)
+        except KeyboardInterrupt:
+            observer.interrupted(journal.directory)
+            raise
+        except BudgetReached as reached:
+            observer.stopped(reached, sum(map(journal.owes, planned)), len(planned))
+            status = BUDGET_REACHED
+        if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
+            observer.broke()
+            status = ALL_BROKE
+        observer.close()
+    forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
+    effects = branch_effects(forks, asked.trials, asked.at, next_choices(asked, planned))
+    _print_effects(effects, json=json)
+    if status:
+        raise typer.Exit(status)
+
+
+def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:
+    """How many forks there are, and what they can cost by the calls of the trials that they leave."""
+    costs = fork_costs(asked, directory)
+    if json:
+        print(json_.dumps([asdict(one) for one in costs]))
+        return
+    for one in costs:
+        said = f"{one.agent}: {count(one.forks, 'fork')}, at most {count(one.steps, 'step')}"
+        if one.hosted:
+            cost = "cost not known" if one.dollars is None else f"about {money(one.dollars)}"
+            most = "" if one.most_dollars is None else f", if none is solved {money(one.most_dollars)}"
+            said += f"; {cost}{most}, by the calls on record"
+        print(printable(said))
+
+
+class _Watched:
+    """Shows the progress of forks as that of a study, under a heading of its own."""
+
+    def __init__(self, shown: Plain, asked: Branching, planned: int) -> None:
+        self._shown, self._asked, self._planned = shown, asked, planned
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        asked, left = self._asked, self._asked.left
+        what = (
+            f"{count(self._planned, 'fork')} of {count(len(asked.trials), 'trial')} on {study.box.name}: "
+            f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(asked.times, 'continuation')} each; "
+            f"later reports {'true' if asked.truthful else 'as in the condition'}"
+        )
+        lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
+        why = [
+            f"{count(left.errors, 'trial')} ended as error" * bool(left.errors),
+            f"{count(left.people, 'trial')} of people, who cannot be asked again" * bool(left.people),
+            f"{count(left.short, 'trial')} without such a place" * bool(left.short),
+        ]
+        if any(why):
+            lines.append(f"Not forked: {', '.join(filter(None, why))}")
+        if owed < self._planned:
+            lines.append(f"{self._planned - owed} of {count(self._planned, 'fork')} are done already")
+        self._shown.begin_forks(study, journal, owed, lines)
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        self._shown.agent(source, owed)
+
+    def step(self, key: str, step: Step) -> None:
+        self._shown.step(key, step)
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        self._shown.trial(trial, timing)
+
+
+def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
+    if json:
+        print(json_.dumps({"event": "effects", "effects": [asdict(one) for one in effects]}))
+        return
+    if not effects:
+        print("No effect can be estimated: at least two trials have to be forked at one place.")
+        return
+    table = new_table(
+        "agent", "condition", "at", "arm", "solved after truth", "change", "P", *_OTHERS.values(), "trials"
+    )
+    cells: dict[tuple[str, str, str, str], dict[str, BranchEffect]] = {}
+    for one in effects:
+        cells.setdefault((one.agent, one.condition, one.where, one.arm), {})[one.outcome] = one
+    for names, found in cells.items():
+        solved = found["solved"]
+        others = [
+            "" if outcome not in found else value_said(outcome, found[outcome].change.value) for outcome in _OTHERS
+        ]
+        size = [percent(solved.after_truth), size_said(solved), p_cell(solved.change.p_value)]
+        table.add_row(*map(escape, [*names, *size, *others, str(solved.change.blocks)]))
+    print_table(table)
+    print()
+    for said in found_said([one for one in effects if one.outcome == "solved"]):
+        print(printable(said))
+    print(
+        "P is corrected for all effects on success of an agent (Holm). next choice: how far its probabilities move, "
+        "exact, from 0 to 1. --json has every interval."
+    )

@@ -1,0 +1,93 @@
+"""What one report did, from forks of recorded trials: its rows of ``results.json`` and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field
+
+from lockprobe.analysis.branch import BranchEffect, branch_effects
+from lockprobe.formatting import NONE, bracketed, p_cell, percent
+from lockprobe.prose.branch import value_said
+from lockprobe.report.described import Counted, DescribedResult, FiniteNumber, Share
+from lockprobe.report.format import TextTable
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.studies.branch import forks_of
+from lockprobe.studies.next_choice import next_choices
+
+__all__ = ["ForkResult", "fork_effects", "fork_rows", "fork_table"]
+
+
+class ForkResult(DescribedResult):
+    """What an arm changes at one place of one agent's trials, compared with a true report there."""
+
+    agent: str = Field(description="Agent spec.")
+    condition: str = Field(description="The condition of the trials that were forked, as keys of records say it.")
+    where: str = Field(description="The step whose report was changed, or onset, first-lie or before-onset.")
+    arm: str = Field(description="truth, lie, retracted, confirmed, remark, withheld, tremble, random or force=JOINT.")
+    truthful: bool = Field(description="Whether all later reports are true.")
+    outcome: str = Field(description="solved, steps, leaves, repeats or choice.")
+    after_truth: FiniteNumber = Field(description="Mean of the outcome after a true report.")
+    change: FiniteNumber = Field(description="Its change; of choice the total variation distance.")
+    low: FiniteNumber = Field(description="Lower end of the 95 % interval over trials, not corrected.")
+    high: FiniteNumber = Field(description="Upper end.")
+    p_value: Share = Field(description="Exchange of signs of trials; of solved corrected per agent (Holm).")
+    trials: Counted = Field(description="Trials that were forked there.")
+    forks: Counted = Field(description="Pairs of forks.")
+
+
+def fork_effects(opened: OpenedStudy) -> list[BranchEffect]:
+    """The effects that the forks on record of a study give."""
+    parents = {trial.key: trial for trial in opened.trials}
+    chances: dict[str, tuple[float, ...]] = {}
+    played = {fork.key for fork in opened.forks}
+    for asked in forks_of(opened.study, parents, opened.forks):
+        chances |= next_choices(asked, played)
+    return branch_effects(opened.forks, parents, chances=chances)
+
+
+def fork_rows(effects: Sequence[BranchEffect]) -> list[ForkResult]:
+    """The effects as rows of ``results.json``."""
+    return [
+        ForkResult(
+            agent=one.agent,
+            condition=one.condition,
+            where=one.where,
+            arm=one.arm,
+            truthful=one.truthful,
+            outcome=one.outcome,
+            after_truth=one.after_truth,
+            change=one.change.value,
+            low=one.change.low,
+            high=one.change.high,
+            p_value=one.change.p_value,
+            trials=one.change.blocks,
+            forks=one.forks,
+        )
+        for one in effects
+    ]
+
+
+_OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "choice": "next choice"}
+"""Outcomes besides success -> the heads of their columns."""
+
+
+def fork_table(rows: Sequence[ForkResult]) -> TextTable:
+    """One row for each agent, condition, place and arm."""
+    head = ["agent", "condition", "at", "arm", "later", "solved after truth", "points", "P"]
+    cells: dict[tuple[str, ...], dict[str, ForkResult]] = {}
+    for row in rows:
+        later = "true" if row.truthful else "as before"
+        cells.setdefault((row.agent, row.condition, row.where, row.arm, later), {})[row.outcome] = row
+    table = [[*head, *_OTHERS.values(), "trials"]]
+    for names, found in cells.items():
+        if solved := found.get("solved"):
+            size = bracketed(solved.change, solved.low, solved.high)
+            others = [_value(found[outcome]) if outcome in found else NONE for outcome in _OTHERS]
+            told = percent(solved.after_truth)
+            table.append([*names, told, size, p_cell(solved.p_value), *others, str(solved.trials)])
+    return table
+
+
+def _value(row: ForkResult) -> str:
+    return NONE if row.change is None else value_said(row.outcome, row.change)

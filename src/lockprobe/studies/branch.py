@@ -1,0 +1,323 @@
+"""Forks of recorded trials (``lockprobe branch``): what is forked, how, and the plans that play it.
+
+Forks are written to the directory ``forks`` of a study, in a journal of their own with the study's settings. Their keys
+name no trial of the study, so that they are never counted as its trials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.analysis.branch import TRUTH, check_rule, fork_steps
+from lockprobe.analysis.excursion import flipped
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.fork_name import ForkName
+from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.condition import Condition
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.plan import Fork, Plan
+from lockprobe.protocols import Intervention
+from lockprobe.record import Trial
+from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.modality import interventions_for, is_pictured
+from lockprobe.studies.records import load
+from lockprobe.studies.runner import Limits, Observer, run
+from lockprobe.studies.study import Study
+
+__all__ = [
+    "ACTS",
+    "FORKS",
+    "TOLD",
+    "Branching",
+    "Left",
+    "arm_interventions",
+    "branching",
+    "forks_of",
+    "play_forks",
+    "read_forks",
+]
+
+FORKS = "forks"
+"""The directory of forks in that of their study."""
+
+TOLD: Mapping[str, str] = {
+    "truth": "",
+    "lie": "flip?p=1&at={at}",
+    "retracted": "correction?p=1&at={at}",
+    "confirmed": "correction?p=1&of=truth&at={at}",
+    "remark": "distract?p=1&at={at}",
+    "withheld": "drop?p=1&at={at}",
+}
+"""What can be told at a fork -> what acts there."""
+
+ACTS: Mapping[str, str] = {
+    "tremble": "tremble?p=1&at={after}",
+    "random": "force?at={after}",
+    "force": "force?at={after}&joint={joint}",
+}
+"""What can be done after a fork, in the next step, where the report is true -> what acts there."""
+
+_PICTURED = ("truth", "lie", "remark")
+"""What pictures can tell."""
+
+_MOST = 1000
+"""Continuations of one arm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Left:
+    """Trials that are not forked.
+
+    Attributes:
+        errors: They ended as error.
+        people: A person played them, who cannot be asked again.
+        short: They end before the places asked for, or have none such.
+    """
+
+    errors: int = 0
+    people: int = 0
+    short: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Branching:
+    """Trials on record, where they are forked, and how.
+
+    Attributes:
+        study: Their study.
+        trials: The trials, by key.
+        at: Places, as of :func:`lockprobe.analysis.branch.fork_steps`.
+        arms: What is told or done, ``truth`` first.
+        truthful: Whether all later reports are true.
+        times: Continuations of each arm.
+        left: Trials that are not forked.
+    """
+
+    study: Study
+    trials: Mapping[str, Trial]
+    at: tuple[str, ...]
+    arms: tuple[str, ...]
+    truthful: bool = False
+    times: int = 1
+    left: Left = Left()
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The agents of the trials."""
+        return tuple(dict.fromkeys(trial.agent for trial in self.trials.values()))
+
+    def plans(self, agent: str) -> Iterator[Plan]:
+        """The forks of one agent's trials. Continuations are outermost, so that a part of them is balanced.
+
+        An agent that draws its own luck is not asked again where the report is as it was and all that follows too: such
+        a fork is the trial on record, and is planned once.
+        """
+        unseeded = resolve(agent).engine == "network"
+        of = [trial for trial in self.trials.values() if trial.agent == agent]
+        steps = {trial.key: sorted({at for rule in self.at for at in fork_steps(trial, rule)}) for trial in of}
+        for time in range(1, self.times + 1):
+            for trial in of:
+                for at in steps[trial.key]:
+                    for arm in self.arms:
+                        name = ForkName(parent=trial.key, at=at, arm=arm, truthful=self.truthful, time=time)
+                        if time == 1 or not (unseeded and self._as_recorded(trial, name)):
+                            yield self._plan(trial, name)
+
+    def _as_recorded(self, trial: Trial, name: ForkName) -> bool:
+        """Whether a fork tells what the record tells, now and later."""
+        said = "lie" if flipped(trial, name.at - 1) else TRUTH
+        later = range(name.at, len(trial.steps) - 1)
+        return name.arm == said and not (name.truthful and any(flipped(trial, i) for i in later))
+
+    def _plan(self, trial: Trial, name: ForkName) -> Plan:
+        condition = _condition(self.study, trial)
+        acting, changed = _changed(condition, name.arm, name.at, _label(trial, name.arm))
+        plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+        fork = Fork(name=name, acting=acting, recorded=trial.steps)
+        return replace(plan, key=str(name), condition=changed, named=True, fork=fork)
+
+
+def _condition(study: Study, trial: Trial) -> Condition:
+    found = study.condition_of(trial)
+    assert found is not None  # only trials of the study are forked
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple[Intervention, ...], Condition]:
+    """What acts in an arm, and the condition with it."""
+    acting = arm_interventions(arm, at, condition, label)
+    interventions = (*condition.made(), *acting)
+    name = f"{condition.label[:150]}: {arm}"
+    return acting, Condition(interventions=interventions, modality=condition.modality, name=name)
+
+
+def _label(trial: Trial, arm: str) -> str:
+    """The label, in this trial, of the joint that an arm names; empty where it names none."""
+    joint = arm.partition("=")[2]
+    return trial.labels[trial.joints.index(joint)] if joint else ""
+
+
+def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") -> tuple[Intervention, ...]:
+    """What acts in an arm. The kind of flip stays that of the condition, for what it leaves in later reports.
+
+    Args:
+        arm: One of :data:`TOLD`, or of :data:`ACTS`, ``force=JOINT`` among them.
+        at: The step whose report is changed.
+        condition: The condition of the trial.
+        label: The label of the joint that ``force=JOINT`` names.
+
+    Raises:
+        BadValue: If there is no such arm, or the condition's modality cannot tell it.
+    """
+    kind, _, joint = arm.partition("=")
+    if arm not in TOLD and (kind not in ACTS or (kind == "force") != bool(joint)):
+        known = ", ".join([*TOLD, *(f"{one}=JOINT" if one == "force" else one for one in ACTS)])
+        raise BadValue("arm", arm, f"one of {known}")
+    if is_pictured(condition.modality) and arm in TOLD and arm not in _PICTURED:
+        raise BadValue("told", arm, f"{', '.join(_PICTURED)} with {condition.modality}: a picture cannot be {arm}")
+    spec = (TOLD.get(arm) or ACTS.get(kind, "")).format(at=at, after=at + 1, joint=label)
+    flips = [one for one in condition.made() if isinstance(one, OutcomeFlip)]
+    kept = flips[0].persistence if flips else "transient"
+    made = interventions_of(spec)
+    if arm == "lie":
+        return (OutcomeFlip(p=1.0, persistence=kept, at=(at,)),)
+    return made if kept == "transient" else (OutcomeFlip(persistence=kept), *made)
+
+
+def branching(
+    study: Study,
+    records: Sequence[Trial],
+    *,
+    keys: Sequence[str] = (),
+    at: Sequence[str] = ("4", "8", "12"),
+    told: Sequence[str] = ("truth", "lie"),
+    act: Sequence[str] = (),
+    truthful: bool = False,
+    times: int = 1,
+) -> Branching:
+    """The forks that are asked for.
+
+    Args:
+        study: The study.
+        records: Its trials on record.
+        keys: Trials, by key or by how their keys begin; all of them if none is given.
+        at: Steps' numbers, or rules.
+        told: What is told at the fork; ``truth`` is added, since all else is compared with it.
+        act: What is done in the step after it.
+        truthful: Whether all later reports are true; else they are as in the trial's condition.
+        times: Continuations of each arm.
+
+    Raises:
+        BadValue: If there is no such place or arm, a trial that is named has none of the places, ended as error or was
+            played by a person, or nothing is left to fork.
+        UnknownName: If there is no such trial.
+    """
+    if not 1 <= times <= _MOST:
+        raise BadValue("times", times, f"a whole number from 1 to {_MOST}")
+    for rule in at:
+        check_rule(rule)
+    for arm in told:
+        if arm not in TOLD:
+            raise BadValue("told", arm, f"one of {', '.join(TOLD)}")
+    for arm in act:
+        if arm in TOLD or arm.partition("=")[0] not in ACTS:
+            raise BadValue("act", arm, "one of tremble, random, force=JOINT")
+    own = {trial.key: trial for trial in records if study.asks_for(trial)}
+    chosen = _chosen(own, keys)
+    forked, left = _forkable(chosen, at, named=bool(keys))
+    arms = tuple(dict.fromkeys([TRUTH, *told, *act]))
+    for condition in {_condition(study, trial).label: _condition(study, trial) for trial in forked.values()}.values():
+        for arm in arms:
+            joint, known = arm.partition("=")[2], study.box.names
+            if joint and joint not in known:
+                raise BadValue("act", arm, f"force= with one of {', '.join(known)}")
+            acting = arm_interventions(arm, 1, condition)
+            shown = replace(condition, interventions=(*condition.made(), *acting), name="")
+            interventions_for(shown)
+    return Branching(study=study, trials=forked, at=tuple(at), arms=arms, truthful=truthful, times=times, left=left)
+
+
+def play_forks(
+    asked: Branching, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None
+) -> None:
+    """Play the forks that a journal owes. Calls that are on record in the study are not made again.
+
+    Args:
+        asked: The forks.
+        journal: That of the directory :data:`FORKS` in the directory of the study.
+        limits: Of concurrency.
+        observer: Who watches.
+
+    Raises:
+        UserMistake: As :func:`lockprobe.studies.runner.run`.
+        BudgetReached: As there.
+    """
+    journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
+    study = replace(asked.study, agents=asked.agents)
+    run(study, journal, limits=limits, observer=observer, plans=asked.plans, known=asked.trials.values())
+
+
+def read_forks(directory: Path | str) -> list[Trial]:
+    """The forks on record in the directory of a study; none where none was played.
+
+    Raises:
+        BadFile: If a record is damaged.
+    """
+    forks = Path(directory) / FORKS
+    return load(forks) if (forks / RECORDS).is_file() else []
+
+
+def forks_of(study: Study, parents: Mapping[str, Trial], forks: Sequence[Trial]) -> list[Branching]:
+    """What must have been asked for, so that these forks were played: one value for each way to go on."""
+    names = [name for fork in forks if (name := ForkName.parse(fork.key)) is not None and name.parent in parents]
+    found = []
+    for truthful in sorted({name.truthful for name in names}):
+        own = [name for name in names if name.truthful == truthful]
+        found.append(
+            Branching(
+                study=study,
+                trials={name.parent: parents[name.parent] for name in own},
+                at=tuple(map(str, sorted({name.at for name in own}))),
+                arms=tuple(dict.fromkeys(name.arm for name in own)),
+                truthful=truthful,
+            )
+        )
+    return found
+
+
+def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
+    if not keys:
+        return dict(own)
+    chosen: dict[str, Trial] = {}
+    for key in keys:
+        found = {key: own[key]} if key in own else {one: own[one] for one in own if one.startswith(f"{key}/")}
+        if not found:
+            raise UnknownName("trial", key, list(own)[:12])
+        chosen |= found
+    return chosen
+
+
+def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], Left]:
+    """The trials that can be forked, and why others cannot; a trial that is named has to be one that can."""
+    errors = [trial for trial in chosen.values() if trial.ending == "error"]
+    people = [trial for trial in chosen.values() if trial.player and trial.ending != "error"]
+    whole = [trial for trial in chosen.values() if trial.ending != "error" and not trial.player]
+    forked = {trial.key: trial for trial in whole if any(fork_steps(trial, rule) for rule in at)}
+    if forked and not (named and len(chosen) == 1):
+        return forked, Left(errors=len(errors), people=len(people), short=len(whole) - len(forked))
+    if forked:
+        return forked, Left()
+    if people:
+        raise BadValue("trial", people[0].key, "a trial of an agent: people cannot be asked to play a part of it again")
+    if errors:
+        raise BadValue("trial", errors[0].key, "a trial that ended: this one ended as an error")
+    longest = max((len(trial.steps) for trial in whole), default=0) - 1
+    expected = f"a place after which a trial goes on: after steps 1 to {longest} of the longest one here"
+    raise BadValue("at", ", ".join(at), expected)

@@ -1,0 +1,76 @@
+"""The exact probabilities of the next choice at a fork, for agents that are policies."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Container, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.policy import Policy
+from lockprobe.errors import ModelFault
+from lockprobe.plan import Names, Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.record import Decision, Fact, Situation
+from lockprobe.studies.branch import Branching
+from lockprobe.studies.modality import interventions_for
+from lockprobe.trial import play
+
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["next_choices"]
+
+
+def next_choices(asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
+    """The probability of each joint, as listed, after forks with these keys; first continuations of policies alone.
+
+    Others are left out: local models have their probabilities on record, and those of hosted models are not known.
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for spec in () if asked.study.simulated else asked.agents:
+        source = resolve(spec)
+        agent = source.make() if source.engine == "inline" else None
+        if isinstance(agent, Policy):
+            found |= asyncio.run(_of_agent(asked, spec, agent, keys))
+    return found
+
+
+async def _of_agent(
+    asked: Branching, spec: str, policy: Policy[Any], keys: Container[str]
+) -> dict[str, tuple[float, ...]]:
+    found = {}
+    for plan in asked.plans(spec):
+        if plan.fork is not None and plan.fork.name.time > 1:
+            break
+        if plan.fork is not None and plan.key in keys:
+            found[plan.key] = await _chances(plan, policy, plan.fork.name.at)
+    return found
+
+
+async def _chances(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
+    """Play a fork up to its first own choice."""
+    asked = _Asked(policy, at)
+    plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
+    await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
+    return asked.chances
+
+
+class _Asked:
+    """A policy that plays up to a step, and then says its chances and stops."""
+
+    def __init__(self, policy: Policy[Any], at: int) -> None:
+        self._policy, self._left = policy, at
+        self.chances: tuple[float, ...] = ()
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return {}
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        if self._left:
+            self._left -= 1
+            return await self._policy.decide(situation, rng)
+        chances: Sequence[float] = self._policy.probabilities(*self._policy.recall(situation))
+        self.chances = tuple(chances)
+        raise ModelFault("its chances are known: the trial ends here")

@@ -1,0 +1,204 @@
+"""Forks of recorded trials: the past is on record, one report is changed, and the agent plays on."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+import lockprobe
+from lockprobe.analysis.branch import branch_effects
+from lockprobe.analysis.excursion import flipped
+from lockprobe.errors import BadValue, UnknownName
+from lockprobe.fork_name import ForkName
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.montecarlo.excursions import lie_effects
+from lockprobe.record import TrialError
+from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks
+from lockprobe.studies.journal import Journal, load
+from lockprobe.studies.runner import run_study
+from lockprobe.studies.studyfile import study
+
+ASKED = {"p": [0.0, 0.4], "trials": 6, "repetitions": 1}
+
+
+def played(directory, planned, **asked):
+    """The parents by key, and the forks that are asked for."""
+    trials = run_study(planned, directory)
+    wanted = branching(planned, trials, **asked)
+    with Journal.open(directory / FORKS, planned) as journal:
+        play_forks(wanted, journal)
+    return {trial.key: trial for trial in trials}, load(directory / FORKS)
+
+
+@pytest.fixture(scope="module")
+def strategies(tmp_path_factory):
+    planned = study("flips", agent=["cognitive:insistent", "human-inspired", "random"], **ASKED)
+    arms = {"told": list(TOLD), "act": ["tremble", "random", "force=slider-1"]}
+    return played(tmp_path_factory.mktemp("forks"), planned, at=["3", "7"], times=2, **arms)
+
+
+def by_name(forks):
+    return {ForkName.parse(fork.key): fork for fork in forks}
+
+
+def test_told_what_was_told_a_fork_is_the_trial_on_record(strategies):
+    parents, forks = strategies
+    same = 0
+    for name, fork in by_name(forks).items():
+        parent = parents[name.parent]
+        told = "lie" if flipped(parent, name.at - 1) else "truth"
+        if (name.arm, name.time) == (told, 1):
+            same += 1
+            assert (fork.opening, fork.steps, fork.ending) == (parent.opening, parent.steps, parent.ending)
+    assert same > 40
+
+
+def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_acts(strategies):
+    parents, forks = strategies
+    for name, fork in by_name(forks).items():
+        parent = parents[name.parent]
+        assert fork.steps[: name.at - 1] == parent.steps[: name.at - 1]
+        mine, theirs = fork.steps[name.at - 1], parent.steps[name.at - 1]
+        assert (mine.joint, mine.moved, mine.state, mine.decision) == (
+            theirs.joint, theirs.moved, theirs.state, theirs.decision
+        )  # fmt: skip
+        assert flipped(fork, name.at - 1) == (name.arm == "lie")
+        assert ("Correction:" in mine.told) == (name.arm in ("retracted", "confirmed"))
+        assert (mine.told_moved is None) == (name.arm == "withheld")
+        assert bool(fork.steps[name.at].remark) == (name.arm == "remark")
+
+
+def test_what_is_done_is_done_at_the_next_step_and_truthfully_told(strategies):
+    _, forks = strategies
+    seen = Counter()
+    for name, fork in by_name(forks).items():
+        step = fork.steps[name.at]
+        if name.arm == "force=slider-1":
+            assert step.joint == "slider-1"
+        if name.arm == "tremble":
+            assert step.chosen not in (None, step.joint)
+        if name.arm in TOLD:
+            assert step.chosen is None
+        seen[name.arm] += 1
+    assert len(seen) == len(TOLD) + 3
+
+
+def test_arms_share_their_luck_and_continuations_do_not(strategies):
+    """What an agent that reads nothing does after a fork depends on the continuation and on nothing that is told."""
+    _, forks = strategies
+    actions = {}
+    for name, fork in by_name(forks).items():
+        if fork.agent == "random" and name.arm in TOLD:
+            actions.setdefault((name.parent, name.at, name.time), set()).add(fork.actions)
+    assert {len(found) for found in actions.values()} == {1}
+    first, second = ({key[:2]: found for key, found in actions.items() if key[2] == time} for time in (1, 2))
+    assert sum(first[key] != second[key] for key in first) > len(first) * 0.8
+
+
+def test_later_reports_are_as_in_the_condition_or_true(tmp_path):
+    planned = study("flips", agent="random", **(ASKED | {"p": [0.4]}))
+    _, forks = played(tmp_path, planned, at=["5"], truthful=True)
+    assert forks
+    for name, fork in by_name(forks).items():
+        told = [flipped(fork, i) for i in range(4, len(fork.steps) - 1)]
+        assert told == [name.arm == "lie"] + [False] * (len(told) - 1)
+    trials = load(tmp_path)
+    with Journal.open(tmp_path / FORKS, planned) as journal:
+        play_forks(branching(planned, trials, at=["5"]), journal)
+    lies = {
+        str(name): [flipped(fork, i) for i in range(5, len(fork.steps) - 1)]
+        for name, fork in by_name(load(tmp_path / FORKS)).items()
+        if not name.truthful
+    }
+    assert any(map(any, lies.values()))
+
+
+def test_forks_are_no_trials_of_the_study_and_the_same_command_owes_nothing(tmp_path):
+    planned = study("flips", agent="random", **ASKED)
+    _, forks = played(tmp_path, planned, at=["4"])
+    assert not any(planned.asks_for(fork) for fork in forks)
+    assert len(load(tmp_path)) == planned.size
+    wanted = branching(planned, load(tmp_path), at=["4"])
+    with Journal.open(tmp_path / FORKS, planned) as journal:
+        assert not any(journal.owes(plan.key) for plan in wanted.plans("random"))
+        play_forks(wanted, journal)
+    assert load(tmp_path / FORKS) == forks
+
+
+@pytest.mark.parametrize("agent", ["cognitive:perseverant", "cognitive:insistent"])
+@pytest.mark.parametrize("p", [0.0, 0.4])
+def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent, p):
+    """Propagation with one report forced either way is the truth, at p = 0 and among other lies."""
+    planned = study("flips", agent=agent, p=[p], trials=150, repetitions=1, modality="symbolic")
+    parents, forks = played(tmp_path, planned, at=["4"], times=2)
+    (effect,) = [one for one in branch_effects(forks, parents) if one.outcome == "solved"]
+    exact = lie_effects(agent, p=p, modality="symbolic").by_step[3]
+    error = (effect.change.high - effect.change.low) / 2 / 1.98
+    assert abs(effect.change.value - exact) < 3.5 * error
+    assert error < 0.05
+
+
+def test_every_kind_of_flip_leaves_later_reports_as_it_would(tmp_path):
+    """A sticky lie at the fork stays until its joint is attempted again; outcome-only reports stay without positions."""
+    planned = study("flips", agent="round-robin", flip="sticky", p=[0.3], trials=4, repetitions=1)
+    _, forks = played(tmp_path / "sticky", planned, at=["5"], truthful=True)
+    stays = [fork for name, fork in by_name(forks).items() if name.arm == "lie"]
+    assert any(step.told_state != after.state for fork in stays for step, after in zip(fork.steps[5:], fork.steps[6:]))  # noqa: B905
+    planned = study("flips", agent="random", flip="outcome-only", p=[0.3], trials=2, repetitions=1)
+    _, forks = played(tmp_path / "outcome", planned, at=["5"], told=["truth", "lie", "retracted"])
+    assert {step.told_state for fork in forks for step in fork.steps} == {None}
+
+
+def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
+    planned = study("flips", agent=["human-inspired", "random"], **ASKED)
+    trials = run_study(planned, tmp_path)
+    for asked, message in (
+        ({"at": ["40"]}, "40"),
+        ({"at": ["nowhere"]}, "a step from 1, or one of onset"),
+        ({"at": ["0"]}, "a step from 1"),
+        ({"told": ["lies"]}, "one of truth, lie, retracted"),
+        ({"act": ["lie"]}, "tremble, random, force=JOINT"),
+        ({"act": ["force"]}, "force=JOINT"),
+        ({"act": ["force=door"]}, "one of revolute-left"),
+        ({"times": 0}, "from 1 to 1000"),
+        ({"keys": ["flips/human-inspired/p=0/rep=1/trial=1"], "at": ["19"]}, "after steps 1 to"),
+    ):
+        with pytest.raises(BadValue, match=message):
+            branching(planned, trials, **asked)
+    with pytest.raises(UnknownName, match="no trial is called 'flips/nobody'"):
+        branching(planned, trials, keys=["flips/nobody"])
+    broken = replace(trials[0], ending="error", error=TrialError(boundary="model", message="gone", step=3))
+    with pytest.raises(BadValue, match="ended as an error"):
+        branching(planned, [broken, *trials[1:]], keys=[broken.key])
+    assert branching(planned, [broken, *trials[1:]]).left.errors == 1
+
+
+def test_people_cannot_be_forked():
+    planned = study("flips", agent="participant", p=[0.4], trials=1, repetitions=1)
+    (like,) = [lockprobe.run_trial(agent="random", p=0.4)]
+    key = "flips/participant/p=0.4/rep=1/trial=1"
+    person = replace(like, key=key, agent="participant:anna", study="flips", seed=planned.seed)
+    with pytest.raises(BadValue, match="people cannot be asked"):
+        branching(planned, [person], keys=[key])
+
+
+def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():
+    condition = replace(study("flips").conditions[0], modality="rgb")
+    assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, at=(4,)),)
+    for arm in ("retracted", "confirmed", "withheld"):
+        with pytest.raises(BadValue, match=f"a picture cannot be {arm}"):
+            arm_interventions(arm, 4, condition)
+
+
+def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path, monkeypatch):
+    """The record cannot be reached again: every fork breaks, names the step, and is owed."""
+    planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
+    trials = run_study(planned, tmp_path)
+    other = [
+        replace(trial, steps=(replace(trial.steps[0], told="Something else."), *trial.steps[1:])) for trial in trials
+    ]
+    with Journal.open(tmp_path / FORKS, planned) as journal:
+        play_forks(branching(planned, other, at=["3"]), journal)
+    forks = load(tmp_path / FORKS)
+    assert {fork.ending for fork in forks} == {"error"}
+    assert all(fork.owed_again and "step 1 cannot be repeated" in fork.error.message for fork in forks)

@@ -1,0 +1,141 @@
+"""Forks of a hosted model: what is on record is not asked again, and a killed run loses and repeats nothing."""
+
+import os
+import random
+import shutil
+import signal
+from collections import Counter
+from contextlib import ExitStack
+from functools import partial
+
+import pytest
+from killed import KILLS, commands, ended, settled
+from provider_server import Manner, account, elsewhere
+
+from lockprobe.agents.model_access import Access
+from lockprobe.errors import BudgetReached
+from lockprobe.fork_name import ForkName
+from lockprobe.studies.branch import FORKS, branching, play_forks
+from lockprobe.studies.call_log import CALLS, read_calls, unanswered
+from lockprobe.studies.fork_costs import fork_costs
+from lockprobe.studies.journal import Journal, left_out, load
+from lockprobe.studies.runner import Limits, run_study
+from lockprobe.studies.spending import Budget
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
+
+pytest.importorskip("lockprobe.agents.llm.model")
+
+SPEC = "llm:openai-api/fake/model"
+CONNECTIONS = 4
+STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + KILLS, "repetitions": 1, "max_steps": 10}
+AT = ["2", "5", "first-lie"]
+LIMITS = Limits(access=Access(connections=32))
+
+
+@pytest.fixture(autouse=True)
+def no_keys(monkeypatch):
+    for name in os.environ:
+        if name.endswith(("_API_KEY", "_BASE_URL")):
+            monkeypatch.delenv(name)
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+
+
+@pytest.fixture
+def recorded(tmp_path, monkeypatch):
+    """A finished study in a directory, and the conversations that its provider has seen."""
+    planned = study(StudyOptions(agent=[SPEC], **STUDY))
+    with elsewhere(Manner()) as url:
+        monkeypatch.setenv("FAKE_BASE_URL", url)
+        run_study(planned, tmp_path / "study", limits=LIMITS)
+        return planned, tmp_path / "study", set(account(url)["conversations"])
+
+
+def forked(planned, directory, budget=None, **asked):
+    wanted = branching(planned, load(directory), **({"at": AT} | asked))
+    with Journal.open(directory / FORKS, planned) as journal:
+        if budget is not None:
+            journal.calls.limit(Budget(planned, budget))
+        play_forks(wanted, journal, limits=LIMITS)
+    return wanted
+
+
+def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(recorded, monkeypatch):
+    planned, directory, known = recorded
+    with elsewhere(Manner()) as url:
+        monkeypatch.setenv("FAKE_BASE_URL", url)
+        forked(planned, directory, told=["truth", "lie", "retracted", "withheld"], act=["tremble"], times=3)
+        seen = account(url)
+    assert seen["conversations"]
+    assert not known & seen["conversations"].keys()
+    parents = {trial.key: trial for trial in load(directory)}
+    asked = {call.key for call in read_calls(directory / FORKS)}
+    as_recorded = 0
+    for fork in load(directory / FORKS):
+        name = ForkName.parse(fork.key)
+        if fork.steps == parents[name.parent].steps:
+            as_recorded += 1
+            assert fork.key not in asked
+            assert name.time == 1
+        else:
+            assert fork.key in asked
+    assert as_recorded
+    assert all(call.step > ForkName.parse(call.key).at for call in read_calls(directory / FORKS))
+
+
+def test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice(recorded, tmp_path, monkeypatch):
+    planned, directory, _ = recorded
+    whole = tmp_path / "whole"
+    shutil.copytree(directory, whole)
+    manner = Manner(median=0.05)
+    with elsewhere(manner) as url:
+        monkeypatch.setenv("FAKE_BASE_URL", url)
+        wanted = forked(planned, whole)
+        asked = account(url)
+    luck, kills, forks = random.Random(7), 0, directory / FORKS
+    command = ["branch", directory, "--at", ",".join(AT), "--connections", CONNECTIONS]
+    with ExitStack() as stack:
+        url = stack.enter_context(elsewhere(manner))
+        monkeypatch.setenv("FAKE_BASE_URL", url)
+        start = partial(stack.enter_context(commands()), command)
+        assert ended(start, forks / CALLS, luck, signal.SIGINT) == 130
+        while kills < KILLS and ended(start, forks / CALLS, luck) == -signal.SIGKILL:
+            kills += 1
+            settled(url)
+        assert kills == KILLS
+        forked(planned, directory)
+        seen = settled(url)
+    assert {fork.key: fork for fork in load(forks)} == {fork.key: fork for fork in load(whole / FORKS)}
+    assert {fork.key for fork in load(forks)} == {plan.key for plan in wanted.plans(SPEC)}
+    assert (left_out(forks).repeated, left_out(forks).replaced) == (0, 0)
+    calls = [call for call in read_calls(forks) if call.reply is not None]
+    assert set(Counter((call.key, call.step, call.turn) for call in calls).values()) == {1}
+    assert seen["conversations"].keys() == asked["conversations"].keys()
+    assert seen["arrived"] - len(calls) <= (1 + KILLS) * CONNECTIONS  # those on their way at a kill
+    assert unanswered(forks) == []
+    print(f"{kills} kills, {len(calls)} calls, {seen['arrived'] - len(calls)} on their way at a kill")
+
+
+def test_the_budget_of_forks_holds_and_the_estimate_is_of_their_size(recorded, tmp_path, monkeypatch):
+    prices = tmp_path / "prices.toml"
+    price = "{ input = 1.0, cached = 1.0, output = 10.0, date = '2026-01-02', source = 'a list' }"
+    prices.write_text(f'[[model]]\nmatch = ["openai-api/fake/*"]\nprice = {price}\n')
+    monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", str(prices))
+    planned, directory, _ = recorded
+    with elsewhere(Manner()) as url:
+        monkeypatch.setenv("FAKE_BASE_URL", url)
+        with pytest.raises(BudgetReached):
+            forked(planned, directory, budget=0.34)
+        spent = Budget(planned, 1.0)
+        for call in read_calls(directory / FORKS):
+            spent.settle(call)
+        assert 0 < spent.spent <= 0.34
+        wanted = forked(planned, directory)
+    (cost,) = fork_costs(wanted, directory)
+    spent = Budget(planned, 1.0)
+    for call in read_calls(directory / FORKS):
+        spent.settle(call)
+    assert cost.hosted
+    assert cost.forks == len(load(directory / FORKS))
+    assert 0 < cost.dollars <= cost.most_dollars
+    assert spent.spent < cost.most_dollars
