@@ -99,14 +99,7 @@ class Engine:
         return self._tokens(text, opening=True)
 
     def restart(self, constant: str) -> list[int]:
-        """Bring the cache into the one state from which every trial begins: the constant prefix and nothing else.
-
-        Args:
-            constant: The text that all prompts begin with.
-
-        Returns:
-            Its tokens, to build the prompt on.
-        """
+        """Reset the cache to the constant prefix, from which every trial begins, and return the prefix's tokens."""
         tokens = list(self.opening(constant))
         newline = self.tokens("\n\n\n\n")[-1]
         self._evaluate([*tokens, newline], [0, 1], reuse=tokens == self._constant)

@@ -16,10 +16,6 @@ Senses = Literal["reports", "pictures"]
 def refuse_pictures(percept: Percept, reader: str) -> None:
     """Raise an error if an agent that reads reports is shown pictures instead.
 
-    Args:
-        percept: The percept.
-        reader: Name of the agent's class.
-
     Raises:
         BadValue: If there are pictures and neither an outcome nor positions.
     """

@@ -154,13 +154,7 @@ class Policy(Generic[Memory]):
         raise NotImplementedError
 
     def remember_silence(self, view: View, memory: Memory, joint: int) -> Memory:
-        """The memory after an attempt of which nothing is told; the same, if a policy does not say otherwise.
-
-        Args:
-            view: What it knows of its task.
-            memory: The memory before.
-            joint: The joint that it chose.
-        """
+        """The memory after an attempt of which nothing is told; the same, if a policy does not say otherwise."""
         return memory
 
     def probabilities(self, view: View, memory: Memory) -> tuple[float, ...]:

@@ -108,11 +108,7 @@ def log_of(
 ) -> EvalLog:
     """Trials as a log: a sample each, with scores and metrics as an eval of the same task has them.
 
-    Args:
-        trials: The trials, at least one.
-        study: The study that they are of.
-        pictures: Directory of the pictures that the records name.
-        seconds: How long each trial took, by key.
+    The arguments are those of :func:`write_logs`; at least one trial is needed.
     """
     agents = list(dict.fromkeys(trial.group for trial in trials))
     samples = [_sample(trial, pictures, (seconds or {}).get(trial.key)) for trial in trials]

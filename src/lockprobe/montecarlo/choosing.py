@@ -98,15 +98,7 @@ def forget(rule: Rule, memory: Memory) -> None:
 
 
 def choose(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: Numbers) -> int:
-    """The next joint.
-
-    Args:
-        scene: The world.
-        rule: The agent.
-        memory: What it remembers.
-        order: The joints as they are listed to it.
-        numbers: Its stream.
-    """
+    """The next joint, given the order in which joints are listed and the agent's random numbers."""
     everything = (1 << scene.joints) - 1
     if rule.kind == ROUND_ROBIN:
         return int(order[memory.steps % scene.joints])
@@ -124,16 +116,7 @@ def choose(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
 
 
 def remember(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int, shown: int) -> None:
-    """The memory after a report.
-
-    Args:
-        scene: The world.
-        rule: The agent.
-        memory: What it remembers.
-        joint: The joint attempted.
-        moved: Whether it moved, as told.
-        shown: The configuration as told; -1 where it is not.
-    """
+    """Update the memory after a report; ``shown`` is the told configuration, -1 if positions are not told."""
     memory.steps += 1
     if rule.kind == MAP:
         _note(memory, joint)

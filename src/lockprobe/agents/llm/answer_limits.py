@@ -22,11 +22,7 @@ _PORTS = {"http": 80, "https": 443}
 
 
 def guard_answers(client: object) -> None:
-    """Have a provider's client refuse such answers; leave one that does not use httpx as it is.
-
-    Args:
-        client: The client of a provider.
-    """
+    """Have a provider's client refuse such answers; leave one that does not use httpx as it is."""
     for place in (client, getattr(client, "_client", None)):
         hooks = getattr(place, "event_hooks", None)
         if isinstance(hooks, dict) and hasattr(place, "headers"):

@@ -193,10 +193,6 @@ def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:
 
     Inspect AI makes one of the provider's error; it is no word of the model's.
 
-    Args:
-        output: What came.
-        tries: How the request fared.
-
     Raises:
         ModelFault: If that is what came.
     """

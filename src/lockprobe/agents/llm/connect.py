@@ -72,12 +72,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
 
 
 def mistake(name: str, error: Exception) -> UserMistake:
-    """What Inspect AI says of a model that cannot be asked, as one line.
-
-    Args:
-        name: The model.
-        error: What it raised.
-    """
+    """What Inspect AI says of a model that cannot be asked, as one line."""
     said = " ".join(re.sub(r"\[/?[a-z ]*\]|ERROR:?", "", str(error)).split())
     if keys := re.findall(r"[A-Z][A-Z0-9_]*_(?:KEY|TOKEN|URL|ID)\b", said):
         return Missing(f"llm:{name} needs {keys[0]}", f"export {keys[0]}=… and run again")

@@ -194,11 +194,6 @@ def _fingerprint(
 async def decided(situation: Situation, settings: ModelSettings, ask: Ask) -> Decision:
     """Ask until a reply is of the form asked for.
 
-    Args:
-        situation: All that may be used to decide.
-        settings: How the model is asked.
-        ask: Makes one call.
-
     Raises:
         ReplyFault: If too many replies were of another form.
     """

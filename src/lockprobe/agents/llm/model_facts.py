@@ -70,12 +70,7 @@ class Price:
     source: Annotated[str, Field(min_length=1, max_length=300), AfterValidator(printable)]
 
     def of(self, usage: Usage, *, batch: bool = False) -> float:
-        """What calls cost, in US dollars.
-
-        Args:
-            usage: What they used.
-            batch: Whether they went through the batch interface.
-        """
+        """What calls cost, in US dollars."""
         stored = self.input if self.stored is None else self.stored
         fresh = max(0, usage.input_tokens - usage.cached_tokens - usage.stored_tokens)
         dollars = fresh * self.input + usage.cached_tokens * self.cached + usage.stored_tokens * stored

@@ -36,11 +36,7 @@ __all__ = ["use_fast_path"]
 
 
 def use_fast_path(client: object) -> None:
-    """Make a client of OpenAI's send requests unchanged; leave any other client as it is.
-
-    Args:
-        client: The client of a provider.
-    """
+    """Make a client of OpenAI's send requests unchanged; leave any other client as it is."""
     if AsyncOpenAI is None or not isinstance(client, AsyncOpenAI):
         return
     chat, responses = client.chat.completions, client.responses

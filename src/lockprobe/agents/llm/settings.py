@@ -60,38 +60,22 @@ class ModelSettings:
             raise BadValue("repairs", self.repairs, "a whole number from 0 to 20")
 
     def most_tokens(self, facts: ModelFacts) -> int | None:
-        """Tokens that a reply may have; None where its provider decides, because nothing is known of the model.
-
-        Args:
-            facts: What is known of the model.
-        """
+        """Tokens that a reply may have; None where its provider decides, because nothing is known of the model."""
         if self.max_tokens is not None or not facts.known:
             return self.max_tokens
         most = MOST_REASONED if self.reasons(facts) else MOST_PLAIN
         return min(most, facts.most_output or most)
 
     def reasons(self, facts: ModelFacts) -> bool:
-        """Whether a model asked like this is known to write tokens that nobody sees before it replies.
-
-        Args:
-            facts: What is known of the model.
-        """
+        """Whether a model asked like this is known to write tokens that nobody sees before it replies."""
         return facts.reasons if self.effort is None else self.effort != "none"
 
     def form(self, facts: ModelFacts) -> Schema:
-        """How the form of the reply is asked for.
-
-        Args:
-            facts: What is known of the model.
-        """
+        """How the form of the reply is asked for."""
         return self.schema or facts.schema
 
     def parameters(self, facts: ModelFacts) -> dict[str, object]:
-        """What is sent with conversation and form, under the names of Inspect AI's ``GenerateConfig``.
-
-        Args:
-            facts: What is known of the model.
-        """
+        """What is sent with conversation and form, under the names of Inspect AI's ``GenerateConfig``."""
         given: dict[str, object] = {
             "temperature": self.temperature,
             "top_p": self.top_p,
@@ -101,11 +85,7 @@ class ModelSettings:
         return {name: value for name, value in given.items() if value is not None}
 
     def sent(self, facts: ModelFacts) -> dict[str, Fact]:
-        """What is sent with every request besides the conversation, and what is left to the provider, for the record.
-
-        Args:
-            facts: What is known of the model.
-        """
+        """What every request sends besides the conversation, and what is left to the provider, for the record."""
         left = "provider default"
         sampling = "fixed by the model" if facts.sampling == "fixed" else left
         found: dict[str, Fact] = {

@@ -44,11 +44,6 @@ def at_most(messages: Sequence[Message], settings: ModelSettings, facts: ModelFa
     """What one call can cost, whatever the model replies.
 
     A tokenizer makes no more tokens of a text than the text has bytes.
-
-    Args:
-        messages: The conversation.
-        settings: How the model is asked.
-        facts: What is known of it.
     """
     text = sum(len(message.text.encode(errors="surrogatepass")) for message in messages)
     blocks = sum(_blocks(picture.png) for message in messages for picture in message.pictures)
