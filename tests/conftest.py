@@ -54,6 +54,8 @@ def pytest_collection():
 
 
 def pytest_collection_modifyitems(items):
+    """Tests in a browser come first: they mostly wait, and at the end nothing else would be left to do meanwhile."""
+    items.sort(key=lambda item: not item.path.is_relative_to(ROOMS / "web"))
     for item in items:
         if _is_quick(item.path):
             item.add_marker(pytest.mark.quick)

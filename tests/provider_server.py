@@ -150,7 +150,7 @@ class Server(ScriptedProvider):
             self._on_their_way -= 1
 
     async def _late(self, request, reader, writer):
-        before, name = names(request["messages"])
+        before, name = names(request["input"] if "input" in request else request["messages"])
         self.arrived[name] += 1
         latency = self.manner.latency(name)
         self.chain[name] = self.chain.get(before, 0.0) + latency

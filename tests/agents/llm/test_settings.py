@@ -151,7 +151,9 @@ def played(tmp_path, monkeypatch, spec, answer=truthful):
             monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
             monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
         run_study(study(StudyOptions(agent=[spec], p=[0], trials=1, repetitions=1)), tmp_path)
-    return server.requests, load(tmp_path)[0]
+    (trial,) = load(tmp_path)
+    assert trial.error is None
+    return server.requests, trial
 
 
 @pytest.mark.parametrize(("schema", "strict"), [("strict", True), ("loose", False)])
