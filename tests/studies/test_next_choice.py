@@ -1,8 +1,11 @@
 """The exact chances of the next choice are those that the records of exact policies hold."""
 
+import pytest
+
+from lockprobe.errors import BadFile
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.next_choice import next_choices
+from lockprobe.studies.next_choice import next_choices, read_choices, write_choices
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
 
@@ -24,3 +27,10 @@ def test_chances_are_those_on_record_and_of_policies_alone(tmp_path):
         assert chances[chosen] > 0
     assert any(forks[key].steps[2].decision.probabilities for key in found)
     assert next_choices(wanted, ()) == {}
+    assert read_choices(tmp_path) == {}
+    written = write_choices(tmp_path, wanted, list(forks)[:3])
+    assert written.keys() <= found.keys()
+    assert write_choices(tmp_path, wanted, forks) == read_choices(tmp_path) == found
+    (tmp_path / FORKS / "next_choices.json").write_text('{"a": [NaN]}')
+    with pytest.raises(BadFile, match="not the probabilities of next choices"):
+        read_choices(tmp_path)

@@ -214,11 +214,11 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
     return Entrant(
         agent=first.group,
         modality=first.modality,
-        head=spec_kind(first.group),
-        reference=is_reference(first.group),
         counted=outcomes(trials),
         broken=broken_off(trials),
         budget=max(trial.budget for trial in trials),
+        head=spec_kind(first.group),
+        reference=is_reference(first.group),
     )
 
 

@@ -28,7 +28,7 @@ from lockprobe.record import Step, Trial
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.fork_costs import fork_costs
 from lockprobe.studies.journal import Journal, Timing, load
-from lockprobe.studies.next_choice import next_choices
+from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget
@@ -120,7 +120,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
             status = ALL_BROKE
         observer.close()
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
-    effects = branch_effects(forks, asked.trials, asked.at, next_choices(asked, planned))
+    effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
     _print_effects(effects, json=json)
     if status:
         raise typer.Exit(status)

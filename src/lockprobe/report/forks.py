@@ -12,8 +12,6 @@ from lockprobe.prose.branch import value_said
 from lockprobe.report.described import Counted, DescribedResult, FiniteNumber, Share
 from lockprobe.report.format import TextTable
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.studies.branch import forks_of
-from lockprobe.studies.next_choice import next_choices
 
 __all__ = ["ForkResult", "fork_effects", "fork_rows", "fork_table"]
 
@@ -38,12 +36,7 @@ class ForkResult(DescribedResult):
 
 def fork_effects(opened: OpenedStudy) -> list[BranchEffect]:
     """The effects that the forks on record of a study give."""
-    parents = {trial.key: trial for trial in opened.trials}
-    chances: dict[str, tuple[float, ...]] = {}
-    played = {fork.key for fork in opened.forks}
-    for asked in forks_of(opened.study, parents, opened.forks):
-        chances |= next_choices(asked, played)
-    return branch_effects(opened.forks, parents, chances=chances)
+    return branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices)
 
 
 def fork_rows(effects: Sequence[BranchEffect]) -> list[ForkResult]:

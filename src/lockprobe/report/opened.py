@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from lockprobe.people.step_times import times_of_steps
 from lockprobe.record import Trial
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.directory import SETTINGS, read_settings
+from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
@@ -33,6 +34,7 @@ class OpenedStudy:
         flow: How many participants finished a study of flips; None if there are none.
         times: Response time of each choice of a participant, ms, by key of the trial and step from 1.
         forks: Forks of these trials on record (``lockprobe branch``).
+        choices: Key of a fork -> probability of each joint at its first choice, where that is known.
     """
 
     settings: Mapping[str, Any]
@@ -43,6 +45,7 @@ class OpenedStudy:
     flow: Flow | None
     times: Mapping[tuple[str, int], float]
     forks: tuple[Trial, ...] = ()
+    choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def finished(self) -> int:
@@ -57,8 +60,8 @@ def open_study(directory: Path) -> OpenedStudy:
         BadFile: If it is not that of a study, or a record or a participant's diary is damaged.
     """
     settings = read_settings(directory)
+    everything, left_out = read_records(directory, settings)
     study = study_from(settings, directory / SETTINGS)
-    everything, left_out = read_records(directory)
     trials = sorted((trial for trial in everything if study.asks_for(trial)), key=_place(study))
     return OpenedStudy(
         settings=settings,
@@ -69,6 +72,7 @@ def open_study(directory: Path) -> OpenedStudy:
         flow=flow_of(directory) if study.of_flips else None,
         times=times_of_steps(directory, trials) if study.of_flips else {},
         forks=tuple(read_forks(directory)),
+        choices=read_choices(directory),
     )
 
 

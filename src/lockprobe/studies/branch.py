@@ -38,7 +38,6 @@ __all__ = [
     "Left",
     "arm_interventions",
     "branching",
-    "forks_of",
     "play_forks",
     "read_forks",
 ]
@@ -272,24 +271,6 @@ def read_forks(directory: Path | str) -> list[Trial]:
     """
     forks = Path(directory) / FORKS
     return load(forks) if (forks / RECORDS).is_file() else []
-
-
-def forks_of(study: Study, parents: Mapping[str, Trial], forks: Sequence[Trial]) -> list[Branching]:
-    """What must have been asked for, so that these forks were played: one value for each way to go on."""
-    names = [name for fork in forks if (name := ForkName.parse(fork.key)) is not None and name.parent in parents]
-    found = []
-    for truthful in sorted({name.truthful for name in names}):
-        own = [name for name in names if name.truthful == truthful]
-        found.append(
-            Branching(
-                study=study,
-                trials={name.parent: parents[name.parent] for name in own},
-                at=tuple(map(str, sorted({name.at for name in own}))),
-                arms=tuple(dict.fromkeys(name.arm for name in own)),
-                truthful=truthful,
-            )
-        )
-    return found
 
 
 def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:

@@ -1,25 +1,59 @@
-"""The exact probabilities of the next choice at a fork, for agents that are policies."""
+"""The exact probabilities of the next choice at a fork, for agents that are policies.
+
+They are written next to the forks, because a report plays no agent.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Container, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pydantic import FiniteFloat, TypeAdapter, ValidationError
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import Policy
-from lockprobe.errors import ModelFault
+from lockprobe.errors import BadFile, ModelFault
+from lockprobe.inputs import read_input
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Decision, Fact, Situation
-from lockprobe.studies.branch import Branching
+from lockprobe.storage.atomic_file import write_file
+from lockprobe.studies.branch import FORKS, Branching
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial import play
 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["next_choices"]
+__all__ = ["next_choices", "read_choices", "write_choices"]
+
+_FILE = "next_choices.json"
+_CHOICES = TypeAdapter(dict[str, tuple[FiniteFloat, ...]])
+
+
+def read_choices(directory: Path | str) -> dict[str, tuple[float, ...]]:
+    """Key of a fork -> probability of each joint, as listed, in the directory of a study; empty without such a file.
+
+    Raises:
+        BadFile: If the file is damaged.
+    """
+    path = Path(directory) / FORKS / _FILE
+    if not path.exists():
+        return {}
+    try:
+        return _CHOICES.validate_json(read_input(path))
+    except ValidationError:
+        raise BadFile(path, "not the probabilities of next choices; delete it and run the same branch again") from None
+
+
+def write_choices(directory: Path, asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
+    """Add the next choices after forks with these keys to the file of a study's directory, and return them all."""
+    found = read_choices(directory) | next_choices(asked, keys)
+    write_file(directory / FORKS / _FILE, json.dumps(found))
+    return found
 
 
 def next_choices(asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:

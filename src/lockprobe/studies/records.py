@@ -55,13 +55,14 @@ def left_out(directory: Path | str) -> LeftOut:
     return read_records(directory)[1]
 
 
-def read_records(directory: Path | str) -> tuple[list[Trial], LeftOut]:
-    """Both :func:`load` and :func:`left_out`, read once."""
+def read_records(directory: Path | str, settings: Mapping[str, object] | None = None) -> tuple[list[Trial], LeftOut]:
+    """Both :func:`load` and :func:`left_out`, read once. ``settings`` are those of the directory, if already read."""
     path = Path(directory) / RECORDS
     check_regular(path)
     if not path.is_file():
         raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
-    settings = read_settings(directory) if (path.parent / SETTINGS).exists() else None
+    if settings is None and (path.parent / SETTINGS).exists():
+        settings = read_settings(directory)
     study = None if settings is None else _Own(settings)
     trials: dict[str, Trial] = {}
     replaced = repeated = 0
