@@ -59,8 +59,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     >>> [type(one).__name__ for one in interventions_of("tremble?p=0.1 + nudge?after=2")]
     ['Tremble', 'Nudge']
 
-    Args:
-        spec: Specs with plus signs between; ``truth`` or nothing is the empty condition.
+    Specs have plus signs between; ``truth`` or nothing is the empty condition.
 
     Raises:
         UnknownName: If there is no such intervention, or it has no such option.

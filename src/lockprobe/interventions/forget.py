@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from lockprobe.record import Task, Turn
 from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    from lockprobe.record import Task, Turn
 
 __all__ = ["Forget"]
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.agents.prompt import check_template
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_input
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["LARGEST_TEMPLATE", "OwnPrompt"]
 

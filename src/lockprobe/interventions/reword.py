@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import numpy as np
+
+from lockprobe.record import Moment, Percept, Task
 from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Moment, Percept, Task
 
 __all__ = ["SENTENCES", "Reword", "pattern_of"]
 
