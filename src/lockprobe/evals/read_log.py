@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.errors import BadFile, BadValue, needing
 from lockprobe.evals.sample_pictures import pictures_of
 from lockprobe.evals.samples import OPTIONS, SETTINGS
 from lockprobe.evals.scoring import TRIAL
@@ -30,15 +30,13 @@ from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_json
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
 
     if sys.version_info >= (3, 14):  # by what logs are unpacked
         from compression.zstd import ZstdError
     else:
         from zstandard import ZstdError
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 _DAMAGE = (
     *(OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, EOFError),

@@ -10,15 +10,13 @@ import binascii
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Trial
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.model import ChatMessage, ContentImage
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["PICTURES", "beside", "pictures_of"]
 

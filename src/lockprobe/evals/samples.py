@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 from lockprobe.evals.scoring import SCORER, VALUES
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.viewer import SampleScoreView, TaskSamplesColumn, TaskSamplesView, ViewerConfig
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["OPTIONS", "SETTINGS", "VERSION", "VIEW", "metadata_of", "sample_id"]
 

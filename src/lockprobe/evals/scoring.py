@@ -15,16 +15,14 @@ from functools import cache
 from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.loops import any_loop
 from lockprobe.analysis.misinterpretation import trial_claims
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 from lockprobe.record import Step, Trial
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_json, trial_to_json
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.scorer import Metric, Score, Scorer, Target, grouped, mean, scorer, stderr
     from inspect_ai.solver import TaskState
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = [
     "SCORER",

@@ -26,7 +26,7 @@ from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault
+from lockprobe.errors import ChannelFault, ModelFault, PlantFault, TrialFault, needing
 from lockprobe.evals.conversation import told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.scoring import TRIAL, marked, told_of
@@ -37,7 +37,7 @@ from lockprobe.studies.play import play_timed
 from lockprobe.studies.settings import study_from
 from lockprobe.trial_json import trial_to_json
 
-try:
+with needing("Inspect tasks", "providers"):
     from inspect_ai.log import transcript
     from inspect_ai.model import (
         ChatMessage,
@@ -48,8 +48,6 @@ try:
     )
     from inspect_ai.solver import Generate, Solver, TaskState, solver
     from inspect_ai.util import JSONSchema
-except ImportError as error:
-    raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["agent_spec", "play_trial"]
 

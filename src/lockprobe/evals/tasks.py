@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from lockprobe.agents.prompt import instructions
-from lockprobe.errors import BadValue, Missing, UserMistake
+from lockprobe.errors import BadValue, UserMistake, needing
 from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import metrics_of, played
 from lockprobe.evals.solver import agent_spec, play_trial
@@ -23,14 +23,12 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, parse_p, study_options
 from lockprobe.studies.studyfile import study
 
-try:
+with needing("Inspect tasks", "providers"):
     from inspect_ai import Task, task
     from inspect_ai.dataset import MemoryDataset, Sample
     from inspect_ai.model import GenerateConfig
 
     from lockprobe.agents.llm.inspect_internals import PrerequisiteError
-except ImportError as error:
-    raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["flips", "modalities"]
 

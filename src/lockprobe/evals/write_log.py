@@ -11,7 +11,7 @@ from pathlib import Path
 from lockprobe.agents.llm.client import sent
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.errors import BadFile, BadValue, needing
 from lockprobe.evals.conversation import Exchange, instruction, retold, told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
@@ -21,7 +21,7 @@ from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_files
 from lockprobe.studies.study import Study
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.event import Event, InfoEvent, ModelEvent
     from inspect_ai.log import (
         EvalConfig,
@@ -36,8 +36,6 @@ try:
         write_eval_log,
     )
     from inspect_ai.model import ChatCompletionChoice, ChatMessage, ChatMessageAssistant, ModelOutput, ModelUsage
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["SUFFIXES", "log_of", "write_logs"]
 

@@ -90,8 +90,7 @@ class ModelFacts:
         context: Tokens that a conversation may have; None where not known.
         most_output: Tokens that a reply may have; None where not known.
         images: Whether it can see; None where not known, then its provider has to say so.
-        largest_image: Longest side in pixels of a picture that it sees as it is, larger ones are scaled by its
-            provider; None where not known.
+        largest_image: Longest side in pixels of a picture that its provider does not scale down; None where not known.
         picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most; None where not known.
         price: What it costs; None where not known.
     """
@@ -136,10 +135,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def facts_of(name: str) -> ModelFacts:
-    """What is known of a model.
-
-    Args:
-        name: As Inspect AI has it, for example ``openai/gpt-4o``; without options.
+    """What is known of a model, named as Inspect AI has it and without options: ``openai/gpt-4o``.
 
     Raises:
         BadFile: If one's own file of facts cannot be used.

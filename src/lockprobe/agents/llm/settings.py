@@ -106,10 +106,6 @@ class ModelSettings:
     def check(self, name: str, facts: ModelFacts) -> None:
         """Refuse what a model is known to refuse; of one that is not known, nothing is refused.
 
-        Args:
-            name: The model, for the message.
-            facts: What is known of it.
-
         Raises:
             BadValue: If it would refuse one of these settings.
         """
