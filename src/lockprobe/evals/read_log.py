@@ -12,7 +12,7 @@ import struct
 import sys
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -92,7 +92,10 @@ def read_log(path: Path | str) -> MergeSource:
         _check_json(path)
         header = read_eval_log(str(path), header_only=True)
         _check_number(header)
-        for sample in _samples(path):
+        samples_read = read_eval_log_samples(
+            str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
+        )
+        for sample in samples_read:
             if (line := _line(sample)) is None:
                 broken.append(sample)
                 continue
@@ -138,7 +141,7 @@ def _check_size(path: Path) -> None:
 
 
 def _check_json(path: Path) -> None:
-    """What is no JSON, or is nested without end, Inspect tries in ways that never end; the same with sizes that lie."""
+    """Inspect never ends on what is no JSON or is nested without end, nor on sizes that lie."""
     if path.suffix == ".json":
         json.loads(path.read_bytes())
     elif zipfile.is_zipfile(path):
@@ -151,7 +154,6 @@ def _check_json(path: Path) -> None:
 
 
 def _check_number(header: EvalLog) -> None:
-    """Every sample that is listed is looked for, in every epoch."""
     number = len(header.eval.dataset.sample_ids or ()) * (header.eval.config.epochs or 1)
     if number > _MOST_SAMPLES:
         raise BadValue("samples listed", number, f"at most {_MOST_SAMPLES}")
@@ -164,15 +166,8 @@ def _check_held(header: EvalLog, held: int) -> None:
 
 
 def _named(sample: EvalSample) -> EvalSample:
-    """What says which trial it is, without all the rest."""
+    """Its name alone, to save memory."""
     return sample.model_copy(update={"messages": [], "store": {}, "scores": None, "attachments": {}})
-
-
-def _samples(path: Path) -> Iterator[EvalSample]:
-    """One after another, without what is not looked at; a log whose eval was broken off has those that it wrote."""
-    return read_eval_log_samples(
-        str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
-    )
 
 
 def _line(sample: EvalSample) -> str | None:

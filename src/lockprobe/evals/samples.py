@@ -46,20 +46,20 @@ def sample_id(trial: Trial | Plan) -> str:
     return trial.key.removeprefix(f"{trial.study}/{trial.group}/")
 
 
-def _flip(plan: Plan) -> str:
-    return "" if plan.condition.flip is None else plan.condition.flip.persistence
-
-
 def metadata_of(trial: Trial | Plan) -> dict[str, object]:
     """What sets a trial apart from the others of its log, and what they share that changes what is seen."""
+    if isinstance(trial, Trial):
+        flip, box = trial.flip, trial.box
+    else:
+        flip, box = "" if trial.condition.flip is None else trial.condition.flip.persistence, trial.box.name
     return {
         "condition": sample_id(trial).rpartition("/rep=")[0],
         "p": trial.p,
         "repetition": trial.repetition,
         "trial": trial.trial,
         "modality": trial.modality,
-        "flip": trial.flip if isinstance(trial, Trial) else _flip(trial),
-        "box": trial.box if isinstance(trial, Trial) else trial.box.name,
+        "flip": flip,
+        "box": box,
         "max_steps": trial.budget,
         "seed": trial.seed,
         "assessment": trial.assessment,

@@ -73,7 +73,8 @@ def _task(name: str, given: Mapping[str, Any]) -> Task:
         asked = {key: value for key, value in given.items() if value is not None and key not in {"model", *OPTIONS}}
         options = {key: given[key] for key in OPTIONS if given.get(key) is not None}
         planned = _planned(name, asked)
-        _check_options(options)
+        _refuse_yes_or_no(options)
+        agent_spec("inspect/model", options, GenerateConfig())  # before the first call
         samples = [_sample(plan) for plan in planned.plans(_MODEL)]
     settings = {**planned.settings(), "agents": []}
     return Task(
@@ -114,12 +115,6 @@ def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:
     for name, value in asked.items():
         if isinstance(value, bool) and name not in _YES_OR_NO:
             raise BadValue(name, value, "a number or a word, not true or false")
-
-
-def _check_options(options: Mapping[str, object]) -> None:
-    """Refuse before the first call what no model can be asked."""
-    _refuse_yes_or_no(options)
-    agent_spec("inspect/model", options, GenerateConfig())
 
 
 def _sample(plan: Plan) -> Sample:

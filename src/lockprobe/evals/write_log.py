@@ -51,7 +51,7 @@ def write_logs(
     pictures: Path | None = None,
     seconds: Mapping[str, float] | None = None,
 ) -> list[Path]:
-    """Write trials as Inspect logs: all of them, or none.
+    """Write trials as Inspect logs, all of them or none, and return the files.
 
     Args:
         trials: The trials.
@@ -60,9 +60,6 @@ def write_logs(
             for one log of each.
         pictures: Directory of the pictures that the records name; without it the logs have none.
         seconds: How long each trial took, by key, as far as it is known.
-
-    Returns:
-        The files.
 
     Raises:
         BadValue: If there is no trial.
@@ -112,9 +109,8 @@ def log_of(
     samples = [_sample(trial, pictures, (seconds or {}).get(trial.key)) for trial in trials]
     if len(agents) > 1:
         for sample, trial in zip(samples, trials, strict=True):
-            agent = trial.group
-            sample.id = f"{agent}/{sample.id}"
-            sample.metadata["condition"] = f"{agent}/{sample.metadata['condition']}"
+            sample.id = f"{trial.group}/{sample.id}"
+            sample.metadata["condition"] = f"{trial.group}/{sample.metadata['condition']}"
     now = datetime.now(UTC).isoformat(timespec="seconds")
     identity = hashlib.sha256("\0".join([study.identity, *agents]).encode()).hexdigest()
     log = EvalLog(
@@ -194,10 +190,7 @@ def _model(trial: Trial) -> str:
 
 
 class _Messages:
-    """The messages of a trial. The same one is the same object in every call; each has metadata of its own.
-
-    Inspect merges messages that are equal.
-    """
+    """The messages of a trial. The same one is one object in every call; each has other metadata, as Inspect merges."""
 
     def __init__(self, trial: Trial) -> None:
         self._trial = trial
@@ -206,7 +199,6 @@ class _Messages:
         self._turns: dict[int, int] = {}
 
     def asked(self, exchange: Exchange) -> list[ChatMessage]:
-        """The conversation up to an answer."""
         before = 2 * exchange.step - 1
         found: list[ChatMessage] = []
         for place, message in enumerate(exchange.asked):  # of the steps before it, one message each way
@@ -218,7 +210,6 @@ class _Messages:
         return found
 
     def reply(self, exchange: Exchange) -> ChatMessageAssistant:
-        """The answer."""
         reply = ChatMessageAssistant(content=exchange.reply)
         self._mark(reply, exchange.step, exchange.turn)
         self._replies[exchange.step, exchange.turn] = reply
