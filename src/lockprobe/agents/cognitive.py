@@ -192,7 +192,7 @@ class RandomMap(Policy[Habits]):
         )
 
     def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
-        """What it did first in this state, or any allowed joint if the state is new; lapses spread over all."""
+        """The joint of the map, or equal for all allowed ones if the state is new; lapses are equal for all."""
         done = dict(memory.first).get(memory.state)
         meant = [done] if done is not None else self._allowed(view, memory)
         return evenly(meant, view, self.lapse)

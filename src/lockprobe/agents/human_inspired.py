@@ -111,7 +111,7 @@ class HumanInspired(Policy[Tried]):
         )
 
     def probabilities(self, view: View, memory: Tried) -> tuple[float, ...]:
-        """All that rule 1, 2, 3 or 4 allows alike; lapses spread over all."""
+        """Equal for all joints that the rules allow; lapses are equal for all joints."""
         return evenly(self.choices(view, memory), view, self.lapse)
 
     def choose(self, view: View, memory: Tried, rng: np.random.Generator) -> int:

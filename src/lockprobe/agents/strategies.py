@@ -24,7 +24,7 @@ class RandomAgent(Policy[None]):
         """Nothing."""
 
     def probabilities(self, view: View, memory: None) -> tuple[float, ...]:
-        """All alike."""
+        """Equal for all joints."""
         return evenly(range(view.joints), view)
 
     def choose(self, view: View, memory: None, rng: np.random.Generator) -> int:
@@ -46,7 +46,7 @@ class RandomNoRepeat(Policy[int]):
         return told.joint
 
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
-        """All others alike."""
+        """Equal for all others."""
         return evenly(_others(view, memory), view)
 
     def choose(self, view: View, memory: int, rng: np.random.Generator) -> int:

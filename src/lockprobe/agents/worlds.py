@@ -50,8 +50,8 @@ class Round:
 class LoopBreaker(Policy[Round]):
     """It goes round a cycle of three joints that it draws at the start, until an odd report frees it.
 
-    A report is odd if it says of a joint what it did not say last, or if its form is odd: a correction, a remark, or
-    none at all. Then it forgets what it was told, acts three times at random, never twice alike, and draws a new cycle.
+    A report is odd if it contradicts the last one of that joint, or if its form is odd: a correction, a remark, or no
+    report. Then it forgets what it was told, acts three times at random without repeats, and draws a new cycle.
     """
 
     heeds_remarks = True
@@ -136,7 +136,7 @@ class Believer(Policy[Failures]):
         return Failures(0, due=True) if told.moved else Failures(memory.failed | 1 << told.joint)
 
     def probabilities(self, view: View, memory: Failures) -> tuple[float, ...]:
-        """The target when it is due, else all that have not failed alike; lapses spread over all."""
+        """The target when it is due, else equal for all that have not failed; lapses are equal for all."""
         open_ = [joint for joint in range(view.joints) if not memory.failed >> joint & 1]
         meant = [view.target] if memory.due else open_ or list(range(view.joints))
         return evenly(meant, view, self.lapse)
@@ -193,7 +193,7 @@ class LostHalf(Policy[LostPair]):
         return LostPair((*memory.pair, joint) if memory.steps < 2 else memory.pair, memory.steps + 1)
 
     def probabilities(self, view: View, memory: LostPair) -> tuple[float, ...]:
-        """Of the mixture."""
+        """Those of the mixture of both halves, given the choices so far."""
         joints, others = view.joints, view.joints - 1
         lost = 0.0
         if memory.steps >= 0:

@@ -97,7 +97,7 @@ def briefed(trial: Trial) -> Briefing:
     """What was asked in every step but for remarks, by the interventions on record that ship with Lockprobe.
 
     Raises:
-        UserMistake: If the template of an instruction is none.
+        UserMistake: As :func:`lockprobe.agents.prompt.check_template`.
     """
     briefing = Briefing()
     for one in trial.interventions:

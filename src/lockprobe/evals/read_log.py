@@ -127,7 +127,7 @@ def read_log(path: Path | str) -> MergeSource:
 
 
 def _check_size(path: Path) -> None:
-    """A log is a few megabytes; a small file that unpacks to very much is none."""
+    """Refuse a file that unpacks to far more than the few megabytes of a log."""
     try:
         size = path.stat().st_size
         if zipfile.is_zipfile(path):
@@ -160,7 +160,7 @@ def _check_number(header: EvalLog) -> None:
 
 
 def _check_held(header: EvalLog, held: int) -> None:
-    """A log of an eval that was broken off may have no sample yet; one that came to its end has."""
+    """Only the log of an eval that was broken off may have no sample."""
     if not held and header.status == "success":
         raise BadValue("samples", 0, f"the {len(header.eval.dataset.sample_ids or ())} that its header lists")
 
@@ -196,7 +196,7 @@ def _agent(log: EvalLog) -> str:
 
 
 def _keys(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> tuple[str, str]:
-    """The trial that a sample was to be: as an eval names it, and as it is named beside other agents."""
+    """Possible keys of a sample's trial: in a log of several agents the sample's name holds the agent already."""
     place, repetition = str(sample.id), sample.metadata.get("repetition")
     if isinstance(repetition, int) and sample.epoch > 1:
         each = study.repetitions // (log.eval.config.epochs or 1)

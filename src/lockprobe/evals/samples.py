@@ -16,7 +16,7 @@ SETTINGS = "lockprobe"
 """Where in the metadata of a log the settings of its study stand."""
 
 OPTIONS = ("schema", "images", "detail", "repairs")
-"""Parameters of a task that say how its model is asked, as far as Inspect has no options for it."""
+"""Parameters of a task that say how its model is asked, where Inspect has no option for it."""
 
 VERSION = "1-A"
 """Of the tasks: what makes results incomparable raises the number, what changes their parameters the letter."""

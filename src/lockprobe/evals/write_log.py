@@ -59,7 +59,7 @@ def write_logs(
         out: A file that ends in ``.eval`` or ``.json``, for one log of all agents; else a directory, made if need be,
             for one log of each.
         pictures: Directory of the pictures that the records name; without it the logs have none.
-        seconds: How long each trial took, by key, as far as it is known.
+        seconds: How long each trial took, by key, where it is known.
 
     Raises:
         BadValue: If there is no trial.

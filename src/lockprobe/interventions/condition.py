@@ -112,7 +112,7 @@ class Condition:
 
     @property
     def tells_positions(self) -> bool:
-        """Whether reports hold positions, as far as this can be known before a trial."""
+        """Whether reports hold positions, by what is known before a trial."""
         return self.flip is None or self.flip.persistence != "outcome-only"
 
     def made(self) -> tuple[Intervention, ...]:
@@ -244,7 +244,7 @@ def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str
 
 
 def _idle(part: str) -> bool:
-    """Whether what a part says does nothing; a way of showing the box is none."""
+    """Whether a part is an intervention that does nothing."""
     return spec_name(part) not in MODALITIES and read_condition(part).does_nothing
 
 

@@ -24,7 +24,7 @@ class Delay:
         lag: Attempts by which a report is late, from 0.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is negative.
     """
 
     name: ClassVar[str] = "delay"

@@ -24,7 +24,7 @@ class Forget:
         p: Probability that an exchange is forgotten, [0, 1].
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is no probability.
     """
 
     name: ClassVar[str] = "forget"

@@ -23,7 +23,7 @@ class History:
         last: Exchanges of which it knows what it chose and what came of it, from 0.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is negative.
     """
 
     name: ClassVar[str] = "history"

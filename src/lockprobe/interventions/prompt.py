@@ -26,8 +26,8 @@ class OwnPrompt:
 
     The file is a template with the fields ``{joints}``, ``{target}`` and ``{reply}``, and any of ``{budget}``,
     ``{count}``, ``{names}`` and ``{observation}`` (:data:`lockprobe.agents.prompt.FIELDS`). It is read once, when this
-    is made; its text and hash stand in every record. Strategies pay no attention to it; a local model, which plays from
-    a log of its own, refuses it. Nothing is drawn.
+    is made; its text and hash stand in every record. Strategies ignore it; a local model, which plays from a
+    log, refuses it. Nothing is drawn.
 
     Attributes:
         file: The file, at most :data:`LARGEST_TEMPLATE` bytes of UTF-8.

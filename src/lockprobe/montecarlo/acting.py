@@ -65,7 +65,7 @@ class Acting:
     asks: bool = False
 
     def phase(self, step: int) -> Hashable:
-        """What is alike at all steps at which the same can happen."""
+        """A value that is equal for all steps at which the same can happen."""
         return self._flip_at(step), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
 
     def _flip_at(self, step: int) -> OutcomeFlip | None:

@@ -40,8 +40,8 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
 
     Raises:
         Missing: If a key, a server or a provider's package is missing.
-        BadValue: If there is no such provider, it has no batch interface and one is asked for, or the URL of its
-            server or of a proxy is none.
+        BadValue: If there is no such provider, it lacks the batch interface that is asked for, or the URL of its server
+            or of a proxy is invalid.
     """
     _check_addresses(name)
     provider = name.partition("/")[0]
@@ -102,7 +102,7 @@ def _variables(name: str) -> tuple[str, str]:
 
 
 def _check_addresses(name: str) -> None:
-    """Refuse the URL of a model's server, or of a proxy, that is none: libraries raise what they like over it."""
+    """Refuse an invalid URL of a model's server or of a proxy, before a library raises an error of any kind."""
     for variable in _variables(name):
         if (url := os.environ.get(variable)) and not _is_url(url, ("http", "https")):
             raise BadValue(variable, url, "a URL such as http://localhost:8080/v1")

@@ -25,7 +25,7 @@ from lockprobe.validation import plain
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]
 
 OWN_FACTS = "LOCKPROBE_MODEL_FACTS"
-"""Environment variable with the path of one's own file of facts."""
+"""Environment variable with the path of a user's file of facts."""
 
 SHIPPED = Path(__file__).with_name("models.toml")
 
@@ -138,7 +138,7 @@ def facts_of(name: str) -> ModelFacts:
     """What is known of a model, named as Inspect AI has it and without options: ``openai/gpt-4o``.
 
     Raises:
-        BadFile: If one's own file of facts cannot be used.
+        BadFile: If the user's file of facts cannot be used.
     """
     own = os.environ.get(OWN_FACTS)
     files = [SHIPPED, Path(own).expanduser()] if own else [SHIPPED]
