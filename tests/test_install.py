@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.errors import Missing
+from lockprobe.errors import Missing, needing
 from lockprobe.install import advice
 
 
@@ -23,3 +23,10 @@ def test_under_uv_run_it_is_uv(monkeypatch, pip, uv):
     monkeypatch.setenv("UV_RUN_RECURSION_DEPTH", "1")
     assert advice(pip) == advice(uv) == uv
     assert str(Missing("x", pip)) == f"x: {uv}"
+
+
+def test_an_import_that_fails_names_the_package_and_the_extra(monkeypatch):
+    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    expected = r"^films need the package nowhere: pip install 'lockprobe\[film\]'$"
+    with pytest.raises(Missing, match=expected), needing("films", "film"):
+        import nowhere  # noqa: F401

@@ -5,7 +5,8 @@ from typing import Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.validation import plain
+from lockprobe.errors import BadValue
+from lockprobe.validation import check_choice, plain
 
 FOREIGN = ("Input", "should", "valid", "unable to parse", "Extra inputs", "Value error", "validation", "Field required")
 
@@ -48,3 +49,9 @@ def test_no_words_of_pydantic(given, said):
     found = plain(raised.value.errors()[0]["msg"])
     assert found == said
     assert not [word for word in FOREIGN if word in found]
+
+
+def test_a_choice_that_does_not_exist_is_refused_with_those_that_do():
+    check_choice("luck", "own", ("own", "flip"))
+    with pytest.raises(BadValue, match=r"luck: got 'bad', expected one of own, flip"):
+        check_choice("luck", "bad", ("own", "flip"))

@@ -24,7 +24,8 @@ A class makes its message from facts: what was asked, what came, what exists.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -49,6 +50,7 @@ __all__ = [
     "TrialFault",
     "UnknownName",
     "UserMistake",
+    "needing",
 ]
 
 Boundary = Literal["model", "reply", "plant", "channel", "participant"]
@@ -155,6 +157,19 @@ class Missing(UserMistake):
 
     def __init__(self, what: str, remedy: str) -> None:
         super().__init__(f"{what}: {advice(remedy)}")
+
+
+@contextmanager
+def needing(what: str, extra: str) -> Iterator[None]:
+    """Import the packages of an extra. ``what`` says in the message who needs them, in the plural.
+
+    Raises:
+        Missing: If one of them is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise Missing(f"{what} need the package {error.name}", f"pip install 'lockprobe[{extra}]'") from error
 
 
 class BudgetReached(LockprobeError):

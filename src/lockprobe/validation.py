@@ -1,12 +1,13 @@
-"""Validation messages: pydantic's sentences in plain words, and the check of a probability."""
+"""Validation messages: pydantic's sentences in plain words, and the checks of a probability and of a choice."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from lockprobe.errors import BadValue
 
-__all__ = ["check_probability", "plain"]
+__all__ = ["check_choice", "check_probability", "plain"]
 
 _WORDS = (
     (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
@@ -50,3 +51,13 @@ def check_probability(what: str, value: float) -> None:
     """
     if not 0.0 <= value <= 1.0:
         raise BadValue(what, value, "a number from 0 to 1")
+
+
+def check_choice(what: str, value: str, known: Iterable[str]) -> None:
+    """Refuse a value that is none of the known ones.
+
+    Raises:
+        BadValue: If it is none; the message lists them.
+    """
+    if value not in known:
+        raise BadValue(what, value, f"one of {', '.join(known)}")

@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import ClassVar, Literal
 
-from lockprobe.agents.policy import Policy, Told, View, opened_after
+from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
+from lockprobe.validation import check_probability
 
 __all__ = ["CHARACTERS", "MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Traces"]
 
@@ -75,8 +76,8 @@ class SoftmaxMemory(Policy[Traces]):
         for field in fields(self):
             if not math.isfinite(value := getattr(self, field.name)):
                 raise BadValue(field.name, value, "a finite number")
-        for name in ("decay", "reset"):
-            _share(name, getattr(self, name))
+        check_probability("decay", self.decay)
+        check_probability("reset", self.reset)
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -93,12 +94,7 @@ class SoftmaxMemory(Policy[Traces]):
         failures = [trace * kept for trace in memory.failures]
         if not told.moved:
             failures[told.joint] = 1.0
-        return Traces(
-            failures=tuple(failures),
-            opened=opened_after(memory.opened, told),
-            last=told.joint,
-            moved=told.moved,
-        )
+        return Traces(tuple(failures), opened_after(memory.opened, told), told.joint, told.moved)
 
     def probabilities(self, view: View, memory: Traces) -> tuple[float, ...]:
         """The softmax of the pulls."""
@@ -145,15 +141,15 @@ class Habits:
 class RandomMap(Policy[Habits]):
     """An arbitrary fixed function of what it perceives: the most generic explanation by short memory.
 
-    The map goes from the reported positions and the last ``window`` attempts with their outcomes to a joint. It is
-    drawn anew for every trial, lazily: in a state not met before in this trial it takes any allowed joint, in one that
-    it has met it does what it did there first. Without lapses that is, in distribution, a uniformly random map.
+    It maps the reported positions and the last ``window`` attempts with their outcomes to a joint. The map is drawn
+    anew for every trial, lazily: in a new state it takes any allowed joint, in a known one the joint that it took there
+    first. Without lapses that is, in distribution, a uniformly random map.
 
     Attributes:
         window: Attempts that it remembers, 0 to 3.
-        avoid: What the map never says: the joint attempted ``last`` (needs a window), a joint that has ``failed``
-            since the last perceived move, or ``none``.
-        lapse: Probability of any joint instead, [0, 1]. What it did first in a state counts, lapse or not.
+        avoid: What it never takes: the joint attempted ``last`` (needs a window), a joint that has ``failed`` since the
+            last perceived move, or ``none``.
+        lapse: Probability of any joint instead, [0, 1]. A lapse in a new state enters the map too.
 
     Raises:
         BadValue: If one of these is out of range.
@@ -170,7 +166,7 @@ class RandomMap(Policy[Habits]):
             raise BadValue("window", self.window, "0 to 3")
         if self.avoid == "last" and not self.window:
             raise BadValue("avoid", self.avoid, "none or failed where the window is 0")
-        _share("lapse", self.lapse)
+        check_probability("lapse", self.lapse)
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -196,23 +192,16 @@ class RandomMap(Policy[Habits]):
         )
 
     def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
-        """What it did first in this state, or any allowed joint if the state is new; lapses spread over all."""
+        """The joint of the map, or equal for all allowed ones if the state is new; lapses are equal for all."""
         done = dict(memory.first).get(memory.state)
         meant = [done] if done is not None else self._allowed(view, memory)
-        return tuple(
-            self.lapse / view.joints + (1 - self.lapse) * (joint in meant) / len(meant) for joint in range(view.joints)
-        )
+        return evenly(meant, view, self.lapse)
 
     def _allowed(self, view: View, memory: Habits) -> list[int]:
         barred = memory.failed
         if self.avoid == "last" and memory.recent:
             barred |= 1 << (memory.recent[-1] // 2)
         return [joint for joint in range(view.joints) if not barred >> joint & 1] or list(range(view.joints))
-
-
-def _share(name: str, value: float) -> None:
-    if not 0 <= value <= 1:
-        raise BadValue(name, value, "a number from 0 to 1")
 
 
 MODELS: Mapping[str, type[SoftmaxMemory | RandomMap]] = {

@@ -1,13 +1,12 @@
 """The runtime of local models: llama.cpp through xllamacpp, in this process, on one thread.
 
-It computes the exact probability of each of a few allowed continuations of a text. That is decoding
-under a grammar whose sentences are the allowed continuations, without generating a token: the logits of all other
-tokens are pushed out of reach, so what remains is the model's own distribution over the allowed ones. It agrees
-with the renormalised softmax over the whole vocabulary to 2e-7.
+It computes the exact probability of each allowed continuation of a text and generates no token: the logits of all other
+tokens are pushed out of reach, which leaves the model's own distribution over the allowed ones. It agrees with the
+renormalised softmax over the whole vocabulary to 2e-7.
 
-Probabilities are bit-identical however many trials were played before, because every trial starts from the same
-cached prefix, evaluated in one piece (:meth:`Engine.restart`). llama.cpp gives slightly different numbers when the
-same tokens are evaluated in pieces of another size.
+Every trial starts from the same cached prefix, evaluated in one piece (:meth:`Engine.restart`), so probabilities are
+bit-identical whatever was played before. llama.cpp gives slightly different numbers when the same tokens are evaluated
+in pieces of another size.
 """
 
 from __future__ import annotations
@@ -107,14 +106,9 @@ class Engine:
         return tokens
 
     def score(self, prompt: Sequence[int], options: Sequence[Sequence[int]]) -> list[float]:
-        """The exact probability of each allowed continuation, given that one of them follows.
+        """The exact probability of each allowed continuation, given that one of them follows; they sum to 1.
 
-        Args:
-            prompt: Tokens so far.
-            options: Continuations as tokens; none may begin with another.
-
-        Returns:
-            One probability per option; they sum to 1.
+        Prompt and options are tokens; no option may begin with another.
 
         Raises:
             ModelFault: If the runtime does not answer.

@@ -22,9 +22,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Literal
 
-from lockprobe.agents.policy import Policy, Told, View, opened_after, pick
-from lockprobe.errors import BadValue
+from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after, pick
 from lockprobe.record import Fact
+from lockprobe.validation import check_probability
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,8 +87,7 @@ class HumanInspired(Policy[Tried]):
     lapse: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0 <= self.lapse <= 1:
-            raise BadValue("lapse", self.lapse, "a number from 0 to 1")
+        check_probability("lapse", self.lapse)
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -112,12 +111,8 @@ class HumanInspired(Policy[Tried]):
         )
 
     def probabilities(self, view: View, memory: Tried) -> tuple[float, ...]:
-        """All that rule 1, 2, 3 or 4 allows alike; lapses spread over all."""
-        choices = self.choices(view, memory)
-        return tuple(
-            self.lapse / view.joints + (1 - self.lapse) * (joint in choices) / len(choices)
-            for joint in range(view.joints)
-        )
+        """Equal for all joints that the rules allow; lapses are equal for all joints."""
+        return evenly(self.choices(view, memory), view, self.lapse)
 
     def choose(self, view: View, memory: Tried, rng: np.random.Generator) -> int:
         """The next joint. A lapse costs one draw whether it comes or not; the target by rule 1 costs none."""

@@ -30,16 +30,16 @@ _EVEN = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class IdealObserver(Policy[Belief]):
-    """Infers all that the reports tell, and plans by it.
+    """Infers all that the reports tell, and plans by it; of equally good joints it draws one.
 
-    It chooses equally good joints with equal probability. It claims the more probable outcome of its last action.
+    It claims the more probable outcome of its last action.
 
     Attributes:
         prior: The interlocks that it considers possible: :mod:`lockprobe.beliefs.structures`.
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
             expected steps once it is known or nothing would tell of it.
-        persistence: Whether it was told that false positions are ``transient`` or ``sticky``; else it infers that too.
+        persistence: Whether it knows that false positions are ``transient`` or ``sticky``; else it infers that too.
 
     Raises:
         UnknownName: If there is no such prior.
@@ -63,8 +63,7 @@ class IdealObserver(Policy[Belief]):
         """The agent of the options of a spec.
 
         Raises:
-            UnknownName: If there is no such option or prior.
-            BadValue: If a value is none that the option takes.
+            UserMistake: As :func:`lockprobe.spec.with_options` and the class.
         """
         return with_options(cls, "ideal-observer", options)
 
@@ -88,7 +87,7 @@ class IdealObserver(Policy[Belief]):
         return update(memory, ReportedAttempt(numbers[told.joint], told.moved, positions, told.states_only))
 
     def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
-        """All that are best by the plan alike."""
+        """Equal for all joints that are best by the plan."""
         best = best_joints(memory, self.plan).tolist()
         return tuple(best[number] / sum(best) for number in _numbers(view))
 

@@ -1,8 +1,8 @@
 """Local language models: the embedded model, and any GGUF file.
 
-They play from a growing log of everything they are told, worded as in the record. They do not generate text: wherever a
-reply leaves a choice, the allowed answers are scored exactly and one is drawn from the random stream of the trial.
-Replies are always well formed, the probability of every joint is known, and the same seed gives the same trial on one
+They play from a growing log of everything they are told, worded as in the record. They do not generate text: where a
+reply leaves a choice, the allowed answers are scored exactly and one is drawn from the random stream of the trial. So
+replies are always well formed, the probability of every joint is known, and the same seed gives the same trial on one
 machine. Figures and alternatives stand in ``docs/embedded-model.md``.
 """
 
@@ -15,10 +15,12 @@ import numpy as np
 
 from lockprobe.agents import weights
 from lockprobe.agents.modalities import refuse_pictures
+from lockprobe.agents.policy import draw
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
 from lockprobe.spec import Spec
+from lockprobe.validation import check_choice
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
@@ -74,8 +76,7 @@ def read_options(spec: str) -> tuple[str, dict[str, str]]:
         if key not in options:
             raise UnknownName("option of a local model", key, options)
         options[key] = value
-    if options["calibration"] not in get_args(Calibration):
-        raise BadValue("calibration", options["calibration"], f"one of {', '.join(get_args(Calibration))}")
+    check_choice("calibration", options["calibration"], get_args(Calibration))
     try:
         positive = 0 < float(options["temperature"]) < float("inf")
     except ValueError:
@@ -92,7 +93,7 @@ class LocalModel:
         engine: The loaded model.
         facts: What it is, for the record.
         temperature: Probabilities are raised to 1/temperature and normalised.
-        calibration: What is divided out of the probabilities of joints.
+        calibration: As in :func:`read_options`.
     """
 
     def __init__(
@@ -138,16 +139,16 @@ class LocalModel:
             raise BadValue("prompt", "an instruction of its own", "a hosted model: a local one has its own log")
         task, last = situation.task, situation.percept.joint
         prompt = self._prompt(situation)
-        said, claim_probability, draw = "", None, float(rng.random())
+        said, claim_probability, number = "", None, float(rng.random())
         if last is not None and task.assessment:
             chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in _CLAIMS])
             claim_probability = chances[0]
-            said = list(_CLAIMS)[int(draw >= claim_probability)]
+            said = list(_CLAIMS)[int(number >= claim_probability)]
             prompt = self._extend(prompt, said, ".")
         prompt = self._extend(prompt, " Next joint:")
         raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
         chances = self._adjusted(raw, situation)
-        joint = _draw(task.joints, chances, float(rng.random()))
+        joint = task.joints[draw(chances, rng)]
         reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
         return Decision(
             joint=joint,
@@ -214,12 +215,3 @@ def _reply(turn: Turn) -> tuple[str, ...]:
     said = next((words for words, outcome in _CLAIMS.items() if outcome == turn.decision.claimed), "")
     opening = ("Last joint:", f" {turn.percept.joint}", said, ".") if said else ()
     return (*opening, " Next joint:", f" {turn.decision.joint}", ".")
-
-
-def _draw(joints: tuple[str, ...], chances: list[float], draw: float) -> str:
-    total = 0.0
-    for joint, chance in zip(joints, chances, strict=True):
-        total += chance
-        if draw < total:
-            return joint
-    return joints[-1]

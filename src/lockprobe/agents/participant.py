@@ -68,10 +68,5 @@ class Participant:
         return await self._asked.get()
 
     def say(self, joint: str, claimed: Outcome | None = None) -> None:
-        """Decide.
-
-        Args:
-            joint: Label of the joint to attempt.
-            claimed: What the previous action did according to the person; None if nobody asked.
-        """
+        """Decide: the label of the joint to attempt, and what the previous action did; None if nobody asked."""
         self._said.put_nowait(Decision(joint=joint, claimed=claimed))

@@ -5,9 +5,9 @@ handle. It first scales a picture down to the pixels that the reader resolves, a
 misread. The offset of the coarse pixels is a hash of the picture's pixels: as good as random, but equal for equal
 pictures in any file. Two cues:
 
-* colour: a handle is more colourful than the board, or of another hue, while an empty place is wood, shadow, or a mark
-  in black and white. So what counts is how far a chromaticity lies from all mixtures of the board and grey. Brightness
-  plays no part;
+* colour: a handle is more colourful than the board, or of another hue; an empty place is wood, shadow, or a black and
+  white mark. The cue is the distance of a chromaticity from all mixtures of the board and grey. Brightness does not
+  count;
 * depth: a handle stands out of the board, whose plane is fitted to the picture.
 """
 
@@ -53,16 +53,10 @@ _FAINT = {"rgb": 0.04, "depth": 0.03}
 
 
 def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) -> _Image:
-    """A picture scaled down by averaging over areas; one that is no wider stays as it is.
+    """A picture (rows, columns, channels) scaled down to ``width`` by averaging over areas, if it is wider.
 
-    Args:
-        image: Shape (rows, columns, channels).
-        width: Pixels across afterwards.
-        gaze: How far the coarse pixels are shifted to the left and up, as a share of one, [0, 1). Then there is one
-            more in either direction, and those at the border are not whole.
-
-    Returns:
-        Shape (about rows * width / columns + 1, width + 1, channels).
+    ``gaze`` shifts the coarse pixels to the left and up, by a share of one, [0, 1). Then there is one more in either
+    direction, and those at the border are not whole: shape (about rows * width / columns + 1, width + 1, channels).
     """
     rows, columns, _ = image.shape
     if width >= columns:
@@ -84,25 +78,15 @@ def _shares(fine: int, size: float, shift: float) -> _Image:
 
 
 def gaze_at(image: NDArray[np.uint8] | NDArray[np.uint16]) -> tuple[float, float]:
-    """Where the coarse pixels lie on a picture: anywhere, and the same whenever its pixels are the same.
-
-    Args:
-        image: As :func:`lockprobe.pictures.png.from_png` reads it.
-    """
+    """The offset of the coarse pixels on a picture, [0, 1) across and down: a hash of its pixels."""
     drawn = hashlib.sha256(f"{image.shape} {image.dtype}".encode() + image.tobytes()).digest()
     return int.from_bytes(drawn[:4], "big") / 2**32, int.from_bytes(drawn[4:8], "big") / 2**32
 
 
 def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> tuple[float, ...]:
-    """For which position of each joint pictures of one moment speak.
+    """The evidence of pictures of one moment, for each joint from -1 (certainly at 0) to 1 (certainly at 1).
 
-    Args:
-        pictures: Of colours, of depth, or both.
-        handles: Where handles would be.
-        acuity: Pixels across that are resolved.
-
-    Returns:
-        For each joint from -1 (certainly at position 0) to 1 (certainly at position 1): the mean over pictures.
+    It is the mean over the pictures, of which ``acuity`` pixels across are resolved.
     """
     cues = [_cue(picture, np.array(handles, dtype=float), acuity) for picture in pictures]
     return tuple(np.mean(cues, axis=0).tolist())
@@ -169,11 +153,8 @@ def _unpacked(fine: NDArray[np.uint8] | NDArray[np.uint16]) -> _Image:
 
 
 def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
-    """How near the board is at column 0 and row 0, and what a column and a row add; all 0 if nothing is known.
-
-    A board is large, so that its plane is seen however coarsely one looks: single pixels of the fine picture are taken.
-    """
-    step = max(1, min(image.shape[:2]) // 40)
+    """How near the board is at column 0 and row 0, and what a column and a row add; all 0 if nothing is known."""
+    step = max(1, min(image.shape[:2]) // 40)  # single fine pixels do: the board is large
     near, known = _nearness(image[::step, ::step])
     row, column = np.mgrid[: near.shape[0], : near.shape[1]] * step
     terms = np.stack([np.ones_like(near), column + first[0], row + first[1]], axis=-1)[known]

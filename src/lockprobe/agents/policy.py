@@ -8,7 +8,7 @@ which they are listed.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
@@ -18,7 +18,7 @@ from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, 
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["Policy", "Told", "View", "draw", "opened_after", "pick", "tell", "told_outcome", "view_of"]
+__all__ = ["Policy", "Told", "View", "draw", "evenly", "opened_after", "pick", "tell", "told_outcome", "view_of"]
 
 Memory = TypeVar("Memory", bound=Hashable)
 
@@ -28,7 +28,7 @@ class View:
     """A policy's view of its task, in numbers.
 
     Attributes:
-        joints: How many there are.
+        joints: Number of joints.
         target: The target's index in the listing.
         places: Position of each joint on the panel, in the order of the listing; empty where it is not shown.
     """
@@ -65,14 +65,9 @@ def view_of(task: Task) -> View:
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
     """A percept in numbers; None where it says nothing of a joint.
 
-    Where positions are told and no outcome, the joint counts as moved if its told position changed.
-
-    Args:
-        task: The task.
-        percept: What is told.
-        past: The remembered exchanges before it, oldest first. The first look tells where the joints started. If it
-            is no longer remembered, all joints are assumed to have started at 0.
-        remark: What is said to it with the report.
+    Where positions are told and no outcome, the joint counts as moved if its told position changed. ``past`` holds the
+    remembered exchanges before the percept, oldest first. The first look tells where the joints started; if it is
+    forgotten, all joints are assumed to have started at 0. ``remark`` is what is said with the report.
     """
     if percept.joint is None:
         return None
@@ -110,6 +105,11 @@ def opened_after(opened: int, told: Told) -> int:
     return opened ^ (told.moved << told.joint)
 
 
+def evenly(joints: Collection[int], view: View, lapse: float = 0.0) -> tuple[float, ...]:
+    """Equal probabilities for some joints, or with probability ``lapse`` for all; shape (view.joints,)."""
+    return tuple(lapse / view.joints + (1 - lapse) * (joint in joints) / len(joints) for joint in range(view.joints))
+
+
 def pick(choices: Sequence[int], rng: np.random.Generator) -> int:
     """One of several equally likely joints, by one draw."""
     return choices[int(rng.random() * len(choices))]
@@ -128,7 +128,7 @@ def draw(probabilities: Sequence[float], rng: np.random.Generator) -> int:
 class Policy(Generic[Memory]):
     """A rule with a memory. As an :class:`lockprobe.protocols.Agent` it recomputes its memory from the situation.
 
-    It caches its last recall, so that a trial costs linear and not quadratic time. The cache is used only if the
+    It caches its last recall, so that the time of a trial is linear in its steps. The cache is used only if the
     situation continues the cached one, so it never changes a decision.
 
     ``looks`` says whether it heeds reports. A policy that does claims of its last action what it was told.
@@ -154,7 +154,7 @@ class Policy(Generic[Memory]):
         raise NotImplementedError
 
     def remember_silence(self, view: View, memory: Memory, joint: int) -> Memory:
-        """The memory after an attempt of which nothing is told; the same, if a policy does not say otherwise."""
+        """The memory after an attempt of which nothing is told; by default it stays the same."""
         return memory
 
     def probabilities(self, view: View, memory: Memory) -> tuple[float, ...]:

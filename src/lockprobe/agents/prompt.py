@@ -1,9 +1,9 @@
 """The prompt of a language model and the form of its reply (paper, Sec. 2.2).
 
-The instruction is the same for every trial and condition; only what it says of the observation follows the modality.
-Where pictures are shown, positions have no names, and what an action did is for the model to find out. It states the
-problem, names the joints and the target, and says nothing about which joint locks which.
-The paper prints no prompt, so the wording is ours.
+The instruction is the same for every trial and condition; only its words on the observation follow the modality. It
+states the problem, names the joints and the target, and says nothing about which joint locks which. Where pictures are
+shown, positions have no names, and the model has to find out what an action did. The paper prints no prompt, so the
+wording is ours.
 """
 
 from __future__ import annotations
@@ -53,9 +53,8 @@ The panel's joints: {joints}. The target joint: {target}."""
 """What is of one trial alone stands last: all trials of a condition share the rest, and providers' prefix caches it."""
 
 FIELDS = ("joints", "target", "reply", "budget", "count", "names", "observation")
-"""What the instruction is made of, and any template of an instruction can be: the labels as listed; the target's; the
-form of the reply, as a sentence; the steps; how many joints; what positions are called; what is told after a step.
-"""
+"""Fields of an instruction: the labels as listed; the target's; the form of the reply, as a sentence; the steps; how
+many joints; what positions are called; what is told after a step."""
 
 _NEEDED = ("joints", "target", "reply")
 """Without these nobody can play."""
@@ -90,11 +89,9 @@ class Message:
 
 
 def example(pictures: int = 0, *, assessment: bool = True) -> Situation:
-    """The second step of a made-up trial: what a prompt looks like, and what its fingerprint is taken from.
+    """The second step of a made-up trial, from which fingerprints of prompts are taken.
 
-    Args:
-        pictures: How many an observation shows. Where there are some, it tells nothing else.
-        assessment: Whether it is asked what the last action did.
+    Its observations show so many pictures, or reports if there are none. ``assessment`` as in :class:`Task`.
     """
     task = Task(joints=("B", "A"), target="A", budget=20, assessment=assessment)
     decision = Decision(joint="B", replies=("reply",))
@@ -131,11 +128,11 @@ def instructions(
 
     Args:
         task: What the agent may know.
-        positions: Whether the observations tell positions, or outcomes only.
-        outcomes: Whether they tell outcomes, or positions only.
+        positions: Whether the observations tell positions.
+        outcomes: Whether they tell outcomes.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
-        briefing: What is asked: the instruction, if it is not the usual one, and what it asks and warns of.
+        briefing: Another instruction than the usual one, if any, and what else is asked and warned of.
     """
     observation = (
         _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions, outcomes or not positions]
@@ -154,10 +151,11 @@ def instructions(
 
 
 def check_template(text: str) -> None:
-    """Refuse a template of an instruction that cannot be filled in, or leaves out what nobody can play without.
+    """Refuse a template of an instruction that cannot be filled in or played by.
 
     Raises:
-        BadValue: If a field is none of :data:`FIELDS`, or joints, target or reply are missing.
+        UnknownName: If a field is none of :data:`FIELDS`.
+        BadValue: If braces do not match, or joints, target or reply are missing.
     """
     try:
         parts = [(name, form, how) for _, name, form, how in Formatter().parse(text) if name is not None]
@@ -181,13 +179,7 @@ class _Item(NamedTuple):
 
 
 def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> list[_Item]:
-    """The entries of a reply, in the order in which they are given.
-
-    Args:
-        task: Whether it is asked what the last action did.
-        briefing: What else it is asked.
-        said: What may be said of the last action now; None for all steps together.
-    """
+    """The entries of a reply, in order; ``said`` may be said of the last action now, None for all steps together."""
     items = []
     if task.assessment:
         again = " or ".join(map(json.dumps, said or ()))
@@ -212,9 +204,7 @@ def _object(task: Task, briefing: Briefing) -> str:
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     """The whole conversation up to now: instruction and first observation, then reply and observation in turn.
 
-    Args:
-        situation: The task, the past and what is to be told now.
-        images: How many observations, the newest, keep their pictures; 0 for all. Older ones say that theirs are gone.
+    The newest ``images`` observations keep their pictures, all if 0. Older ones say that theirs are gone.
     """
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
     remarks = [*(turn.remark for turn in situation.past), situation.briefing.remark]
@@ -303,18 +293,14 @@ def repair(fault: ReplyFault, situation: Situation) -> str:
 
 def chat_fingerprint() -> str:
     """What changes with any word of a conversation in which reports are told, but for those of the observation."""
-    return fingerprint(*(text for assessment in (True, False) for text in _said(example(assessment=assessment))))
-
-
-def _said(shown: Situation) -> list[str]:
-    texts = [message.text for message in conversation(shown)]
-    return [*texts, repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown))]
+    texts: list[str] = []
+    for shown in (example(), example(assessment=False)):
+        texts += [message.text for message in conversation(shown)]
+        texts += [repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown))]
+    return fingerprint(*texts)
 
 
 def picture_fingerprint() -> str:
-    """The same where one picture is shown, and two, with what is said of those that are no longer shown.
-
-    It stands apart so that a study of reports recorded before there were pictures can be resumed.
-    """
+    """The same where pictures are shown; apart, so that studies recorded before there were pictures can be resumed."""
     conversations = (conversation(example(pictures), images=1) for pictures in (1, 2))
     return fingerprint(*(message.text for messages in conversations for message in messages))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lockprobe.agents.policy import Policy, Told, View, pick
+from lockprobe.agents.policy import Policy, Told, View, evenly, pick
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,8 +24,8 @@ class RandomAgent(Policy[None]):
         """Nothing."""
 
     def probabilities(self, view: View, memory: None) -> tuple[float, ...]:
-        """All alike."""
-        return (1 / view.joints,) * view.joints
+        """Equal for all joints."""
+        return evenly(range(view.joints), view)
 
     def choose(self, view: View, memory: None, rng: np.random.Generator) -> int:
         """Any joint."""
@@ -46,9 +46,8 @@ class RandomNoRepeat(Policy[int]):
         return told.joint
 
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
-        """All others alike."""
-        others = _others(view, memory)
-        return tuple((joint in others) / len(others) for joint in range(view.joints))
+        """Equal for all others."""
+        return evenly(_others(view, memory), view)
 
     def choose(self, view: View, memory: int, rng: np.random.Generator) -> int:
         """Any joint but the last."""
@@ -74,7 +73,7 @@ class RoundRobin(Policy[int]):
 
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
         """One of them."""
-        return tuple(float(joint == memory) for joint in range(view.joints))
+        return evenly([memory], view)
 
     def choose(self, view: View, memory: int, rng: np.random.Generator) -> int:
         """That one, without a draw."""

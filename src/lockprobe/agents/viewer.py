@@ -1,8 +1,8 @@
 """The agent ``viewer``: it reads joint positions from pictures and lets a strategy decide.
 
-It reads every picture (:mod:`lockprobe.agents.picture_reader`), turns the readings into the reports of a symbolic
-observation, and lets a strategy play by them. It claims of its last action what it saw. Misreadings come from the
-pictures alone; it draws no random numbers. Without pictures it acts as the strategy and claims what it was told.
+It turns its readings of every picture (:mod:`lockprobe.agents.picture_reader`) into the reports of a symbolic
+observation, and claims of its last action what it saw. Misreadings come from the pictures alone; it draws no random
+numbers. Without pictures it acts as the strategy and claims what it was told.
 
 It knows where in a picture each handle can be, so it does not test *finding* joints.
 """
@@ -95,8 +95,7 @@ class Viewer:
 
     def _report(self, task: Task, percept: Percept, before: tuple[bool, ...] | None) -> Percept:
         found = self._evidence(percept)
-        if before is None:
-            before = tuple(number > 0 for number in found)
+        before = before or tuple(number > 0 for number in found)
         positions = tuple(
             number > 0 if abs(number) > self.sight.doubt else earlier
             for number, earlier in zip(found, before, strict=True)

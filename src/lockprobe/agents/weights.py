@@ -23,8 +23,6 @@ class ModelFile:
 
     Attributes:
         name: Name for ``lockprobe models pull``.
-        filename: Name of the file.
-        sha256: Its hash.
         megabytes: Its size in millions of bytes, rounded.
         quantisation: How its weights are stored.
         package: Python package that carries it, if one does.

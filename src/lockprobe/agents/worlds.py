@@ -12,10 +12,11 @@ from typing import Any
 
 from lockprobe.agents.cognitive import SoftmaxMemory
 from lockprobe.agents.human_inspired import HumanInspired
-from lockprobe.agents.policy import Policy, Told, View
+from lockprobe.agents.policy import Policy, Told, View, evenly
 from lockprobe.agents.strategies import RandomNoRepeat
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
+from lockprobe.validation import check_probability
 
 __all__ = ["WORLDS", "Believer", "Failures", "LoopBreaker", "LostHalf", "LostPair", "Round"]
 
@@ -31,26 +32,26 @@ class Round:
     """What the loop breaker remembers.
 
     Attributes:
+        told: What it was last told of each joint: 0 nothing, 1 that it was blocked, 2 that it moved; shape (joints,).
         cycle: The joints of its cycle that are drawn so far, in order.
         at: Which of them comes next.
         free: How many random actions are left.
         last: The joint attempted last while free; -1 else.
-        told: What it was last told of each joint: 0 nothing, 1 that it was blocked, 2 that it moved; shape (joints,).
     """
 
-    cycle: tuple[int, ...]
-    at: int
-    free: int
-    last: int
     told: tuple[int, ...]
+    cycle: tuple[int, ...] = ()
+    at: int = 0
+    free: int = 0
+    last: int = -1
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoopBreaker(Policy[Round]):
     """It goes round a cycle of three joints that it draws at the start, until an odd report frees it.
 
-    A report is odd if it says of a joint what it did not say last, or if its form is odd: a correction, a remark, or
-    none at all. Then it forgets what it was told, acts three times at random, never twice alike, and draws a new cycle.
+    A report is odd if it contradicts the last one of that joint, or if its form is odd: a correction, a remark, or no
+    report. Then it forgets what it was told, acts three times at random without repeats, and draws a new cycle.
     """
 
     heeds_remarks = True
@@ -63,7 +64,7 @@ class LoopBreaker(Policy[Round]):
         """
         if view.joints < _LENGTH:
             raise BadValue("box", f"{view.joints} joints", f"{_LENGTH} joints or more, to go round")
-        return Round(cycle=(), at=0, free=0, last=-1, told=(0,) * view.joints)
+        return Round((0,) * view.joints)
 
     def remember(self, view: View, memory: Round, told: Told) -> Round:
         """On along the cycle, or out of it."""
@@ -76,24 +77,18 @@ class LoopBreaker(Policy[Round]):
         return self._after(memory, joint, memory.told, odd=True)
 
     def _after(self, memory: Round, joint: int, reports: tuple[int, ...], *, odd: bool) -> Round:
-        nothing = (0,) * len(reports)
-        if memory.free > 1:
-            return Round(cycle=(), at=0, free=memory.free - 1, last=joint, told=nothing)
-        if memory.free:
-            return Round(cycle=(), at=0, free=0, last=-1, told=nothing)
-        if odd:
-            return Round(cycle=(), at=0, free=_FREE, last=joint, told=nothing)
+        if memory.free or odd:
+            free = memory.free - 1 if memory.free else _FREE
+            return Round((0,) * len(reports), free=free, last=joint if free else -1)
         cycle = memory.cycle if len(memory.cycle) == _LENGTH else (*memory.cycle, joint)
-        return Round(cycle=cycle, at=(memory.at + 1) % _LENGTH, free=0, last=-1, told=reports)
+        return Round(reports, cycle, (memory.at + 1) % _LENGTH)
 
     def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
         """The next joint of the cycle; any that is not in it while it is drawn; any but the last while free."""
-        if memory.free:
-            return tuple((joint != memory.last) / (view.joints - 1) for joint in range(view.joints))
         if len(memory.cycle) == _LENGTH:
-            return tuple(float(joint == memory.cycle[memory.at]) for joint in range(view.joints))
-        left = view.joints - len(set(memory.cycle))
-        return tuple((joint not in memory.cycle) / left for joint in range(view.joints))
+            return evenly([memory.cycle[memory.at]], view)
+        barred = (memory.last,) if memory.free else memory.cycle
+        return evenly([joint for joint in range(view.joints) if joint not in barred], view)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +120,7 @@ class Believer(Policy[Failures]):
     lapse: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0 <= self.lapse <= 1:
-            raise BadValue("lapse", self.lapse, "a number from 0 to 1")
+        check_probability("lapse", self.lapse)
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -142,12 +136,10 @@ class Believer(Policy[Failures]):
         return Failures(0, due=True) if told.moved else Failures(memory.failed | 1 << told.joint)
 
     def probabilities(self, view: View, memory: Failures) -> tuple[float, ...]:
-        """The target when it is due, else all that have not failed alike; lapses spread over all."""
+        """The target when it is due, else equal for all that have not failed; lapses are equal for all."""
         open_ = [joint for joint in range(view.joints) if not memory.failed >> joint & 1]
         meant = [view.target] if memory.due else open_ or list(range(view.joints))
-        return tuple(
-            self.lapse / view.joints + (1 - self.lapse) * (joint in meant) / len(meant) for joint in range(view.joints)
-        )
+        return evenly(meant, view, self.lapse)
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +193,7 @@ class LostHalf(Policy[LostPair]):
         return LostPair((*memory.pair, joint) if memory.steps < 2 else memory.pair, memory.steps + 1)
 
     def probabilities(self, view: View, memory: LostPair) -> tuple[float, ...]:
-        """Of the mixture."""
+        """Those of the mixture of both halves, given the choices so far."""
         joints, others = view.joints, view.joints - 1
         lost = 0.0
         if memory.steps >= 0:
@@ -216,16 +208,11 @@ class LostHalf(Policy[LostPair]):
         return 0.0 if joint == view.target or joint in memory.pair else 1 / (view.joints - 1 - memory.steps)
 
 
-def _perseverant() -> Policy[Any]:
-    """Does again what has just moved; all other joints alike."""
-    return SoftmaxMemory(stay=2.2)
-
-
 WORLDS: Mapping[str, Any] = {
     "loop-breaker": LoopBreaker,
     "information": lambda: Believer(lapse=0.1),
     "information-hurts": HumanInspired,
-    "perseverant": _perseverant,
+    "perseverant": lambda: SoftmaxMemory(stay=2.2),
     "careful-believer": Believer,
     "irrelevant": RandomNoRepeat,
     "lost-half": LostHalf,

@@ -35,8 +35,8 @@ class Exchange:
         step: The step that was to be decided, from 1.
         turn: Which answer for that step, from 1; those after the first follow a malformed one.
         last: Whether it is the last answer for that step, which was acted on if it was of the form asked for.
-        asked: The whole conversation up to this answer, as it was sent; malformed answers to earlier steps are gone
-            from it, and so are pictures where only the newest are sent.
+        asked: The whole conversation up to this answer, as it was sent: without malformed answers to earlier steps, and
+            without older pictures where only the newest are sent.
         reply: What it answered; of an agent that has no words, what it chose.
     """
 
@@ -53,11 +53,9 @@ class Exchange:
 
 
 def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
-    """What was said in a trial, in order; the last observation, after which nothing was decided, is left out.
+    """What was said in a trial, in order, but for the last observation, after which nothing was decided.
 
-    Args:
-        trial: The trial.
-        pictures: Directory of the pictures that its record names; without it, or where one is missing, there is none.
+    ``pictures`` is the directory of the pictures that its record names; those that are missing are left out.
     """
     found: list[Exchange] = []
     past: list[Turn] = []
@@ -78,7 +76,8 @@ def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
 def told_last(trial: Trial, pictures: Path | None = None) -> Message:
     """What was told after the last step."""
     if not trial.steps:
-        return Message(role="user", text=_opening(trial), pictures=_seen(trial.opening_pictures, pictures))
+        opening = f"{instruction(trial)}\n\n{trial.opening}".strip()
+        return Message(role="user", text=opening, pictures=_seen(trial.opening_pictures, pictures))
     return Message(role="user", text=trial.steps[-1].told, pictures=_seen(trial.steps[-1].pictures, pictures))
 
 
@@ -95,10 +94,10 @@ def instruction(trial: Trial) -> str:
 
 
 def briefed(trial: Trial) -> Briefing:
-    """What was asked in every step, as the interventions on record have it, but for remarks; those of packages unknown.
+    """What was asked in every step but for remarks, by the interventions on record that ship with Lockprobe.
 
     Raises:
-        UserMistake: If the template of an instruction is none.
+        UserMistake: As :func:`lockprobe.agents.prompt.check_template`.
     """
     briefing = Briefing()
     for one in trial.interventions:
@@ -141,10 +140,6 @@ def _tells(trial: Trial) -> str:
     return str(words[-1].get("tell", _BOTH)) if words else _BOTH
 
 
-def _opening(trial: Trial) -> str:
-    return f"{instruction(trial)}\n\n{trial.opening}".strip()
-
-
 def _task(trial: Trial) -> Task:
     label = dict(zip(trial.joints, trial.labels, strict=True))[trial.target]
     return Task(joints=trial.listing, target=label, budget=trial.budget, assessment=trial.assessment)
@@ -160,8 +155,9 @@ def _words(step: Step) -> tuple[str, ...]:
 
 def _turns(trial: Trial, situation: Situation, replies: tuple[str, ...]) -> list[Exchange]:
     """The answers of one step: each but the first follows a malformed one, which was asked for again."""
-    first, *others = conversation(situation, images=_newest(trial))
-    opening = [*(turn.percept for turn in situation.past), situation.percept][0]
+    images = trial.facts.get("images")
+    first, *others = conversation(situation, images=images if isinstance(images, int) else 0)
+    opening = situation.past[0].percept if situation.past else situation.percept
     by_pictures = instructions(
         situation.task, positions=False, pictures=len(opening.pictures), briefing=situation.briefing
     )
@@ -176,12 +172,6 @@ def _turns(trial: Trial, situation: Situation, replies: tuple[str, ...]) -> list
             again = Message(role="user", text=repair(fault, situation))
             asked = (*asked, Message(role="assistant", text=reply or "(empty)"), again)
     return found
-
-
-def _newest(trial: Trial) -> int:
-    """How many observations kept their pictures; 0 for all."""
-    images = trial.facts.get("images")
-    return images if isinstance(images, int) else 0
 
 
 def _percept(before: Decision | None, text: str, names: Mapping[PictureKind, str], directory: Path | None) -> Percept:

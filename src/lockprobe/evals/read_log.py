@@ -12,13 +12,13 @@ import struct
 import sys
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.errors import BadFile, BadValue, needing
 from lockprobe.evals.sample_pictures import pictures_of
 from lockprobe.evals.samples import OPTIONS, SETTINGS
 from lockprobe.evals.scoring import TRIAL
@@ -30,15 +30,13 @@ from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_json
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
 
     if sys.version_info >= (3, 14):  # by what logs are unpacked
         from compression.zstd import ZstdError
     else:
         from zstandard import ZstdError
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 _DAMAGE = (
     *(OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, EOFError),
@@ -94,7 +92,10 @@ def read_log(path: Path | str) -> MergeSource:
         _check_json(path)
         header = read_eval_log(str(path), header_only=True)
         _check_number(header)
-        for sample in _samples(path):
+        samples_read = read_eval_log_samples(
+            str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
+        )
+        for sample in samples_read:
             if (line := _line(sample)) is None:
                 broken.append(sample)
                 continue
@@ -126,7 +127,7 @@ def read_log(path: Path | str) -> MergeSource:
 
 
 def _check_size(path: Path) -> None:
-    """A log is a few megabytes; a small file that unpacks to very much is none."""
+    """Refuse a file that unpacks to far more than the few megabytes of a log."""
     try:
         size = path.stat().st_size
         if zipfile.is_zipfile(path):
@@ -140,7 +141,7 @@ def _check_size(path: Path) -> None:
 
 
 def _check_json(path: Path) -> None:
-    """What is no JSON, or is nested without end, Inspect tries in ways that never end; the same with sizes that lie."""
+    """Inspect never ends on what is no JSON or is nested without end, nor on sizes that lie."""
     if path.suffix == ".json":
         json.loads(path.read_bytes())
     elif zipfile.is_zipfile(path):
@@ -153,28 +154,20 @@ def _check_json(path: Path) -> None:
 
 
 def _check_number(header: EvalLog) -> None:
-    """Every sample that is listed is looked for, in every epoch."""
     number = len(header.eval.dataset.sample_ids or ()) * (header.eval.config.epochs or 1)
     if number > _MOST_SAMPLES:
         raise BadValue("samples listed", number, f"at most {_MOST_SAMPLES}")
 
 
 def _check_held(header: EvalLog, held: int) -> None:
-    """A log of an eval that was broken off may have no sample yet; one that came to its end has."""
+    """Only the log of an eval that was broken off may have no sample."""
     if not held and header.status == "success":
         raise BadValue("samples", 0, f"the {len(header.eval.dataset.sample_ids or ())} that its header lists")
 
 
 def _named(sample: EvalSample) -> EvalSample:
-    """What says which trial it is, without all the rest."""
+    """Its name alone, to save memory."""
     return sample.model_copy(update={"messages": [], "store": {}, "scores": None, "attachments": {}})
-
-
-def _samples(path: Path) -> Iterator[EvalSample]:
-    """One after another, without what is not looked at; a log whose eval was broken off has those that it wrote."""
-    return read_eval_log_samples(
-        str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
-    )
 
 
 def _line(sample: EvalSample) -> str | None:
@@ -203,7 +196,7 @@ def _agent(log: EvalLog) -> str:
 
 
 def _keys(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> tuple[str, str]:
-    """The trial that a sample was to be: as an eval names it, and as it is named beside other agents."""
+    """Possible keys of a sample's trial: in a log of several agents the sample's name holds the agent already."""
     place, repetition = str(sample.id), sample.metadata.get("repetition")
     if isinstance(repetition, int) and sample.epoch > 1:
         each = study.repetitions // (log.eval.config.epochs or 1)

@@ -10,15 +10,13 @@ import binascii
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Trial
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.model import ChatMessage, ContentImage
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["PICTURES", "beside", "pictures_of"]
 
@@ -29,13 +27,7 @@ _URI = "data:image/png;base64,"
 
 
 def beside(trial: Trial, messages: Iterable[ChatMessage], directory: Path) -> dict[str, dict[str, str]]:
-    """What the store of a sample has to hold, so that no picture that the record names is lost.
-
-    Args:
-        trial: The trial.
-        messages: What its sample shows.
-        directory: Where its pictures lie; one that is not there is left out.
-    """
+    """What the store of a sample has to hold: pictures on record that are in the directory and in no message."""
     unseen = trial.picture_names - {name for name, _ in pictures_of(messages, {})}
     files = [file for name in sorted(unseen) if (file := directory / name).is_file()]
     uris = {file.name: _URI + base64.b64encode(read_input(file)).decode("ascii") for file in files}

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 from lockprobe.evals.scoring import SCORER, VALUES
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.viewer import SampleScoreView, TaskSamplesColumn, TaskSamplesView, ViewerConfig
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["OPTIONS", "SETTINGS", "VERSION", "VIEW", "metadata_of", "sample_id"]
 
@@ -18,7 +16,7 @@ SETTINGS = "lockprobe"
 """Where in the metadata of a log the settings of its study stand."""
 
 OPTIONS = ("schema", "images", "detail", "repairs")
-"""Parameters of a task that say how its model is asked, as far as Inspect has no options for it."""
+"""Parameters of a task that say how its model is asked, where Inspect has no option for it."""
 
 VERSION = "1-A"
 """Of the tasks: what makes results incomparable raises the number, what changes their parameters the letter."""
@@ -48,20 +46,20 @@ def sample_id(trial: Trial | Plan) -> str:
     return trial.key.removeprefix(f"{trial.study}/{trial.group}/")
 
 
-def _flip(plan: Plan) -> str:
-    return "" if plan.condition.flip is None else plan.condition.flip.persistence
-
-
 def metadata_of(trial: Trial | Plan) -> dict[str, object]:
     """What sets a trial apart from the others of its log, and what they share that changes what is seen."""
+    if isinstance(trial, Trial):
+        flip, box = trial.flip, trial.box
+    else:
+        flip, box = "" if trial.condition.flip is None else trial.condition.flip.persistence, trial.box.name
     return {
         "condition": sample_id(trial).rpartition("/rep=")[0],
         "p": trial.p,
         "repetition": trial.repetition,
         "trial": trial.trial,
         "modality": trial.modality,
-        "flip": trial.flip if isinstance(trial, Trial) else _flip(trial),
-        "box": trial.box if isinstance(trial, Trial) else trial.box.name,
+        "flip": flip,
+        "box": box,
         "max_steps": trial.budget,
         "seed": trial.seed,
         "assessment": trial.assessment,

@@ -2,10 +2,10 @@
 
 The score has five values. ``success``: 1 or 0. ``steps``: the number of steps, or the whole budget if the box was not
 opened, as in the comparisons of the report. ``loop``: 1 if there is an action loop (Sec. 3.3), by the exact cover in
-linear time. ``loop_chance``: the probability of one in a trial of that length in which every action is random, without
-which a loop rate says nothing. ``misinterpretation``: share of its claims that contradict what it was told (Sec. 3.1),
-unscored where it made none. A trial that broke is unscored as a whole, so an error is never counted as a failure to
-solve. The whole record stands in the score's metadata, where neither a crash nor ``eval-retry`` loses it.
+linear time. ``loop_chance``: the probability of one in a random trial of that length, without which a loop rate says
+nothing. ``misinterpretation``: share of its claims that contradict what it was told (Sec. 3.1), unscored where it made
+none. A trial that broke is unscored as a whole, so an error is never counted as a failure to solve. The score's
+metadata holds the whole record, where neither a crash nor ``eval-retry`` loses it.
 """
 
 from __future__ import annotations
@@ -15,16 +15,14 @@ from functools import cache
 from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.loops import any_loop
 from lockprobe.analysis.misinterpretation import trial_claims
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 from lockprobe.record import Step, Trial
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_json, trial_to_json
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.scorer import Metric, Score, Scorer, Target, grouped, mean, scorer, stderr
     from inspect_ai.solver import TaskState
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = [
     "SCORER",
@@ -56,11 +54,7 @@ _SAID = {"moved": "moved", "blocked": "did not move", None: ""}
 
 def scored(trial: Trial) -> Score:
     """The score of a trial."""
-    metadata = {
-        "ending": trial.ending,
-        "steps_played": len(trial.steps),
-        TRIAL: trial_to_json(trial).decode(),
-    }
+    metadata = {"ending": trial.ending, "steps_played": len(trial.steps), TRIAL: trial_to_json(trial).decode()}
     answer, explanation = _answer(trial), explained(trial)
     if trial.error is not None:
         reason = "invalid_response_format" if trial.error.boundary == "reply" else trial.error.boundary
@@ -147,11 +141,9 @@ def _in_a_cell(text: str) -> str:
 def metrics_of(study: Study) -> dict[str, list[Metric]]:
     """What a log sums up, by value of the score: means, standard errors, and means of every condition.
 
-    Standard errors are clustered by repetition, as Inspect AI has them. Where a study has but one repetition they are
-    clustered by trial, since the same trial of all conditions shares its luck. With a single cluster Inspect says 0.
-
-    Args:
-        study: The study; each of its samples has in its metadata the ``repetition``, ``trial`` and ``condition``.
+    Standard errors are clustered by repetition, as Inspect AI has them. In a study of one repetition they are clustered
+    by trial, since the same trial of all conditions shares its luck. With a single cluster Inspect says 0. Repetition,
+    trial and condition stand in the metadata of each sample.
     """
     summed: list[Metric] = [mean(), stderr(cluster=_cluster(study))]
     apart: list[Metric] = [grouped(mean(), "condition", all=False)]

@@ -26,7 +26,7 @@ from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ChannelFault, Missing, ModelFault, PlantFault, TrialFault
+from lockprobe.errors import ChannelFault, ModelFault, PlantFault, TrialFault, needing
 from lockprobe.evals.conversation import told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.scoring import TRIAL, marked, told_of
@@ -37,19 +37,11 @@ from lockprobe.studies.play import play_timed
 from lockprobe.studies.settings import study_from
 from lockprobe.trial_json import trial_to_json
 
-try:
+with needing("Inspect tasks", "providers"):
     from inspect_ai.log import transcript
-    from inspect_ai.model import (
-        ChatMessage,
-        GenerateConfig,
-        Model,
-        ResponseSchema,
-        get_model,
-    )
+    from inspect_ai.model import ChatMessage, GenerateConfig, Model, ResponseSchema, get_model
     from inspect_ai.solver import Generate, Solver, TaskState, solver
     from inspect_ai.util import JSONSchema
-except ImportError as error:
-    raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["agent_spec", "play_trial"]
 
@@ -67,12 +59,9 @@ _FAULTS: dict[str, type[TrialFault]] = {fault.boundary: fault for fault in (Mode
 
 
 def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfig) -> str:
-    """The agent that a model is under the settings of an eval, as ``lockprobe run --agent`` would name it.
+    """The spec of an eval's model, as of ``lockprobe run --agent``.
 
-    Args:
-        model: Its name, as Inspect AI has it.
-        settings: Options that only we have: name -> value; None for the default.
-        config: What was set for the eval, for example by ``--temperature``.
+    ``settings`` holds the options that Inspect lacks, by name, None for the default; ``config`` holds the others.
 
     Raises:
         BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
@@ -94,7 +83,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
 
     Args:
         settings: Of the study, as JSON holds them; the model of the eval is its only agent.
-        options: How the model is asked, as far as Inspect has no options for it.
+        options: As of :func:`agent_spec`.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -119,14 +108,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
 
 
 class _ModelOfTheEval:
-    """The model of an eval at one trial.
-
-    Args:
-        model: The model.
-        spec: Its name and how it is asked.
-        config: What was set for the eval.
-        state: Whose messages the conversation becomes.
-    """
+    """The model of an eval at one trial, whose conversation becomes the messages of ``state``."""
 
     def __init__(self, model: Model, spec: str, config: GenerateConfig, state: TaskState) -> None:
         self.broke: BaseException | None = None
@@ -189,7 +171,7 @@ class _ModelOfTheEval:
         return config
 
     def _message(self, place: int, message: Message, step: int, turn: int) -> ChatMessage:
-        """The same message is the same object in every call; each has metadata of its own, or equal ones are merged."""
+        """The same message is one object in every call; each has other metadata, or Inspect merges equal ones."""
         name = (place, message.role, message.text, tuple(picture.name for picture in message.pictures))
         if name not in self._made:
             made = sent(message, self._settings)
@@ -198,13 +180,13 @@ class _ModelOfTheEval:
         return self._made[name]
 
     def note(self, key: str, step: Step) -> None:
-        """Write the truth of a step beside what was decided, where the model does not see it."""
+        """Write the truth of a step where the model does not see it."""
         transcript().info(told_of(step), source="lockprobe")
         self._state.messages[-1].metadata = marked(step)
 
 
 def _finish(state: TaskState, trial: Trial, directory: Path) -> None:
-    """Put into a sample what its model did not get to see: the last observation, and pictures kept for the record."""
+    """Put into a sample what its model did not see: the last observation, and pictures kept for the record."""
     if trial.error is None:
         last = sent(told_last(trial, directory), ModelSettings())
         last.metadata = {"step": len(trial.steps) + 1}

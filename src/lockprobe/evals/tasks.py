@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from lockprobe.agents.prompt import instructions
-from lockprobe.errors import BadValue, Missing, UserMistake
+from lockprobe.errors import BadValue, UserMistake, needing
 from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import metrics_of, played
 from lockprobe.evals.solver import agent_spec, play_trial
@@ -23,14 +23,12 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, parse_p, study_options
 from lockprobe.studies.studyfile import study
 
-try:
+with needing("Inspect tasks", "providers"):
     from inspect_ai import Task, task
     from inspect_ai.dataset import MemoryDataset, Sample
     from inspect_ai.model import GenerateConfig
 
     from lockprobe.agents.llm.inspect_internals import PrerequisiteError
-except ImportError as error:
-    raise Missing(f"Inspect tasks need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["flips", "modalities"]
 
@@ -75,7 +73,8 @@ def _task(name: str, given: Mapping[str, Any]) -> Task:
         asked = {key: value for key, value in given.items() if value is not None and key not in {"model", *OPTIONS}}
         options = {key: given[key] for key in OPTIONS if given.get(key) is not None}
         planned = _planned(name, asked)
-        _check_options(options)
+        _refuse_yes_or_no(options)
+        agent_spec("inspect/model", options, GenerateConfig())  # before the first call
         samples = [_sample(plan) for plan in planned.plans(_MODEL)]
     settings = {**planned.settings(), "agents": []}
     return Task(
@@ -116,12 +115,6 @@ def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:
     for name, value in asked.items():
         if isinstance(value, bool) and name not in _YES_OR_NO:
             raise BadValue(name, value, "a number or a word, not true or false")
-
-
-def _check_options(options: Mapping[str, object]) -> None:
-    """Refuse before the first call what no model can be asked."""
-    _refuse_yes_or_no(options)
-    agent_spec("inspect/model", options, GenerateConfig())
 
 
 def _sample(plan: Plan) -> Sample:

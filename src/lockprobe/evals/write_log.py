@@ -11,7 +11,7 @@ from pathlib import Path
 from lockprobe.agents.llm.client import sent
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.errors import BadFile, BadValue, needing
 from lockprobe.evals.conversation import Exchange, instruction, retold, told_last
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
@@ -21,7 +21,7 @@ from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_files
 from lockprobe.studies.study import Study
 
-try:
+with needing("Inspect logs", "providers"):
     from inspect_ai.event import Event, InfoEvent, ModelEvent
     from inspect_ai.log import (
         EvalConfig,
@@ -36,8 +36,6 @@ try:
         write_eval_log,
     )
     from inspect_ai.model import ChatCompletionChoice, ChatMessage, ChatMessageAssistant, ModelOutput, ModelUsage
-except ImportError as error:
-    raise Missing(f"Inspect logs need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["SUFFIXES", "log_of", "write_logs"]
 
@@ -53,7 +51,7 @@ def write_logs(
     pictures: Path | None = None,
     seconds: Mapping[str, float] | None = None,
 ) -> list[Path]:
-    """Write trials as Inspect logs: all of them, or none.
+    """Write trials as Inspect logs, all of them or none, and return the files.
 
     Args:
         trials: The trials.
@@ -61,10 +59,7 @@ def write_logs(
         out: A file that ends in ``.eval`` or ``.json``, for one log of all agents; else a directory, made if need be,
             for one log of each.
         pictures: Directory of the pictures that the records name; without it the logs have none.
-        seconds: How long each trial took, by key, as far as it is known.
-
-    Returns:
-        The files.
+        seconds: How long each trial took, by key, where it is known.
 
     Raises:
         BadValue: If there is no trial.
@@ -114,9 +109,8 @@ def log_of(
     samples = [_sample(trial, pictures, (seconds or {}).get(trial.key)) for trial in trials]
     if len(agents) > 1:
         for sample, trial in zip(samples, trials, strict=True):
-            agent = trial.group
-            sample.id = f"{agent}/{sample.id}"
-            sample.metadata["condition"] = f"{agent}/{sample.metadata['condition']}"
+            sample.id = f"{trial.group}/{sample.id}"
+            sample.metadata["condition"] = f"{trial.group}/{sample.metadata['condition']}"
     now = datetime.now(UTC).isoformat(timespec="seconds")
     identity = hashlib.sha256("\0".join([study.identity, *agents]).encode()).hexdigest()
     log = EvalLog(
@@ -196,10 +190,7 @@ def _model(trial: Trial) -> str:
 
 
 class _Messages:
-    """The messages of a trial. The same one is the same object in every call; each has metadata of its own.
-
-    Inspect merges messages that are equal.
-    """
+    """The messages of a trial. The same one is one object in every call; each has other metadata, as Inspect merges."""
 
     def __init__(self, trial: Trial) -> None:
         self._trial = trial
@@ -208,7 +199,6 @@ class _Messages:
         self._turns: dict[int, int] = {}
 
     def asked(self, exchange: Exchange) -> list[ChatMessage]:
-        """The conversation up to an answer."""
         before = 2 * exchange.step - 1
         found: list[ChatMessage] = []
         for place, message in enumerate(exchange.asked):  # of the steps before it, one message each way
@@ -220,7 +210,6 @@ class _Messages:
         return found
 
     def reply(self, exchange: Exchange) -> ChatMessageAssistant:
-        """The answer."""
         reply = ChatMessageAssistant(content=exchange.reply)
         self._mark(reply, exchange.step, exchange.turn)
         self._replies[exchange.step, exchange.turn] = reply

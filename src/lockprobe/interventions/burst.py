@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.record import Moment, Percept, Task
 from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Moment, Percept, Task
 
 __all__ = ["Burst"]
 

@@ -18,6 +18,7 @@ from lockprobe.pictures.frame import Frame
 from lockprobe.pictures.picture import Picture
 from lockprobe.pictures.png import to_png
 from lockprobe.record import Moment, Percept, Task
+from lockprobe.validation import check_choice
 
 __all__ = ["CameraChannel", "Depth"]
 
@@ -60,8 +61,7 @@ class CameraChannel:
     occlude: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.depth not in get_args(Depth):
-            raise BadValue("depth", self.depth, f"one of {', '.join(get_args(Depth))}")
+        check_choice("depth", self.depth, get_args(Depth))
         Window(near=self.near, far=self.far)
         self._damage()
 

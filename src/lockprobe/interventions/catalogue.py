@@ -1,6 +1,6 @@
 """The interventions by spec: ``flip?p=0.4``; plus signs join several, in the order in which they act.
 
-What ships is every class of this package with a ``name``. A package of one's own adds to it by an entry point in the
+What ships is every class of this package with a ``name``. An installed package adds to it by an entry point in the
 group ``lockprobe.interventions``, whose name is the spec's; ``python:module:Name?lag=1`` names a class directly, from
 code or from the command line, never from a file.
 """
@@ -59,8 +59,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     >>> [type(one).__name__ for one in interventions_of("tremble?p=0.1 + nudge?after=2")]
     ['Tremble', 'Nudge']
 
-    Args:
-        spec: Specs with plus signs between; ``truth`` or nothing is the empty condition.
+    Specs have plus signs between; ``truth`` or nothing is the empty condition.
 
     Raises:
         UnknownName: If there is no such intervention, or it has no such option.

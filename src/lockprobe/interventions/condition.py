@@ -46,12 +46,7 @@ _LONGEST = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """An intervention as the settings of a study name it. Nothing is imported to read settings.
-
-    Attributes:
-        spec: Its spec.
-        dose: The option that is its dose; empty where it has none.
-    """
+    """An intervention as settings of a study name it, which are read without imports: its spec, and its dose if any."""
 
     spec: str
     dose: str = ""
@@ -117,7 +112,7 @@ class Condition:
 
     @property
     def tells_positions(self) -> bool:
-        """Whether reports hold positions, as far as this can be known before a trial."""
+        """Whether reports hold positions, by what is known before a trial."""
         return self.flip is None or self.flip.persistence != "outcome-only"
 
     def made(self) -> tuple[Intervention, ...]:
@@ -154,10 +149,7 @@ def flips(
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate with every way of showing the box, the latter outermost.
 
-    Args:
-        p: Flip probabilities, [0, 1].
-        persistence: Kind of outcome flip.
-        modalities: How the box is shown, as specs; :func:`default_modality` if not given.
+    ``p`` holds flip probabilities, [0, 1], and ``modalities`` specs; :func:`default_modality` if none are given.
     """
     rates, modalities = tuple(p), modalities or (default_modality(persistence),)
     return tuple(
@@ -168,11 +160,7 @@ def flips(
 
 
 def default_modality(*acting: str) -> str:
-    """How the box is shown if nobody says it: where the joints stand, or by outcomes where flips leave these alone.
-
-    Args:
-        acting: Kinds of flip, or specs of what acts.
-    """
+    """How the box is shown by default: by positions, or by outcomes where a flip's kind or a spec is outcome-only."""
     return "symbolic" if any("outcome-only" in spec for spec in acting) else STATES
 
 
@@ -182,13 +170,9 @@ def read_condition(spec: str, name: str = "") -> Condition:
     >>> read_condition("tremble?p=0.1 + rgb").modality
     'rgb'
 
-    Args:
-        spec: Specs with plus signs between; ``truth`` or nothing is the empty condition.
-        name: What the experimenter calls it.
-
     Raises:
-        UnknownName: If there is no such intervention, or it has no such option.
-        BadValue: If an option has a value that it cannot have.
+        UnknownName: As :func:`interventions_of`.
+        BadValue: As :func:`interventions_of`, or as :class:`Condition`.
     """
     *acting, last = split_specs(spec)
     if spec_name(last) in MODALITIES:
@@ -209,7 +193,7 @@ def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
 
 
 def _without_zeros(modality: str) -> str:
-    """A modality without doses of 0, which do nothing, so that it has one name."""
+    """A modality without doses of 0, so that it has one name."""
     spec = Spec.parse(modality, "modality")
     return str(spec.without([dose for dose in MODALITY_DOSES if spec.options.get(dose) in ("0", "0.0")]))
 
@@ -217,21 +201,17 @@ def _without_zeros(modality: str) -> str:
 def sweep(spec: str) -> tuple[Condition, ...]:
     """One condition for every value of a dose, given with commas between; of several doses for every combination.
 
-    Where several interventions have several doses, those at dose 0 are left out, so that a combination has the name of
-    what acts in it, and none acts in truth.
+    In combinations, interventions at dose 0 are left out, so that a combination is named after what acts in it.
 
     >>> [condition.spec for condition in sweep("nudge?after=2 + tremble?p=0.1,0.2")]
     ['nudge + tremble?p=0.1', 'nudge + tremble?p=0.2']
     >>> [condition.spec for condition in sweep("flip?p=0,0.4 + tremble?p=0,0.1")]
     ['truth', 'tremble?p=0.1', 'flip?p=0.4', 'flip?p=0.4 + tremble?p=0.1']
 
-    Args:
-        spec: As of :func:`read_condition`, with several values of one option of one intervention or more.
-
     Raises:
         UnknownName: As :func:`read_condition`.
-        BadValue: As :func:`read_condition`, if there are not several values of a dose, if there are of two options of
-            one intervention, and if there are too many combinations.
+        BadValue: As :func:`read_condition`; also if no dose has several values, if two options of one intervention
+            have, or if there are too many combinations.
     """
     parts = split_specs(spec)
     swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
@@ -253,7 +233,7 @@ def sweep(spec: str) -> tuple[Condition, ...]:
 
 def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str]:
     """A part of a sweep once with every value of its dose."""
-    found = [_with(part, option, value) for value in values]
+    found = [str(Spec.parse(part, "sweep").adding({option: value.strip()})) for value in values]
     if spec_name(part) in MODALITIES:
         doses = [one for one in MODALITY_DOSES if option == one]
     else:
@@ -264,18 +244,13 @@ def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str
 
 
 def _idle(part: str) -> bool:
-    """Whether what a part says does nothing; a way of showing the box is none."""
+    """Whether a part is an intervention that does nothing."""
     return spec_name(part) not in MODALITIES and read_condition(part).does_nothing
 
 
 def _several(part: str) -> list[tuple[str, list[str]]]:
     options = Spec.parse(part, "sweep").options
     return [(option, value.split(",")) for option, value in options.items() if "," in value]
-
-
-def _with(part: str, option: str, value: str) -> str:
-    """A spec with one value in place of several."""
-    return str(Spec.parse(part, "sweep").adding({option: value.strip()}))
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:

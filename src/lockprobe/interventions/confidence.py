@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.errors import BadValue
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["Confidence"]
 
@@ -19,9 +17,8 @@ __all__ = ["Confidence"]
 class Confidence:
     """A hosted model is asked how sure it is of what its last action did, and whether it thinks the report false.
 
-    Its answers stand in the record, ``confidence`` from 0 to 100 and ``report_false``. What it is told stays as it is,
-    but the second question says that a report may be false. Agents that are not asked pay no attention to it. Nothing
-    is drawn.
+    The record holds its answers: ``confidence`` from 0 to 100, and ``report_false``. What it is told stays as it is,
+    but the second question says that a report may be false. Other agents ignore it. Nothing is drawn.
     """
 
     name: ClassVar[str] = "confidence"

@@ -1,19 +1,16 @@
-"""Reports that are corrected at once."""
+"""The intervention ``correction``: reports that are corrected at once."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+from typing import ClassVar, Literal, get_args
 
-from lockprobe.errors import BadValue
+import numpy as np
+
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.luck import check_steps, hits
-from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Moment, Outcome, Percept, Task
+from lockprobe.record import Moment, Outcome, Percept, Task
+from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["Correction"]
 
@@ -48,8 +45,7 @@ class Correction:
     def __post_init__(self) -> None:
         check_steps(self.at)
         check_probability("correction rate p", self.p)
-        if self.of not in get_args(Of):
-            raise BadValue("of", self.of, f"one of {', '.join(get_args(Of))}")
+        check_choice("of", self.of, get_args(Of))
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept, with what was said before it or without."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.errors import BadValue
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Moment, Percept, Task
+from lockprobe.record import Moment, Percept, Task
 
 __all__ = ["Delay"]
 
@@ -26,7 +24,7 @@ class Delay:
         lag: Attempts by which a report is late, from 0.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is negative.
     """
 
     name: ClassVar[str] = "delay"

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from lockprobe.interventions.luck import Luck, check_luck, check_steps, hits, stream_of, within
-from lockprobe.validation import check_probability
+import numpy as np
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.interventions.luck import AtRandomSteps, hits
+from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["ASIDES", "Distract"]
 
@@ -27,46 +24,22 @@ ASIDES = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Distract:
+class Distract(AtRandomSteps):
     """With probability p an irrelevant sentence comes with the report; the report stays as it is.
 
-    It comes at moments that are drawn, unlike ``remark``, and before every step but the first. Agents that read no
-    words pay no attention to it. Two numbers are drawn per step whatever p is (one with ``luck=flip``), so what is said
-    at a smaller p is said at a larger one too.
-
-    Attributes:
-        p: Probability that a sentence is said, [0, 1].
-        luck: Whose steps it hits: its own, or those at which ``flip`` lies at the same p.
-        at: The steps with whose reports it can come; empty for all of them.
-
-    Raises:
-        BadValue: If a value is none of these.
+    Its moments are random, unlike those of ``remark``; the first step has none. Agents that read no words ignore it.
+    Two numbers are drawn per step whatever p is (one with ``luck=flip``), so what is said at a smaller p is said at a
+    larger one too.
     """
 
     name: ClassVar[str] = "distract"
-    dose: ClassVar[str] = "p"
-    later: ClassVar[tuple[str, ...]] = ("luck", "at")
-    p: float = 0.0
-    luck: Luck = "own"
-    at: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        check_probability("distract rate p", self.p)
-        check_luck(self.luck)
-        check_steps(self.at)
-
-    @property
-    def stream(self) -> str:
-        """The name of its random stream."""
-        return stream_of(self.luck, type(self))
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with a sentence, or without."""
-        if self.luck == "flip":
-            said = rng.random() if len(past) > 1 else 1.0
-            which = within(said, self.p) if said < self.p else 0.0
-        else:
-            said, which = rng.random(2)
-        if len(past) < 2 or said >= self.p or not hits(self.at, len(past) - 1):
+        no_report = len(past) < 2
+        if no_report and self.luck == "flip":  # which draws nothing before the first attempt either
+            return briefing
+        said, which = self.drawn(rng)
+        if no_report or said >= self.p or not hits(self.at, len(past) - 1):
             return briefing
         return briefing.remarking(ASIDES[int(which * len(ASIDES))])

@@ -9,13 +9,14 @@ import numpy as np
 
 from lockprobe.errors import BadValue
 from lockprobe.record import Moment, Outcome, Percept, Task
+from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["FlipKind", "OutcomeFlip"]
 
 FlipKind = Literal["transient", "sticky", "outcome-only"]
 
-_ONLY = ("moved", "blocked", "any")
-_WHILE = ("looping", "always")
+Only = Literal["moved", "blocked", "any"]
+While = Literal["looping", "always"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,20 +55,17 @@ class OutcomeFlip:
     later: ClassVar[tuple[str, ...]] = ("only", "from_", "until", "at", "while_")
     p: float = 0.0
     persistence: FlipKind = "transient"
-    only: Literal["moved", "blocked", "any"] = "any"
+    only: Only = "any"
     from_: int | None = None
     until: int | None = None
     at: tuple[int, ...] = ()
-    while_: Literal["looping", "always"] = "always"
+    while_: While = "always"
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.p <= 1.0:
-            raise BadValue("flip rate p", self.p, "a number from 0 to 1")
-        if self.persistence not in get_args(FlipKind):
-            raise BadValue("flip", self.persistence, f"one of {', '.join(get_args(FlipKind))}")
-        for what, value, known in (("only", self.only, _ONLY), ("while", self.while_, _WHILE)):
-            if value not in known:
-                raise BadValue(what, value, f"one of {', '.join(known)}")
+        check_probability("flip rate p", self.p)
+        check_choice("flip", self.persistence, get_args(FlipKind))
+        check_choice("only", self.only, get_args(Only))
+        check_choice("while", self.while_, get_args(While))
         for what, step in (("from", self.from_), ("until", self.until), *(("at", step) for step in self.at)):
             if step is not None and step < 1:
                 raise BadValue(what, step, "a step from 1")

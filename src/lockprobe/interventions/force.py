@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.errors import BadValue
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Moment, Task
+from lockprobe.record import Moment, Task
 
 __all__ = ["Force"]
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from lockprobe.record import Task, Turn
 from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    from lockprobe.record import Task, Turn
 
 __all__ = ["Forget"]
 
@@ -26,7 +24,7 @@ class Forget:
         p: Probability that an exchange is forgotten, [0, 1].
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is no probability.
     """
 
     name: ClassVar[str] = "forget"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.errors import BadValue
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Task, Turn
+from lockprobe.record import Task, Turn
 
 __all__ = ["History"]
 
@@ -19,13 +17,13 @@ __all__ = ["History"]
 class History:
     """The agent has only the newest exchanges; what it is told now, and its task, stay as they are.
 
-    Of ``last`` exchanges it knows what it chose and what came of it. Nothing is drawn.
+    Nothing is drawn.
 
     Attributes:
-        last: Exchanges that it has, from 0.
+        last: Exchanges of which it knows what it chose and what came of it, from 0.
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is negative.
     """
 
     name: ClassVar[str] = "history"

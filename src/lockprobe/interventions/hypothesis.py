@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+from typing import ClassVar, Literal, get_args
 
-from lockprobe.errors import BadValue
+import numpy as np
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Briefing, Moment, Task
+from lockprobe.validation import check_choice
 
 __all__ = ["Ask", "Hypothesis"]
 
@@ -22,7 +20,7 @@ class Hypothesis:
     """A hosted model says in one sentence how the box works before it names a joint, after it, or not at all.
 
     ``before`` is what every hosted model is asked without this: a small chain of thought. What it is told stays as it
-    is. Agents that are asked for no sentence pay no attention to it. Nothing is drawn.
+    is. Agents that are asked for no sentence ignore it. Nothing is drawn.
 
     Attributes:
         ask: When it is asked.
@@ -35,8 +33,7 @@ class Hypothesis:
     ask: Ask = "before"
 
     def __post_init__(self) -> None:
-        if self.ask not in get_args(Ask):
-            raise BadValue("ask", self.ask, f"one of {', '.join(get_args(Ask))}")
+        check_choice("ask", self.ask, get_args(Ask))
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with when it is asked."""

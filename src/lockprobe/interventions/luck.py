@@ -2,30 +2,57 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from dataclasses import dataclass
+from typing import ClassVar, Literal, get_args
+
+import numpy as np
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.validation import check_choice, check_probability
 
-__all__ = ["Luck", "check_luck", "check_steps", "hits", "stream_of", "within"]
+__all__ = ["AtRandomSteps", "Luck", "check_steps", "hits", "within"]
 
 Luck = Literal["own", "flip"]
 """With ``flip`` one number per attempt comes from the stream of the flip: equal doses hit equal steps."""
 
 
-def check_luck(luck: str) -> None:
-    """Refuses what is none.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtRandomSteps:
+    """An intervention that hits each step with probability p.
+
+    Attributes:
+        p: Probability that a step is hit, [0, 1].
+        luck: Whose steps are hit: its own, or those at which ``flip`` lies at the same p.
+        at: The steps that can be hit; empty for all of them.
 
     Raises:
-        BadValue: If it is neither.
+        BadValue: If a value is none of these.
     """
-    if luck not in get_args(Luck):
-        raise BadValue("luck", luck, f"one of {', '.join(get_args(Luck))}")
 
+    name: ClassVar[str]
+    dose: ClassVar[str] = "p"
+    later: ClassVar[tuple[str, ...]] = ("luck", "at")
+    p: float = 0.0
+    luck: Luck = "own"
+    at: tuple[int, ...] = ()
 
-def stream_of(luck: Luck, kind: type[object]) -> str:
-    """The name of the random stream of a class of interventions."""
-    return OutcomeFlip.stream if luck == "flip" else kind.__name__
+    def __post_init__(self) -> None:
+        check_probability(f"{self.name} rate p", self.p)
+        check_choice("luck", self.luck, get_args(Luck))
+        check_steps(self.at)
+
+    @property
+    def stream(self) -> str:
+        """The name of its random stream."""
+        return OutcomeFlip.stream if self.luck == "flip" else type(self).__name__
+
+    def drawn(self, rng: np.random.Generator) -> tuple[float, float]:
+        """Two numbers in [0, 1), by one draw with ``luck=flip``: a first one below p hits, the second chooses."""
+        if self.luck == "flip":
+            number = rng.random()
+            return number, within(number, self.p) if number < self.p else 0.0
+        return rng.random(), rng.random()
 
 
 def within(number: float, p: float) -> float:
@@ -38,7 +65,7 @@ def within(number: float, p: float) -> float:
 
 
 def check_steps(at: tuple[int, ...]) -> None:
-    """Refuses steps that no trial has.
+    """Refuse steps that no trial has.
 
     Raises:
         BadValue: If one is below 1.

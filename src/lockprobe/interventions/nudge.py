@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.analysis.loops import onset
 from lockprobe.errors import BadValue
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["Nudge", "loops_completed"]
 
@@ -22,7 +20,7 @@ NUDGE = "Note: you are repeating the same series of actions; consider trying ano
 class Nudge:
     """When the agent has just completed a copy of an action loop, one sentence tells it that it repeats itself.
 
-    The report stays as it is, and is true. Agents that read no words pay no attention to it. Nothing is drawn.
+    The report stays as it is, and is true. Agents that read no words ignore it. Nothing is drawn.
 
     Attributes:
         after: Copies of a loop after which it is said, from 2.

@@ -5,16 +5,14 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.agents.prompt import check_template
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_input
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["LARGEST_TEMPLATE", "OwnPrompt"]
 
@@ -28,8 +26,8 @@ class OwnPrompt:
 
     The file is a template with the fields ``{joints}``, ``{target}`` and ``{reply}``, and any of ``{budget}``,
     ``{count}``, ``{names}`` and ``{observation}`` (:data:`lockprobe.agents.prompt.FIELDS`). It is read once, when this
-    is made; its text and hash stand in every record. Strategies pay no attention to it; a local model, which plays from
-    a log of its own, refuses it. Nothing is drawn.
+    is made; its text and hash stand in every record. Strategies ignore it; a local model, which plays from a
+    log, refuses it. Nothing is drawn.
 
     Attributes:
         file: The file, at most :data:`LARGEST_TEMPLATE` bytes of UTF-8.

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+import numpy as np
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.nudge import loops_completed
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["Remark"]
 
@@ -23,7 +21,7 @@ REMARK = "Note: this panel is made of wood, and its surface is painted in a ligh
 class Remark:
     """The control of ``nudge``: at the same moments a sentence of equal length that says nothing of what it did.
 
-    The report stays as it is. Agents that read no words pay no attention to it. Nothing is drawn.
+    The report stays as it is. Agents that read no words ignore it. Nothing is drawn.
 
     Attributes:
         after: Copies of a loop after which it is said, from 2; 0 for before every step but the first.

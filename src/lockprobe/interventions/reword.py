@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import numpy as np
+
+from lockprobe.record import Moment, Percept, Task
 from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Moment, Percept, Task
 
 __all__ = ["SENTENCES", "Reword", "pattern_of"]
 
@@ -53,14 +51,14 @@ class Reword:
     """With probability p a report says the same facts in other words: noise in the prompt, and nothing false.
 
     It acts on the words of the report, after all that changes its facts; sentences that it does not know it leaves as
-    they are. Agents that read no words pay no attention to it. Three numbers are drawn per report whatever p is, so
+    they are. Agents that read no words ignore it. Three numbers are drawn per report whatever p is, so
     the reports reworded at a smaller p are reworded in the same way at a larger one.
 
     Attributes:
         p: Probability that a report is reworded, [0, 1].
 
     Raises:
-        BadValue: If it is none.
+        BadValue: If it is no probability.
     """
 
     name: ClassVar[str] = "reword"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+import numpy as np
+
+from lockprobe.record import Briefing, Moment, Task
 from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["Warn"]
 
@@ -19,7 +17,7 @@ __all__ = ["Warn"]
 class Warn:
     """The instruction says that reports may be false, with or without how often; the reports stay as they are.
 
-    Agents that read no words pay no attention to it. Nothing is drawn.
+    Agents that read no words ignore it. Nothing is drawn.
 
     Attributes:
         rate: How often the instruction says that they are, [0, 1]; None for "sometimes".

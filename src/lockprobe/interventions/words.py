@@ -10,8 +10,8 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.errors import BadValue
 from lockprobe.record import Moment, Percept, Task
+from lockprobe.validation import check_choice
 
 __all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "rows_of"]
 
@@ -54,9 +54,8 @@ class TextChannel:
     places: bool = False
 
     def __post_init__(self) -> None:
-        for name, known in (("tell", get_args(Tell)), ("form", get_args(Form))):
-            if (asked := getattr(self, name)) not in known:
-                raise BadValue(name, asked, f"one of {', '.join(known)}")
+        check_choice("tell", self.tell, get_args(Tell))
+        check_choice("form", self.form, get_args(Form))
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, and without what is not told. Nothing is drawn from ``rng``."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.validation import check_probability
-
-if TYPE_CHECKING:
-    from lockprobe.record import Moment, Percept, Task
+from lockprobe.record import Moment, Percept, Task
+from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["How", "Yoked"]
 
@@ -23,11 +20,10 @@ How = Literal["next", "shuffle"]
 class Yoked:
     """False reports at the steps at which ``flip`` at the same p lies in the next trial, or in this one in other order.
 
-    It has the dose of its source and nothing to do with what this trial came to: at ``next`` it has the luck of the
-    next trial of the same repetition, step by step; at ``shuffle`` this trial's own, with its steps in an order that
-    is drawn once, so that over the whole budget exactly as many reports are false as under ``flip``. A flip that
-    depends on what happens (``only``, ``while``) has no steps before it is played: yoked to one are its chances, not
-    its lies. It draws nothing itself.
+    It has the dose of its source and is independent of the course of this trial. With ``next`` it has the luck of the
+    next trial of the same repetition, step by step. With ``shuffle`` it has the luck of this trial at permuted steps:
+    over the whole budget exactly as many reports are false as under ``flip``. A flip that depends on what happens
+    (``only``, ``while``) has no steps in advance: what is yoked is its rate, not its lies. It draws nothing itself.
 
     Attributes:
         p: Flip probability of the source, [0, 1].
@@ -45,12 +41,11 @@ class Yoked:
 
     def __post_init__(self) -> None:
         check_probability("flip rate p", self.p)
-        if self.how not in get_args(How):
-            raise BadValue("how", self.how, f"one of {', '.join(get_args(How))}")
+        check_choice("how", self.how, get_args(How))
 
     @property
     def ahead(self) -> int:
-        """By how many trials ahead of this one the trial is whose luck it has."""
+        """How many trials after this one the trial is whose luck it has."""
         return 1 if self.how == "next" else 0
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:

@@ -31,13 +31,7 @@ _KNOWN = (
 
 
 class Report(NamedTuple):
-    """What can become of the report of an attempt.
-
-    Attributes:
-        inverted: Whether it is inverted; None where nothing is told.
-        odd: Whether its form is odd: corrected, or with a remark.
-        chance: How probably.
-    """
+    """What can become of a report: inverted or not, None where it is not given; in odd form or not; how probably."""
 
     inverted: bool | None
     odd: bool
@@ -57,7 +51,7 @@ class Acting:
         remarked: The same for a remark.
         states_only: Whether positions are told and no outcomes.
         hands: What changes which joint is attempted, in order.
-        asks: Whether something else acts on what is asked, and may remark.
+        asks: Whether something else than ``distract`` acts on what is asked.
     """
 
     flip: OutcomeFlip
@@ -71,7 +65,7 @@ class Acting:
     asks: bool = False
 
     def phase(self, step: int) -> Hashable:
-        """What is alike at all steps at which the same can happen."""
+        """A value that is equal for all steps at which the same can happen."""
         return self._flip_at(step), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
 
     def _flip_at(self, step: int) -> OutcomeFlip | None:
@@ -108,12 +102,8 @@ def acting_of(
 ) -> Acting:
     """A condition with a flip rate as probabilities.
 
-    Args:
-        condition: What acts. Several flips are allowed where no two fall on one step: a flip rate that changes.
-        p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
-        modality: How the box is shown.
-        budget: Steps of a trial.
+    The arguments are those of :func:`lockprobe.propagate`. Several flips are allowed where no two fall on one of the
+    steps of the budget: a flip rate that changes.
 
     Raises:
         UserMistake: If a name does not exist, a value is out of range, a report is flipped twice, or something acts

@@ -241,7 +241,7 @@ def _state(memory: Memory) -> int:
 
 
 def _met(memory: Memory) -> int:
-    """Where what it sees stands among the states that the random map has met; -1 if it is new."""
+    """The place of this state among those that the random map has met; -1 if it is new."""
     state = _state(memory)
     for met in range(memory.met):
         if memory.states[met] == state:

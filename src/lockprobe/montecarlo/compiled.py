@@ -143,17 +143,10 @@ def play_blind(
     steps: NDArray[np.int32],
     solved: NDArray[np.bool_],
 ) -> None:
-    """Trials of an agent that looks at nothing and prefers nothing, several steps by one draw.
+    """Trials, from ``first`` on, of an agent that looks at nothing and prefers nothing, ``depth`` steps by one draw.
 
-    Args:
-        key: Of the random numbers.
-        first: Number of the first trial.
-        budget: Steps.
-        jump: For each configuration and each sequence of ``depth`` joints the configuration after it, or 256 plus the
-            step of them that solves the box, shape (2 ** joints, joints ** depth).
-        depth: Steps by one draw.
-        steps: Written: steps made, shape (trials,).
-        solved: Written: whether the box was solved, shape (trials,).
+    ``key`` is that of the random numbers, and ``jump`` as :func:`jumps` makes it. Written are the steps made and
+    whether the box was solved, both of shape (trials,).
     """
     limit = np.uint64(jump.shape[1])
     for trial in range(len(steps)):

@@ -44,14 +44,8 @@ def lie_effects(
 ) -> LieEffects:
     """The effect of a lie at each step, with all other reports false with probability p.
 
-    With p = 0 it is the first lie in a truthful world.
-
-    Args:
-        agent: Spec of an agent that is a policy, or a policy.
-        box: Name of a box, path of a TOML file, or a box.
-        p: Flip probability of all other reports, [0, 1].
-        modality: As of :func:`lockprobe.propagate`.
-        max_steps: Budget in steps, at least 2.
+    With p = 0 it is the first lie in a truthful world. The other arguments are those of :func:`lockprobe.propagate`;
+    the budget has at least 2 steps.
 
     Raises:
         UserMistake: As :func:`lockprobe.propagate`.

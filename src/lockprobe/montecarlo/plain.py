@@ -64,14 +64,7 @@ class BoxWorld:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlainTrial:
-    """One trial.
-
-    Attributes:
-        joints: The joints attempted, by place in panel order.
-        moved: Whether each moved.
-        told_moved: What was told of it.
-        solved: Whether the last was the target, and moved.
-    """
+    """One trial: the joints attempted, by place in panel order, whether each moved, and what was told of it."""
 
     joints: list[int]
     moved: list[bool]
@@ -86,14 +79,9 @@ def play_plainly(
     channel: np.random.Generator,
     agent: np.random.Generator,
 ) -> PlainTrial:
-    """Play one trial.
+    """Play one trial, with the joints, by place in panel order, listed to the agent in this order.
 
-    Args:
-        policy: Who decides.
-        world: The box and what is told of it.
-        order: The joints, by place in panel order, as they are listed to the agent.
-        channel: Stream of the outcome flip; one number a step.
-        agent: Stream of the agent.
+    The streams are those of the outcome flip, of which one number a step is drawn, and of the agent.
     """
     view = world.view(order)
     memory: Hashable = policy.begin(view)
@@ -121,10 +109,7 @@ def play_plainly(
 
 
 def reported(flip: FlipKind, configuration: int, before: int, joint: int, *, flipped: bool) -> int:
-    """The configuration as reported; only ``sticky`` heeds what was reported ``before``.
-
-    It is what :class:`lockprobe.interventions.flip.OutcomeFlip` does to positions.
-    """
+    """The configuration as :class:`OutcomeFlip` reports it; only ``sticky`` heeds what was reported ``before``."""
     others = before if flip == "sticky" else configuration
     return others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
 

@@ -39,6 +39,7 @@ from lockprobe.montecarlo.compiled import (
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
 from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
+from lockprobe.validation import check_choice
 
 __all__ = ["Population", "Streams", "population"]
 
@@ -53,7 +54,7 @@ PIECE = 40_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Population:
-    """What became of the trials of one agent in one condition. Every column has one row a trial.
+    """What became of the trials of one agent in one condition; every column has one row a trial.
 
     Attributes:
         agent: Agent spec, or the name of its class.
@@ -154,8 +155,7 @@ def population(
     world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
     _check(trials, repetition, streams, threads, recorded=trials * max_steps if record else 0)
     found = _room(trials, max_steps if record else 0)
-    luck = _Luck(seed=seed, repetition=repetition, shuffle=shuffle, streams=streams)
-    _play(policy, world, luck, threads or os.cpu_count() or 1, found)
+    _play(policy, world, found, threads, streams=streams, seed=seed, repetition=repetition, shuffle=shuffle)
     return Population(
         agent=agent if isinstance(agent, str) else type(policy).__name__,
         world=world,
@@ -176,8 +176,7 @@ class _Found(NamedTuple):
 
 
 def _check(trials: int, repetition: int, streams: str, threads: int | None, *, recorded: int) -> None:
-    if streams not in get_args(Streams):
-        raise BadValue("streams", streams, f"one of {', '.join(get_args(Streams))}")
+    check_choice("streams", streams, get_args(Streams))
     if not 1 <= trials <= MOST_TRIALS:
         raise BadValue("trials", trials, f"a whole number from 1 to {MOST_TRIALS}")
     if repetition < 1:
@@ -198,41 +197,39 @@ def _room(trials: int, columns: int) -> _Found:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Luck:
-    """What the random numbers hang on."""
-
-    seed: int
-    repetition: int
-    shuffle: bool
-    streams: Streams
-
-    def source(self, policy: Policy[Any], world: BoxWorld, rule: Rule | None, *, swift: bool) -> LuckSource:
-        """Where they come from: as many as this policy may need."""
-        joints, flips = len(world.places), world.budget if world.p or not swift else 0
-        draws = 0 if rule is None else world.budget * numbers_a_step(rule)
-        if self.streams == "study":
-            return FromTree(self.seed, self.repetition, joints, shuffle=self.shuffle, flips=flips, draws=draws)
-        if rule is None:
-            raise BadValue("streams", self.streams, f"study, since {type(policy).__name__} is none that is compiled")
-        return Counted(
-            self.seed,
+def _play(
+    policy: Policy[Any],
+    world: BoxWorld,
+    found: _Found,
+    threads: int | None,
+    *,
+    streams: Streams,
+    seed: int,
+    repetition: int,
+    shuffle: bool,
+) -> None:
+    """Plays the trials in the quickest way that there is, with as many random numbers as this policy may need."""
+    rule = rule_of(policy)
+    swift = rule is not None and pays(len(found.steps) * world.budget)
+    joints, flips = len(world.places), world.budget if world.p or not swift else 0
+    draws = 0 if rule is None else world.budget * numbers_a_step(rule)
+    source: LuckSource
+    if streams == "study":
+        source = FromTree(seed, repetition, joints, shuffle=shuffle, flips=flips, draws=draws)
+    elif rule is None:
+        raise BadValue("streams", streams, f"study, since {type(policy).__name__} is none that is compiled")
+    else:
+        source = Counted(
+            seed,
             joints,
-            shuffle=self.shuffle and heeds_order(policy),
+            shuffle=shuffle and heeds_order(policy),
             flips=flips,
             draws=draws,
             depth=deepest(joints) if rule.kind == RANDOM else 0,
             fill=compiled(fill) if swift else None,
         )
-
-
-def _play(policy: Policy[Any], world: BoxWorld, luck: _Luck, threads: int, found: _Found) -> None:
-    """Plays the trials in the quickest way that there is."""
-    rule = rule_of(policy)
-    swift = rule is not None and pays(len(found.steps) * world.budget)
-    source = luck.source(policy, world, rule, swift=swift)
     if rule is not None and swift:
-        _play_swiftly(world, rule, source, found, threads)
+        _play_swiftly(world, rule, source, found, threads or os.cpu_count() or 1)
     else:
         _play_plainly(policy, world, source, found)
 

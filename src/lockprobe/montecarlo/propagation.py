@@ -22,6 +22,7 @@ from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo.acting import Acting, Report, acting_of
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, listed, policy_of, reported, world_of
 from lockprobe.protocols import Intervention
+from lockprobe.validation import check_choice
 
 __all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
 
@@ -107,8 +108,7 @@ def propagate(
     if acting.asks and policy.heeds_remarks:
         expected = "distract alone of what is asked, for an agent that heeds remarks; sample it (lockprobe.run_trial)"
         raise BadValue("condition", condition, expected)
-    if listing not in get_args(Listing):
-        raise BadValue("listing", listing, f"one of {', '.join(get_args(Listing))}")
+    check_choice("listing", listing, get_args(Listing))
     panel = tuple(range(len(world.places)))
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
     solved, apart, states = [0.0] * (max_steps + 1), [0.0] * (max_steps + 1), 0
@@ -123,15 +123,11 @@ def propagate(
 
 
 class _State(NamedTuple):
-    """Configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
-
-    ``told`` is heeded by the next report where false positions persist; None where the last report told none.
-    ``compared`` is what the next report is compared with where states alone are told, else 0.
-    """
+    """Where a trial is; configurations are numbers as in :mod:`lockprobe.montecarlo.plain`."""
 
     configuration: int
-    told: int | None
-    compared: int
+    told: int | None  # heeded by the next report where false positions persist; None where the last one told none
+    compared: int  # what the next report is compared with where states alone are told, else 0
     memory: Hashable
 
 

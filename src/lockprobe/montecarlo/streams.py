@@ -8,6 +8,7 @@ agent.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
 from typing import NamedTuple, Protocol, cast
 
 import numpy as np
@@ -34,13 +35,7 @@ class Luck(NamedTuple):
 
 
 class LuckBlock(NamedTuple):
-    """The random numbers of several trials, one row for each trial.
-
-    Attributes:
-        orders: The joints as they are listed, by place in panel order, shape (trials, joints).
-        flips: Numbers of the outcome flip, shape (trials, as many as were asked for).
-        draws: Numbers of the agent, shape (trials, as many as were asked for).
-    """
+    """Those of several trials, one row each: the orders (trials, joints), and as many numbers as were asked for."""
 
     orders: Integers
     flips: Numbers
@@ -59,25 +54,26 @@ class LuckSource(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
 class FromTree:
     """The streams of a study's trials, as :class:`lockprobe.plan.Plan` has them.
 
-    Args:
+    Attributes:
         seed: Seed of the study.
         repetition: Repetition of the study, from 1.
         joints: How many joints are listed.
         shuffle: Whether they are listed in an order drawn for each trial.
-        flips: Numbers of the outcome flip in a block.
-        draws: Numbers of the agent in a block.
+        flips: Numbers of the outcome flip for each trial of a block.
+        draws: Numbers of the agent for each trial of a block.
     """
 
-    def __init__(self, seed: int, repetition: int, joints: int, *, shuffle: bool, flips: int, draws: int) -> None:
-        self._repetition = repetition
-        self._seed = seed
-        self._joints = joints
-        self._shuffle = shuffle
-        self._flips = flips
-        self._draws = draws
+    seed: int
+    repetition: int
+    joints: int
+    _: KW_ONLY
+    shuffle: bool
+    flips: int
+    draws: int
 
     def luck(self, trial: int) -> Luck:
         """That of one trial, in whole streams."""
@@ -89,8 +85,8 @@ class FromTree:
         """The first numbers of many trials' streams."""
         return LuckBlock(
             orders=np.array([self._order(trial) for trial in range(first, first + trials)], np.int64),
-            flips=self._numbers(first, trials, "channel-0", self._flips),
-            draws=self._numbers(first, trials, "agent", self._draws),
+            flips=self._numbers(first, trials, "channel-0", self.flips),
+            draws=self._numbers(first, trials, "agent", self.draws),
         )
 
     def _numbers(self, first: int, trials: int, name: str, count: int) -> Numbers:
@@ -100,20 +96,21 @@ class FromTree:
         return numbers
 
     def _stream(self, trial: int, name: str) -> np.random.Generator:
-        return trial_stream(self._seed, self._repetition, trial + 1, name)
+        return trial_stream(self.seed, self.repetition, trial + 1, name)
 
     def _order(self, trial: int) -> tuple[int, ...]:
-        if not self._shuffle:
-            return tuple(range(self._joints))
-        return drawn_orders(self._joints, self._stream(trial, "labels"))[1]
+        if not self.shuffle:
+            return tuple(range(self.joints))
+        return drawn_orders(self.joints, self._stream(trial, "labels"))[1]
 
 
+@dataclass
 class Counted:
     """Numbers by counting: those of trial t are outputs ``t * SPAN``, ``t * SPAN`` + 1, ... of one SplitMix64.
 
     No two trials share a number, and none depends on which thread played what before.
 
-    Args:
+    Attributes:
         seed: Any integer.
         joints: How many joints are listed.
         shuffle: Whether they are listed in an order drawn for each trial.
@@ -123,24 +120,17 @@ class Counted:
         fill: :func:`lockprobe.montecarlo.compiled.fill`, compiled.
     """
 
-    def __init__(
-        self,
-        seed: int,
-        joints: int,
-        *,
-        shuffle: bool,
-        flips: int,
-        draws: int,
-        depth: int = 0,
-        fill: Callable[[np.uint64, int, int, Numbers], None] | None = None,
-    ) -> None:
-        self.key: np.uint64 = generator(seed, "population").integers(2**64, dtype=np.uint64)
-        self._joints = joints
-        self._shuffle = shuffle
-        self._flips = flips
-        self._draws = draws
-        self._depth = depth
-        self._fill = fill
+    seed: int
+    joints: int
+    _: KW_ONLY
+    shuffle: bool
+    flips: int
+    draws: int
+    depth: int = 0
+    fill: Callable[[np.uint64, int, int, Numbers], None] | None = None
+
+    def __post_init__(self) -> None:
+        self.key: np.uint64 = generator(self.seed, "population").integers(2**64, dtype=np.uint64)
 
     def luck(self, trial: int) -> Luck:
         """That of one trial."""
@@ -150,29 +140,29 @@ class Counted:
 
     def block(self, first: int, trials: int) -> LuckBlock:
         """That of so many trials, from ``first`` on."""
-        orders = np.tile(np.arange(self._joints), (trials, 1))
-        if self._shuffle:
-            orders = np.argsort(self._numbers(first, trials, OF_LISTING, self._joints), axis=1)
+        orders = np.tile(np.arange(self.joints), (trials, 1))
+        if self.shuffle:
+            orders = np.argsort(self._numbers(first, trials, OF_LISTING, self.joints), axis=1)
         return LuckBlock(
             orders=orders,
-            flips=self._numbers(first, trials, OF_FLIPS, self._flips),
-            draws=self._joints_drawn(first, trials) if self._depth else self._numbers(first, trials, 0, self._draws),
+            flips=self._numbers(first, trials, OF_FLIPS, self.flips),
+            draws=self._joints_drawn(first, trials) if self.depth else self._numbers(first, trials, 0, self.draws),
         )
 
     def _numbers(self, first: int, trials: int, offset: int, count: int) -> Numbers:
-        if self._fill is None:
+        if self.fill is None:
             numbers: Numbers = uniform(self.key, _places(first, trials, offset, count))
             return numbers
         numbers = np.empty((trials, count))
-        self._fill(self.key, first, offset, numbers)
+        self.fill(self.key, first, offset, numbers)
         return numbers
 
     def _joints_drawn(self, first: int, trials: int) -> Numbers:
         """Numbers that make an agent take the joints that ``play_blind`` takes."""
-        sequences = joints_in(self._joints, self._depth)
-        outputs = _places(first, trials, 0, -(-self._draws // self._depth))
+        sequences = joints_in(self.joints, self.depth)
+        outputs = _places(first, trials, 0, -(-self.draws // self.depth))
         taken = sequences[below(self.key, outputs, np.uint64(len(sequences)))]
-        numbers: Numbers = (taken.reshape(trials, -1)[:, : self._draws] + 0.5) / self._joints
+        numbers: Numbers = (taken.reshape(trials, -1)[:, : self.draws] + 0.5) / self.joints
         return numbers
 
 
@@ -183,7 +173,7 @@ def _places(first: int, trials: int, offset: int, count: int) -> NDArray[np.uint
 
 
 class _Given:
-    """A stream of numbers given before."""
+    """A stream of given numbers."""
 
     def __init__(self, numbers: Numbers) -> None:
         self._numbers = iter(numbers.tolist())

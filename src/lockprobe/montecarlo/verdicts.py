@@ -8,12 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.analysis.why import MARGIN, Verdict, verdict_of
+from lockprobe.analysis.why import Verdict, verdict_of
 from lockprobe.errors import BadValue
 from lockprobe.seeds import generator
 from lockprobe.studies.play import play_timed
@@ -66,8 +67,7 @@ class VerdictRates:
         return sum(n for found, n in self.verdicts.items() if found not in silent) / self.studies
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Job:
+class _Job(NamedTuple):
     world: str
     p: float
     seed: int
@@ -115,11 +115,14 @@ def verdict_rates(
     for job, found in zip(jobs, _solved(jobs, processes), strict=True):
         played[job.world].append(found)
         progress(sum(len(part) for parts in played.values() for part in parts), pool * len(played))
-    return [
-        _rates(world, np.concatenate(parts), size, studies, generator(seed, "verdicts", world, str(size)))
-        for world, parts in played.items()
-        for size in blocks
-    ]
+    rates = []
+    for world, parts in played.items():
+        solved = np.concatenate(parts)
+        for size in blocks:
+            rng = generator(seed, "verdicts", world, str(size))
+            drawn = (solved[rng.integers(len(solved), size=size)].T.astype(np.float64) for _ in range(studies))
+            rates.append(_rates(world, MECHANISMS[world], size, [verdict_of(*arms) for arms in drawn]))
+    return rates
 
 
 STATED: Mapping[str, tuple[float, float, float]] = {
@@ -158,23 +161,14 @@ def stated_rates(
     found = []
     for size in blocks:
         rng = generator(seed, "stated", name, str(size))
-        counted: Counter[Verdict] = Counter()
-        for _ in range(studies):
-            arms = (rng.random((3, size)) < np.array(success)[:, None]).astype(np.float64)
-            counted[verdict_of(*arms)] += 1
-        verdicts = dict(counted.most_common())
-        found.append(VerdictRates(world=name, truth=stated, blocks=size, studies=studies, verdicts=verdicts))
+        drawn = ((rng.random((3, size)) < np.array(success)[:, None]).astype(np.float64) for _ in range(studies))
+        found.append(_rates(name, stated, size, [verdict_of(*arms) for arms in drawn]))
     return found
 
 
-def _rates(world: str, pool: NDArray[np.bool_], blocks: int, studies: int, rng: np.random.Generator) -> VerdictRates:
-    counted: Counter[Verdict] = Counter()
-    for _ in range(studies):
-        truth, lie, retracted = pool[rng.integers(len(pool), size=blocks)].T.astype(np.float64)
-        counted[verdict_of(truth, lie, retracted, MARGIN)] += 1
-    return VerdictRates(
-        world=world, truth=MECHANISMS[world], blocks=blocks, studies=studies, verdicts=dict(counted.most_common())
-    )
+def _rates(world: str, truth: Verdict, blocks: int, found: Sequence[Verdict]) -> VerdictRates:
+    verdicts = dict(Counter(found).most_common())
+    return VerdictRates(world=world, truth=truth, blocks=blocks, studies=len(found), verdicts=verdicts)
 
 
 def _solved(jobs: Sequence[_Job], processes: int) -> list[NDArray[np.bool_]] | map[NDArray[np.bool_]]:

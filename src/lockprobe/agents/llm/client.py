@@ -21,13 +21,13 @@ from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import Missing, ModelFault
+from lockprobe.errors import ModelFault, needing
 from lockprobe.model_call import Usage
 from lockprobe.record import Fact
 from lockprobe.redaction import without_keys
 from lockprobe.terminal_text import printable
 
-try:
+with needing("hosted models", "providers"):
     import inspect_ai
     from inspect_ai.model import (
         ChatMessage,
@@ -43,8 +43,6 @@ try:
         RetryDecision,
     )
     from inspect_ai.util import JSONSchema
-except ImportError as error:
-    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["RUNTIME", "ModelClient", "ModelReply", "refuse_overflow", "sent", "usage_of"]
 
@@ -85,20 +83,14 @@ class ModelReply:
 
 
 class ModelClient:
-    """An open client of one model.
-
-    Args:
-        name: The model as Inspect AI knows it.
-        settings: How it is asked.
-        access: How it is reached.
+    """An open client of one model, named as Inspect AI knows it.
 
     Attributes:
         slots: Requests that may still start at once; each request holds one.
         batch: Whether requests go through the provider's batch interface.
 
     Raises:
-        Missing: If a key or a provider's package is missing.
-        BadValue: If there is no such provider, or it has no batch interface and one is asked for.
+        UserMistake: As :func:`lockprobe.agents.llm.connect.opened`.
     """
 
     def __init__(self, name: str, settings: ModelSettings, access: Access) -> None:
@@ -115,12 +107,9 @@ class ModelClient:
     async def ask(
         self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
     ) -> ModelReply:
-        """Send a conversation and wait for the reply. The caller holds one of :attr:`slots`.
+        """Send a conversation and wait for a reply of the form ``schema``. The caller holds one of :attr:`slots`.
 
-        Args:
-            messages: The conversation.
-            schema: The form of the reply.
-            again: Asked before a request is made again that may have been charged for.
+        ``again`` is called before a request is made again that may have been charged for.
 
         Raises:
             ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
@@ -189,9 +178,7 @@ class ModelClient:
 
 
 def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:
-    """Refuse what stands for a reply where a conversation is longer than a model can read.
-
-    Inspect AI makes one of the provider's error; it is no word of the model's.
+    """Refuse the reply that Inspect AI makes of the provider's error if a conversation is too long for the model.
 
     Raises:
         ModelFault: If that is what came.

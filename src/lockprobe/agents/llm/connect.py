@@ -13,12 +13,10 @@ from lockprobe.agents.llm.answer_limits import guard_answers
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadValue, Missing, UserMistake
+from lockprobe.errors import BadValue, Missing, UserMistake, needing
 
-try:
+with needing("hosted models", "providers"):
     from inspect_ai.model import BatchConfig, GenerateConfig, Model, get_model
-except ImportError as error:
-    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["WITH_BATCHES", "config_of", "host_of", "mistake", "opened"]
 
@@ -38,17 +36,12 @@ _STARTED_HERE = {
 
 
 def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
-    """A model that can be asked.
-
-    Args:
-        name: As Inspect AI knows it.
-        access: How it is reached.
-        parameters: What is sent with every request, under the names of Inspect AI's ``GenerateConfig``.
+    """A model that can be asked; every request sends the parameters, named as in Inspect AI's ``GenerateConfig``.
 
     Raises:
         Missing: If a key, a server or a provider's package is missing.
-        BadValue: If there is no such provider, or it has no batch interface and one is asked for; or if the URL of its
-            server or of a proxy is none.
+        BadValue: If there is no such provider, it lacks the batch interface that is asked for, or the URL of its server
+            or of a proxy is invalid.
     """
     _check_addresses(name)
     provider = name.partition("/")[0]
@@ -109,7 +102,7 @@ def _variables(name: str) -> tuple[str, str]:
 
 
 def _check_addresses(name: str) -> None:
-    """Refuse the URL of a model's server, or of a proxy, that is none: libraries raise what they like over it."""
+    """Refuse an invalid URL of a model's server or of a proxy, before a library raises an error of any kind."""
     for variable in _variables(name):
         if (url := os.environ.get(variable)) and not _is_url(url, ("http", "https")):
             raise BadValue(variable, url, "a URL such as http://localhost:8080/v1")

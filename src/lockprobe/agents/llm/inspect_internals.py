@@ -6,13 +6,11 @@ pinned. ``tests/agents/llm/test_inspect_internals.py`` says what each is for and
 
 from __future__ import annotations
 
-from lockprobe.errors import Missing
+from lockprobe.errors import needing
 
-try:
+with needing("hosted models", "providers"):
     from inspect_ai._util.error import PrerequisiteError
     from inspect_ai.model._generate_config import active_generate_config
     from inspect_ai.model._providers.util.batch_log import set_batch_log_callback
-except ImportError as error:
-    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = ["PrerequisiteError", "active_generate_config", "set_batch_log_callback"]

@@ -46,15 +46,8 @@ Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply
 def check(spec: str, access: Access | None = None) -> None:
     """Find out whether a model can be asked at all.
 
-    Args:
-        spec: Model name as Inspect AI knows it, and how it is asked.
-        access: How it is to be reached.
-
     Raises:
-        Missing: If a key or a provider's package is missing.
-        BadValue: If there is no such provider, an option has a value that it cannot have, or batches are asked for of
-            a provider that has none.
-        UnknownName: If there is no such option.
+        UserMistake: As :class:`ModelClient` and :func:`lockprobe.agents.llm.settings.read_settings`.
     """
     name, settings = read_settings(spec)
     ModelClient(name, settings, access or Access())
@@ -63,10 +56,7 @@ def check(spec: str, access: Access | None = None) -> None:
 def model_facts(name: str, settings: ModelSettings, *, batch: bool = False) -> dict[str, Fact]:
     """Model name, library, prompt and settings, for the record; the host, where it is not the provider's own.
 
-    Args:
-        name: The model.
-        settings: How it is asked.
-        batch: Whether through the provider's batch interface; money depends on it.
+    ``batch`` says whether it is asked through the provider's batch interface; its price depends on that.
     """
     host = host_of(name)
     return {
@@ -83,29 +73,24 @@ def model_facts(name: str, settings: ModelSettings, *, batch: bool = False) -> d
 class HostedModel:
     """A model behind a provider's interface. A reply that is not of the form asked for is asked for again.
 
-    Args:
-        spec: Model name as Inspect AI knows it, and how it is asked, for example ``openai/gpt-4o?images=4``.
-        access: How it is reached.
+    The spec holds the model's name as Inspect AI knows it, and how it is asked: ``openai/gpt-4o?images=4``.
+
+    Attributes:
+        unseeded: Its luck is the provider's; see :class:`lockprobe.protocols.Agent`.
+        facts: As :func:`model_facts` has them.
     """
 
-    def __init__(self, spec: str, access: Access | None = None) -> None:
-        self._name, self._settings = read_settings(spec)
-        self._line = ModelClient(self._name, self._settings, access or Access())
-        self._facts = model_facts(self._name, self._settings, batch=self._line.batch) | self._line.filled_in
+    unseeded = True
 
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """As :func:`model_facts` has them."""
-        return self._facts
+    def __init__(self, spec: str, access: Access | None = None) -> None:
+        name, self._settings = read_settings(spec)
+        self._line = ModelClient(name, self._settings, access or Access())
+        own = model_facts(name, self._settings, batch=self._line.batch)
+        self.facts: Mapping[str, Fact] = own | self._line.filled_in
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The same model for one trial: no call is made twice, and every one is written down."""
-        return _InOneTrial(self, key, book, self._settings, self._line)
-
-    @property
-    def unseeded(self) -> bool:
-        """That its luck is the provider's own; see :class:`lockprobe.protocols.Agent`."""
-        return True
+        return _InOneTrial(self.facts, key, book, self._settings, self._line)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
@@ -124,20 +109,14 @@ class HostedModel:
 class _InOneTrial:
     """A model at one trial, with the calls that were made for it before."""
 
+    unseeded = True
+
     def __init__(
-        self, model: HostedModel, key: str, book: CallBook, settings: ModelSettings, line: ModelClient
+        self, facts: Mapping[str, Fact], key: str, book: CallBook, settings: ModelSettings, line: ModelClient
     ) -> None:
-        self._model, self._key, self._book = model, key, book
+        self.facts, self._key, self._book = facts, key, book
         self._settings, self._line = settings, line
-        self._facts = facts_of(str(model.facts["model"]))
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        return self._model.facts
-
-    @property
-    def unseeded(self) -> bool:
-        return self._model.unseeded
+        self._facts = facts_of(str(facts["model"]))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         step = len(situation.past) + 1

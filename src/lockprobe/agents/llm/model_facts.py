@@ -25,7 +25,7 @@ from lockprobe.validation import plain
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]
 
 OWN_FACTS = "LOCKPROBE_MODEL_FACTS"
-"""Environment variable with the path of one's own file of facts."""
+"""Environment variable with the path of a user's file of facts."""
 
 SHIPPED = Path(__file__).with_name("models.toml")
 
@@ -90,8 +90,7 @@ class ModelFacts:
         context: Tokens that a conversation may have; None where not known.
         most_output: Tokens that a reply may have; None where not known.
         images: Whether it can see; None where not known, then its provider has to say so.
-        largest_image: Longest side in pixels of a picture that it sees as it is, larger ones are scaled by its
-            provider; None where not known.
+        largest_image: Longest side in pixels of a picture that its provider does not scale down; None where not known.
         picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most; None where not known.
         price: What it costs; None where not known.
     """
@@ -136,13 +135,10 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def facts_of(name: str) -> ModelFacts:
-    """What is known of a model.
-
-    Args:
-        name: As Inspect AI has it, for example ``openai/gpt-4o``; without options.
+    """What is known of a model, named as Inspect AI has it and without options: ``openai/gpt-4o``.
 
     Raises:
-        BadFile: If one's own file of facts cannot be used.
+        BadFile: If the user's file of facts cannot be used.
     """
     own = os.environ.get(OWN_FACTS)
     files = [SHIPPED, Path(own).expanduser()] if own else [SHIPPED]

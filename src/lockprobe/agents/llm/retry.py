@@ -18,13 +18,11 @@ from collections.abc import Awaitable, Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import LockprobeError, Missing, ModelFault
+from lockprobe.errors import LockprobeError, ModelFault, needing
 from lockprobe.redaction import without_secrets
 
-try:
+with needing("hosted models", "providers"):
     from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random
-except ImportError as error:
-    raise Missing(f"hosted models need the package {error.name}", "pip install 'lockprobe[providers]'") from error
 
 __all__ = [
     "LONGEST_BATCH",
@@ -70,18 +68,14 @@ Again = Callable[[int], Awaitable[None]]
 
 
 class Tries(NamedTuple):
-    """How often a request was made again, and for how many attempts its provider may charge that came to nothing."""
+    """How often a request was made again, and for how many vain attempts its provider may charge."""
 
     retries: int = 0
     unanswered: int = 0
 
 
 class Declined(Exception):
-    """A provider's error in a body that should have been its reply.
-
-    Attributes:
-        status_code: The status that the body names, which can say whether it passes; None where it names none.
-    """
+    """A provider's error in a body that should have been its reply, with the status that it names, or None."""
 
     def __init__(self, words: str, status_code: int | None = None) -> None:
         super().__init__(words)
@@ -94,11 +88,7 @@ class Declined(Exception):
 
 
 class RefusedReply(Exception):
-    """An answer that is not taken, and not asked for again.
-
-    Attributes:
-        charged: Whether the provider may charge for it.
-    """
+    """An answer that is not taken, and not asked for again; ``charged`` says whether the provider may charge for it."""
 
     def __init__(self, what: str, *, charged: bool = False) -> None:
         super().__init__(what)
@@ -137,14 +127,8 @@ async def patiently(
 ) -> tuple[_T, Tries]:
     """Make a request until there is an answer, or it is enough.
 
-    Args:
-        attempt: Makes it once.
-        judge: What its provider makes of a failure.
-        access: How long an attempt may take, how often it is made again, and after which pause.
-        again: Asked before it is made again where that may cost once more; what it raises ends the request.
-
-    Returns:
-        The answer, and how often the request was made again.
+    ``attempt`` makes it once, and ``judge`` classifies a failure. ``again`` is called before it is made again where
+    that may cost once more; what it raises ends the request.
 
     Raises:
         ModelFault: If there is none; says what came last and how often it was tried.

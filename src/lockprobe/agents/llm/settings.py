@@ -106,10 +106,6 @@ class ModelSettings:
     def check(self, name: str, facts: ModelFacts) -> None:
         """Refuse what a model is known to refuse; of one that is not known, nothing is refused.
 
-        Args:
-            name: The model, for the message.
-            facts: What is known of it.
-
         Raises:
             BadValue: If it would refuse one of these settings.
         """
@@ -141,7 +137,7 @@ def read_settings(spec: str) -> tuple[str, ModelSettings]:
     Raises:
         UnknownName: If there is no such option.
         BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
-        BadFile: If one's own file of facts cannot be used.
+        BadFile: If the user's file of facts cannot be used.
     """
     asked = Spec.parse(spec.removeprefix("llm:"))
     name = asked.full_name
