@@ -5,6 +5,7 @@ import pytest
 
 from lockprobe import population, run_trial
 from lockprobe.analysis.excursion import FEWEST, SOON, DecisionPoints, decision_points, excursion, excursions
+from lockprobe.analysis.rationality import judge
 from lockprobe.montecarlo.excursions import lie_effects
 
 
@@ -48,6 +49,17 @@ def test_loops_and_what_leaves_them_are_as_defined(trials):
             assert np.isnan(soon) if i + 1 + SOON > 20 else soon == (trial.solved and len(actions) <= i + 1 + SOON)
             at += 1
     assert points.looping.any()
+
+
+def test_an_action_is_optimal_if_an_observer_who_believes_what_was_told_finds_none_better(trials):
+    points = decision_points(trials)
+    judged = [step.optimal for trial in trials for step in judge(trial, prior="single-parent").steps[1:]]
+    assert points.outcomes["optimal"].tolist() == judged
+    assert 0 < np.mean(judged) < 1
+    believer = [run_trial(agent="ideal-observer?noise=naive", p=0.4, trial=i) for i in range(1, 6)]
+    assert decision_points(believer).outcomes["optimal"].min() == 1
+    eight = decision_points([run_trial(agent="random", box="chain-8", p=0.4)])
+    assert np.isnan(eight.outcomes["optimal"]).all()
 
 
 def test_nothing_is_estimated_at_p_0_and_1_nor_of_few_trials(trials):

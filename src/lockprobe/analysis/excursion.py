@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.rationality import judge, prior_for
 from lockprobe.record import Trial
 
 __all__ = [
@@ -36,9 +37,11 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-Outcome = Literal["repeats", "new", "leaves", "soon", "solved"]
+Outcome = Literal["repeats", "new", "leaves", "optimal", "soon", "solved"]
 """The next action is that of this step; the next joint was not attempted in that state before; the next action is not
-the one that continues the loop (in a loop alone); the box is solved within three steps; the box is solved at all."""
+the one that continues the loop (in a loop alone); the next action is optimal for an ideal observer who was told the
+same and believes it (:mod:`lockprobe.analysis.rationality`; boxes of at most six joints); the box is solved within
+three steps; the box is solved at all."""
 
 Among = Literal["all", "false moved", "false blocked", "in a loop", "elsewhere"]
 """Decision points: all; those at which the joint was truly blocked, or truly moved; in an action loop, or not."""
@@ -144,6 +147,7 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
     """Every report but the last: whether it was false, its step, the truth, the loop, and what came of it."""
     actions, steps = trial.actions, trial.steps
     tried = {(steps[0].state, steps[0].joint)} if steps else set()
+    optimal = _optimal(trial)
     for i in range(len(steps) - 1):
         on = continuation(actions[: i + 1])
         after = steps[i + 1]
@@ -158,10 +162,19 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
             float(after.joint == steps[i].joint),
             float(place not in tried),
             np.nan if on is None else float(after.joint != on),
+            optimal[i + 1],
             soon,
             float(trial.solved),
         )
         tried.add(place)
+
+
+def _optimal(trial: Trial) -> list[float]:
+    """Whether each action is optimal for one who believes every report; not a number where nobody can judge it."""
+    prior = prior_for(len(trial.joints))
+    if prior is None or not trial.steps or not trial.ordinary:
+        return [np.nan] * len(trial.steps)
+    return [float(step.optimal) for step in judge(trial, prior=prior).steps]
 
 
 def flipped(trial: Trial, i: int) -> bool:

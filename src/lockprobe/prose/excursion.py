@@ -15,6 +15,7 @@ _OUTCOMES: dict[Outcome, str] = {
     "repeats": "the next action repeats this one",
     "new": "the next action is new in this state",
     "leaves": "the next action leaves the loop",
+    "optimal": "the next action is optimal for one who believes every report",
     "soon": f"the box is solved within {SOON} steps",
     "solved": "the box is solved",
 }

@@ -20,7 +20,7 @@ __all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows"]
 class ExcursionResult(DescribedResult):
     """The effect of one false report on one outcome."""
 
-    outcome: str = Field(description="repeats, new, leaves, soon or solved.")
+    outcome: str = Field(description="repeats, new, leaves, optimal, soon or solved.")
     among: str = Field(description="all, false moved, false blocked, in a loop or elsewhere.")
     what: str
     where: str
