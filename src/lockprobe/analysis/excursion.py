@@ -274,15 +274,18 @@ def excursion(
 
 
 def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple[float, float]:
-    """The last coefficient and its standard error, clustered, from residuals corrected for their leverage."""
-    inverse = np.linalg.inv(design.T @ design)
-    coefficients = inverse @ design.T @ y
-    residuals = y - design @ coefficients
+    """The last coefficient and its standard error, clustered, from residuals corrected for their leverage.
+
+    With X_i the rows of a cluster and e_i their residuals, its corrected score is X_i' (I - X_i M^-1 X_i')^-1 e_i. By
+    Woodbury's identity that is M (M - X_i' X_i)^-1 X_i' e_i, with M = X'X: matrices as small as the design is wide.
+    """
     order = np.argsort(cluster, kind="stable")
-    spread = np.zeros_like(inverse)
-    for rows in np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1):
-        own = design[rows]
-        score = own.T @ np.linalg.solve(np.eye(len(rows)) - own @ inverse @ own.T, residuals[rows])
-        spread += np.outer(score, score)
-    covariance = inverse @ spread @ inverse
-    return float(coefficients[-1]), float(np.sqrt(max(0.0, covariance[-1, -1])))
+    first = np.flatnonzero(np.diff(cluster[order], prepend=cluster[order][0] - 1))
+    design, y = design[order], y[order]
+    moments = design.T @ design
+    inverse = np.linalg.inv(moments)
+    coefficients = inverse @ design.T @ y
+    own = np.add.reduceat(design[:, :, None] * design[:, None, :], first)
+    score = np.add.reduceat(design * (y - design @ coefficients)[:, None], first)
+    corrected = np.linalg.solve(moments - own, score[:, :, None])[:, :, 0]  # inverse @ the corrected score
+    return float(coefficients[-1]), float(np.sqrt(np.sum(corrected[:, -1] ** 2)))

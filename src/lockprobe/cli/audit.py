@@ -38,7 +38,8 @@ _SUCCESS = "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); for
 
 def audit(
     what: Annotated[
-        str | None, typer.Argument(metavar="[why]", help="why: the verdicts of studies of controls (all tests).")
+        str | None,
+        typer.Argument(metavar="[why|lie]", help="why: verdicts of studies of controls; lie: effects of one lie."),
     ] = None,
     names: Annotated[list[str] | None, typer.Option("--world", help="Only this world; may be repeated.")] = None,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help="Simulated studies per world.")] = 300,
@@ -51,11 +52,15 @@ def audit(
 
     Simulated agents with known truth play the paper's flip study many times; the studies go through the same tests
     as a user's. The default takes some minutes on two cores. audit why: how often lockprobe run why names the true
-    mechanism of agents whose mechanism is known.
+    mechanism of agents whose mechanism is known. audit lie: how often intervals of the effect of one lie, from records
+    and from forks, hold the exact effect.
     """
+    if what == "lie":
+        _audit_lie(names, studies, seed, workers, json=json)
+        return
     if what is not None:
         if what != "why":
-            raise BadValue("audit", what, "why, or nothing")
+            raise BadValue("audit", what, "why, lie, or nothing")
         _audit_why(names, studies, _whole("blocks", blocks), seed, workers, json=json)
         return
     worlds = [world(name) for name in dict.fromkeys(names or WORLDS)]
@@ -91,6 +96,28 @@ def _audit_why(
         progress=_progress("blocks"),
     )
     _print_verdicts(rates, "world", seed, json=json)
+
+
+def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: int | None, *, json: bool) -> None:
+    from lockprobe.montecarlo.interval_rates import AUDITED, interval_rates
+
+    if names:
+        raise BadValue("world", names[0], f"no world with lie: its agents are {', '.join(name for name, _ in AUDITED)}")
+    rates = interval_rates(
+        studies=studies, seed=seed, processes=_processes(workers), progress=_progress("studies of records")
+    )
+    if json:
+        print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
+        return
+    table = new_table("agent")
+    for name in ("p", "from", "exact effect, points", "mean estimate", "held by 95 % intervals", "P < 0.05", "studies"):
+        table.add_column(name)
+    for one in rates:
+        shares = (f"{100 * share:.1f} %" if one.shown else "-" for share in (one.held, one.detected))
+        size = (f"{100 * one.exact:.1f}", "-" if one.mean is None else f"{100 * one.mean:.1f}")
+        table.add_row(one.agent, f"{one.p:g}", one.estimate, *size, *shares, f"{one.shown} of {one.studies}")
+    print_table(table)
+    print("Where the exact effect is 0, P < 0.05 is a false positive. Studies with too few trials have no estimate.")
 
 
 def _power_why(success: str | None, blocks: str | None, studies: int, seed: int, *, json: bool) -> None:

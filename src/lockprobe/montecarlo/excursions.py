@@ -12,7 +12,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo.propagation import propagate
 
-__all__ = ["LieEffects", "lie_effects"]
+__all__ = ["LieEffects", "lie_effects", "one_lie"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,14 +60,14 @@ def lie_effects(
     effects = []
     for step, share in enumerate(running, 1):
         told = [
-            propagate(agent, box, condition=_at(step, rate, p), modality=modality, max_steps=max_steps).success
+            propagate(agent, box, condition=one_lie(step, rate, p), modality=modality, max_steps=max_steps).success
             for rate in (0.0, 1.0)
         ]
         effects.append((told[1] - told[0]) / share if share > 0 else 0.0)
     return LieEffects(by_step=tuple(effects), running=running)
 
 
-def _at(step: int, rate: float, p: float) -> str:
+def one_lie(step: int, rate: float, p: float) -> str:
     """A flip of some rate at one step, and of p at all others."""
     flips = [f"flip?p={p}&until={step - 1}"] if step > 1 else []
     return " + ".join([*flips, f"flip?p={rate}&at={step}", f"flip?p={p}&from={step + 1}"])
