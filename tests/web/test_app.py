@@ -7,6 +7,7 @@ import os
 import random
 import re
 import resource
+import sys
 from collections import Counter
 from contextlib import AsyncExitStack
 from dataclasses import replace
@@ -69,7 +70,7 @@ def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_pa
     calls, sync = [], os.fsync
 
     def synced(handle):
-        frames = (frame for frame, _ in walk_stack(None))
+        frames = (frame for frame, _ in walk_stack(sys._getframe()))
         ours = [frame.f_code.co_qualname for frame in frames if Path(frame.f_code.co_filename).is_relative_to(SOURCE)]
         calls.append(ours[::-1])
         return sync(handle)
