@@ -39,8 +39,13 @@ def run(arguments, *, timeout=600, **settings):
         return subprocess.CompletedProcess(process.args, status, out.read(), err.read())
 
 
-def start(arguments, *, script="", stdin=None, stdout=None, stderr=None, cwd=None, env=None, start_new_session=False):
-    """Starts ``lockprobe``, or the text of a script, as ``subprocess.Popen`` does it with text."""
+def start(
+    arguments, *, script="", first="", stdin=None, stdout=None, stderr=None, cwd=None, env=None, start_new_session=False
+):
+    """Starts ``lockprobe``, or the text of a script, as ``subprocess.Popen`` does it with text.
+
+    ``first`` is the text of what the interpreter that forks does once before: an import that few commands need.
+    """
     arguments, env = list(map(str, arguments)), dict(os.environ if env is None else env)
     stem, of_stem = _stem()
     if _read_at_start(env) != _read_at_start(of_stem):
@@ -51,6 +56,7 @@ def start(arguments, *, script="", stdin=None, stdout=None, stderr=None, cwd=Non
         )  # fmt: skip
     cwd = str(Path(cwd or "").absolute())
     asked = {"arguments": arguments, "script": script, "cwd": cwd, "env": env, "session": start_new_session}
+    asked["first"] = first
     return Forked(stem, asked, (stdin, stdout, stderr))
 
 
@@ -163,6 +169,7 @@ IMPORTED = (
 def _asked_of(stem):
     """What is asked of this process, which is a fork; nothing where nobody asks any more."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    done = {""}
     while True:
         size, streams, *_ = socket.recv_fds(stem, 4, 4)
         if not size:
@@ -170,13 +177,17 @@ def _asked_of(stem):
         asked = b""
         while len(asked) < int.from_bytes(size, "big"):
             asked += stem.recv(1 << 20)
+        asked = json.loads(asked)
+        if asked["first"] not in done:
+            done.add(asked["first"])
+            exec(asked["first"], {})
         if not _forks():
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             *streams, told = streams
             if not (child := _forks()):
                 stem.close()
                 os.close(told)
-                return json.loads(asked), streams
+                return asked, streams
             for number in streams:
                 os.close(number)
             os.write(told, b"%d\n" % child)

@@ -11,7 +11,8 @@ from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fork_name import ForkName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.montecarlo.excursions import lie_effects
+from lockprobe.montecarlo.excursions import one_lie
+from lockprobe.montecarlo.propagation import propagate
 from lockprobe.record import TrialError
 from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks
 from lockprobe.studies.journal import Journal, load
@@ -32,7 +33,7 @@ def played(directory, planned, **asked):
 
 @pytest.fixture(scope="module")
 def strategies(tmp_path_factory):
-    planned = study("flips", agent=["cognitive:insistent", "human-inspired", "random"], **ASKED)
+    planned = study("flips", agent=["cognitive:insistent", "human-inspired", "random"], **(ASKED | {"trials": 4}))
     arms = {"told": list(TOLD), "act": ["tremble", "random", "force=slider-1"]}
     return played(tmp_path_factory.mktemp("forks"), planned, at=["3", "7"], times=2, **arms)
 
@@ -50,7 +51,7 @@ def test_told_what_was_told_a_fork_is_the_trial_on_record(strategies):
         if (name.arm, name.time) == (told, 1):
             same += 1
             assert (fork.opening, fork.steps, fork.ending) == (parent.opening, parent.steps, parent.ending)
-    assert same > 40
+    assert same > 25
 
 
 def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_acts(strategies):
@@ -131,7 +132,8 @@ def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent, p):
     planned = study("flips", agent=agent, p=[p], trials=150, repetitions=1, modality="symbolic")
     parents, forks = played(tmp_path, planned, at=["4"], times=2)
     (effect,) = [one for one in branch_effects(forks, parents) if one.outcome == "solved"]
-    exact = lie_effects(agent, p=p, modality="symbolic").by_step[3]
+    told = [propagate(agent, condition=one_lie(4, rate, p), modality="symbolic").success for rate in (0.0, 1.0)]
+    exact = (told[1] - told[0]) / (1 - propagate(agent, p=p, modality="symbolic").solved[4])
     error = (effect.change.high - effect.change.low) / 2 / 1.98
     assert abs(effect.change.value - exact) < 3.5 * error
     assert error < 0.05

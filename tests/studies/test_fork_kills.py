@@ -5,11 +5,10 @@ import random
 import shutil
 import signal
 from collections import Counter
-from contextlib import ExitStack
 from functools import partial
 
 import pytest
-from killed import KILLS, commands, ended, settled
+from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
@@ -27,6 +26,7 @@ from lockprobe.studies.studyfile import study
 pytest.importorskip("lockprobe.agents.llm.model")
 
 SPEC = "llm:openai-api/fake/model"
+KEY = "sk-private-0123456789"
 CONNECTIONS = 4
 STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + KILLS, "repetitions": 1, "max_steps": 10}
 AT = ["2", "5", "first-lie"]
@@ -38,17 +38,25 @@ def no_keys(monkeypatch):
     for name in os.environ:
         if name.endswith(("_API_KEY", "_BASE_URL")):
             monkeypatch.delenv(name)
-    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    monkeypatch.setenv("FAKE_API_KEY", KEY)
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """A finished study in a directory, and the conversations that its provider has seen."""
+    planned, directory = study(StudyOptions(agent=[SPEC], **STUDY)), tmp_path_factory.mktemp("played") / "study"
+    with elsewhere(Manner()) as url, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FAKE_API_KEY", KEY)
+        patch.setenv("FAKE_BASE_URL", url)
+        run_study(planned, directory, limits=LIMITS)
+        return planned, directory, set(account(url)["conversations"])
 
 
 @pytest.fixture
-def recorded(tmp_path, monkeypatch):
-    """A finished study in a directory, and the conversations that its provider has seen."""
-    planned = study(StudyOptions(agent=[SPEC], **STUDY))
-    with elsewhere(Manner()) as url:
-        monkeypatch.setenv("FAKE_BASE_URL", url)
-        run_study(planned, tmp_path / "study", limits=LIMITS)
-        return planned, tmp_path / "study", set(account(url)["conversations"])
+def recorded(played, tmp_path):
+    """The same in a directory of this test."""
+    planned, directory, seen = played
+    return planned, shutil.copytree(directory, tmp_path / "study"), seen
 
 
 def forked(planned, directory, budget=None, **asked):
@@ -64,7 +72,7 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(reco
     planned, directory, known = recorded
     with elsewhere(Manner()) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
-        few = [trial.key for trial in load(directory)[:4]]
+        few = [trial.key for trial in load(directory)[:2]]
         forked(planned, directory, keys=few, told=["truth", "lie", "retracted", "withheld"], act=["tremble"], times=2)
         seen = account(url)
     assert seen["conversations"]
@@ -95,12 +103,11 @@ def test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice(
         asked = account(url)
     luck, kills, forks = random.Random(7), 0, directory / FORKS
     command = ["branch", directory, "--at", ",".join(AT), "--connections", CONNECTIONS]
-    with ExitStack() as stack:
-        url = stack.enter_context(elsewhere(manner))
+    with elsewhere(manner) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
-        start = partial(stack.enter_context(commands()), command)
-        assert ended(start, forks / CALLS, luck, signal.SIGINT) == 130
-        while kills < KILLS and ended(start, forks / CALLS, luck) == -signal.SIGKILL:
+        branch = partial(start, *command)
+        assert ended(branch, forks / CALLS, luck, signal.SIGINT) == 130
+        while kills < KILLS and ended(branch, forks / CALLS, luck) == -signal.SIGKILL:
             kills += 1
             settled(url)
         assert kills == KILLS

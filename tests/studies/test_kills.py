@@ -9,12 +9,11 @@ import os
 import random
 import signal
 from collections import Counter
-from contextlib import ExitStack, contextmanager
 from functools import partial
 
 import forked
 import pytest
-from killed import KILLS, commands, ended, settled
+from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
@@ -28,7 +27,7 @@ from lockprobe.studies.studyfile import study
 SPEC = "llm:openai-api/fake/model"
 CONNECTIONS = 4
 # Many joints, so that no two trials have the same conversation, and one step of it is one request.
-STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + 4 * KILLS, "repetitions": 1, "max_steps": 10}
+STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + 2 * KILLS, "repetitions": 1, "max_steps": 10}
 OPTIONS = [f"--{name.replace('_', '-')}={value[0] if name == 'p' else value}" for name, value in STUDY.items()]
 
 
@@ -40,16 +39,10 @@ def no_keys(monkeypatch):
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
 
 
-@contextmanager
-def runs():
-    """Starts ``lockprobe run`` in a process of its own, and returns its number and a function that waits for its end."""
-    with commands() as start:
-
-        def run(directory):
-            asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS]
-            return start([*asked, "--no-report", "--out", directory])
-
-        yield run
+def runs(directory):
+    """Starts ``lockprobe run`` in a process of its own."""
+    asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS]
+    return start(*asked, "--no-report", "--out", directory)
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
@@ -63,15 +56,13 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
     assert asked["arrived"] == len(asked["conversations"]) == sum(len(trial.steps) for trial in whole)
     luck, directory, kills, lost = random.Random(7), tmp_path / "killed", 0, 0
     kept = dict.fromkeys(("trials.jsonl", ASKED, CALLS), b"")
-    with ExitStack() as stack:
-        url = stack.enter_context(elsewhere(manner))
+    with elsewhere(manner) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
-        start = stack.enter_context(runs())
-        assert ended(partial(start, directory), directory / CALLS, luck, signal.SIGINT) == 130
+        assert ended(partial(runs, directory), directory / CALLS, luck, signal.SIGINT) == 130
         assert unanswered(directory) == []
         lost = settled(url)["arrived"] - sum(call.reply is not None for call in read_calls(directory))
         assert 0 <= lost <= CONNECTIONS
-        while kills < KILLS and ended(partial(start, directory), directory / CALLS, luck) == -signal.SIGKILL:
+        while kills < KILLS and ended(partial(runs, directory), directory / CALLS, luck) == -signal.SIGKILL:
             kills += 1
             seen, replies = settled(url), sum(call.reply is not None for call in read_calls(directory))
             assert 0 <= seen["arrived"] - replies - lost <= CONNECTIONS

@@ -2,10 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from builders import play_study
 
-from lockprobe.analysis.summary import summarise
+from lockprobe.analysis.inference.battery import infer
+from lockprobe.analysis.inference.course import course_kind, levels
+from lockprobe.analysis.outcomes import outcomes
 from lockprobe.interventions.condition import flips
 from lockprobe.studies.study_options import SHIPPED
 from lockprobe.studies.studyfile import study
@@ -35,5 +38,11 @@ def test_it_tells_which_agents_rise_which_fall_and_which_do_both():
     whole = study("mechanisms.toml")
     assert set(kinds) <= set(whole.agents)
     part = replace(whole, agents=tuple(kinds), conditions=flips((0.0, 0.5, 1.0)), repetitions=1, trials=90)
-    found = {agent.agent: agent.inference.course.kind for agent in summarise(play_study(part), part.box).agents}
-    assert found == kinds
+    trials = play_study(part)
+    found = [
+        infer(outcomes([trial for trial in trials if trial.agent == agent]), np.random.default_rng(1))
+        for agent in kinds
+    ]
+    corrected = levels([(one.difference, one.lines) for one in found])
+    told = [course_kind(one.course, one.difference, one.lines, at) for one, at in zip(found, corrected, strict=True)]
+    assert dict(zip(kinds, told, strict=True)) == kinds

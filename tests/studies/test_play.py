@@ -161,6 +161,7 @@ def test_a_robot_without_nuisances_needs_the_steps_that_the_rules_give(seed):
 @pytest.mark.parametrize("plant", ["fast-twin?looks=varied&depth_noise=0.002", "twin?pose_error=0.004&force_noise=0.3"])
 def test_the_same_seed_gives_the_same_trial_pictures_included(plant, tmp_path):
     pytest.importorskip("mujoco")
+    plant += "&width=160&height=120"
     one, other = (
         run_trial(agent="viewer", plant=plant, modality="rgbd", seed=3, max_steps=2, pictures=tmp_path / name)
         for name in ("one", "other")

@@ -59,10 +59,10 @@ def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
 
 def test_same_seed_same_bytes(tmp_path):
     for name in ("a", "b"):
-        played(tmp_path / name, agent=["random", "human-inspired"], trials=20)
+        played(tmp_path / name, agent=["random", "human-inspired"], p=[0, 0.4], trials=20)
     one, two = ((tmp_path / name / "trials.jsonl").read_bytes() for name in ("a", "b"))
     assert one == two
-    played(tmp_path / "c", agent=["random", "human-inspired"], trials=20, seed=2)
+    played(tmp_path / "c", agent=["random", "human-inspired"], p=[0, 0.4], trials=20, seed=2)
     assert (tmp_path / "c" / "trials.jsonl").read_bytes() != one
 
 
