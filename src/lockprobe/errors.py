@@ -169,7 +169,8 @@ def needing(what: str, extra: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        raise Missing(f"{what} need the package {error.name}", f"pip install 'lockprobe[{extra}]'") from error
+        package = "pillow" if str(error.name).startswith("PIL") else error.name
+        raise Missing(f"{what} need the package {package}", f"pip install 'lockprobe[{extra}]'") from error
 
 
 class BudgetReached(LockprobeError):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.pictures.frame import Frame
+from lockprobe.validation import check_probability
 
 __all__ = ["Damage", "degraded"]
 
@@ -43,19 +44,14 @@ class Damage:
         for name in ("blur", "noise"):
             if not 0 <= (value := getattr(self, name)) < float("inf"):
                 raise BadValue(name, value, "a number from 0")
-        if not 0 <= self.occlude <= 1:
-            raise BadValue("occlude", self.occlude, "a number from 0 to 1")
+        check_probability("occlude", self.occlude)
 
 
 def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
     """A degraded picture; without damage it is the same.
 
-    A larger patch covers every smaller one, and more noise is the same noise scaled.
-
-    Args:
-        frame: The picture.
-        damage: The degradation.
-        luck: Three numbers, [0, 1): position of the patch across and down, and the seed of the noise.
+    A larger patch covers every smaller one, and more noise is the same noise scaled. ``luck`` holds three numbers,
+    [0, 1): position of the patch across and down, and the seed of the noise.
     """
     if damage == Damage():
         return frame

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.pictures.frame import Camera
+from lockprobe.validation import check_choice
 
 __all__ = ["HEIGHTS", "DepthKind", "Window", "encode", "from_millimetres", "legend", "to_millimetres", "turbo"]
 
@@ -22,11 +23,7 @@ DepthKind = Literal["turbo", "gray", "height", "packed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """The depths of the first and the last colour.
-
-    Attributes:
-        near: Metres.
-        far: Metres, more than ``near``, at most 65.
+    """The depths of the first and the last colour, metres: 0 <= near < far <= 65.
 
     Raises:
         BadValue: If a depth is out of range.
@@ -52,13 +49,13 @@ def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: 
     Args:
         depth: Shape (height, width), metres; 0 where there is no reading, which is black.
         kind: The kind of picture.
-        window: The window of depth, for ``turbo`` and ``gray``; ``height`` uses :data:`HEIGHTS`.
+        window: For ``turbo`` and ``gray``; ``height`` uses :data:`HEIGHTS`.
         camera: Pose of the board, for ``height``.
 
     Returns:
         Shape (height, width) for ``gray``, (height, width, 3) otherwise.
     """
-    _known(kind)
+    check_choice("depth", kind, get_args(DepthKind))
     if kind == "packed":
         return _packed(depth)
     if kind == "height":
@@ -71,7 +68,7 @@ def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: 
 
 def legend(kind: DepthKind, window: Window) -> str:
     """The meaning of the colours in one sentence."""
-    _known(kind)
+    check_choice("depth", kind, get_args(DepthKind))
     near, far = f"{window.near:g} m", f"{window.far:g} m"
     return {
         "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow, green and blue to dark "
@@ -103,11 +100,6 @@ def turbo() -> NDArray[np.uint8]:
     colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
     colours.setflags(write=False)
     return colours
-
-
-def _known(kind: str) -> None:
-    if kind not in get_args(DepthKind):
-        raise BadValue("depth", kind, f"one of {', '.join(get_args(DepthKind))}")
 
 
 def _level(values: NDArray[np.floating], first: float, last: float) -> NDArray[np.uint8]:

@@ -30,10 +30,7 @@ class Camera:
     panel: NDArray[np.float64]
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Pixels at which points of the panel's frame appear.
-
-        Args:
-            points: Shape (..., 3), metres.
+        """Where points of the panel's frame appear; they have the shape (..., 3), metres.
 
         Returns:
             Shape (..., 3): column and row in pixels, from the middle of the top left pixel, and depth in metres.
@@ -43,13 +40,9 @@ class Camera:
         return np.concatenate([middle + self.focal * seen[..., :2] / seen[..., 2:], seen[..., 2:]], axis=-1)
 
     def heights(self, depth: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Heights above the board's front.
+        """Heights above the board's front, metres; without meaning where ``depth`` is 0.
 
-        Args:
-            depth: Shape (height, width), metres along the optical axis.
-
-        Returns:
-            Shape (height, width), metres; without meaning where depth is 0.
+        ``depth`` is along the optical axis, metres; it and the heights have the shape (height, width).
         """
         z = self.panel[:3, 2]
         right = (np.arange(self.width) - (self.width - 1) / 2) / self.focal

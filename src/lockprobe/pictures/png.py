@@ -7,11 +7,9 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.errors import BadValue, Missing
+from lockprobe.errors import BadValue, needing
 
 __all__ = ["from_png", "to_png"]
-
-_MISSING = ("pictures need the package pillow", "pip install 'lockprobe[twin]'")
 
 _COMPRESSION = {"compress_level": 1, "compress_type": 3}
 """Run-length matching only: twice as fast as the default, with files of the same size."""
@@ -30,10 +28,8 @@ def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
         BadValue: If its shape or type is another.
         Missing: If Pillow is not installed.
     """
-    try:
+    with needing("pictures", "twin"):
         from PIL import Image
-    except ModuleNotFoundError:
-        raise Missing(*_MISSING) from None
     grey = image.ndim == 2 and image.dtype in (np.uint8, np.uint16)
     if not (grey or (image.ndim == 3 and image.shape[2] == 3 and image.dtype == np.uint8)):
         expected = "height x width of uint8 or uint16, or height x width x 3 of uint8"
@@ -50,10 +46,8 @@ def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
         BadValue: If it is not such a PNG file.
         Missing: If Pillow is not installed.
     """
-    try:
-        from PIL import Image, UnidentifiedImageError
-    except ModuleNotFoundError:
-        raise Missing(*_MISSING) from None
+    with needing("pictures", "twin"):
+        from PIL import Image
     try:
         with Image.open(io.BytesIO(png), formats=["PNG"]) as image:
             if image.width * image.height > _MOST_PIXELS:
@@ -63,5 +57,5 @@ def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
             if image.mode == "I;16":
                 return np.asarray(image, dtype=np.uint16)
             return np.asarray(image, dtype=np.uint8)
-    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError):
+    except (Image.DecompressionBombError, OSError, SyntaxError):  # no image at all is an OSError
         raise BadValue("picture", f"{len(png)} bytes", "a PNG file of a picture, not too large") from None

@@ -49,7 +49,7 @@ class Replacement:
         draft: Its path. The draft does not exist yet. Unless ``alone``, it has the ending of the file's name.
 
     Raises:
-        BadFile: If the path is no regular file, or cannot be written.
+        BadFile: If the path is no regular file, or cannot be written, also in a method; the file is then as it was.
     """
 
     def __init__(self, path: Path, *, alone: bool = False) -> None:
@@ -59,42 +59,24 @@ class Replacement:
         self.draft = _own_draft(self._target) if alone else self._target.with_name(name)
 
     def create(self, mode: int = 0o666) -> None:
-        """Make an empty draft, instead of one that a killed process left; ``mode`` is for a new file, less the umask.
-
-        Raises:
-            BadFile: If that is not possible.
-        """
-        try:
+        """Make an empty draft, also where a killed process left one; ``mode`` is for a new file, less the umask."""
+        with _writing(self._path):
             if self._target.exists():
                 mode = stat.S_IMODE(self._target.stat().st_mode) | stat.S_IWUSR
             self.draft.unlink(missing_ok=True)
             os.close(os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
-        except OSError as error:
-            raise _unwritable(self._path, error) from error
 
     def sync(self) -> None:
-        """Force the draft to the disk, with the permissions of the file that is there.
-
-        Raises:
-            BadFile: If that is not possible; what was there before is there still.
-        """
-        try:
+        """Force the draft to the disk, with the permissions of the file that is there."""
+        with _writing(self._path):
             if _target(self._path).exists():
                 self.draft.chmod(stat.S_IMODE(self._target.stat().st_mode))
             _sync(self.draft)
-        except OSError as error:
-            raise _unwritable(self._path, error) from error
 
     def rename(self) -> None:
-        """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name.
-
-        Raises:
-            BadFile: If that is not possible; what was there before is there still.
-        """
-        try:
+        """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name."""
+        with _writing(self._path):
             self.draft.replace(self._target)
-        except OSError as error:
-            raise _unwritable(self._path, error) from error
         with suppress(OSError):  # it is in its place already
             sync_directory(self._target.parent)
 
@@ -122,13 +104,12 @@ def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterat
     try:
         for replacement in replacements:
             replacement.create(mode)
-        yield [replacement.draft for replacement in replacements]
+        with _writing(paths[-1]):
+            yield [replacement.draft for replacement in replacements]
         for replacement in replacements:
             replacement.sync()
         for replacement in replacements:
             replacement.rename()
-    except OSError as error:
-        raise _unwritable(paths[-1], error) from error
     finally:
         for replacement in replacements:
             replacement.drop()
@@ -154,10 +135,8 @@ def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> Non
     Raises:
         BadFile: If it is no regular file, or cannot be written.
     """
-    try:
+    with _writing(path):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        raise _unwritable(path, error) from error
     write_file(path, content, alone=True, mode=mode)
 
 
@@ -178,10 +157,8 @@ def write_files(files: Mapping[Path, str | bytes], *, alone: bool = False, mode:
     """
     with atomic_files(*files, alone=alone, mode=mode) as drafts:
         for draft, (path, content) in zip(drafts, files.items(), strict=True):
-            try:
+            with _writing(path):
                 draft.write_bytes(content.encode() if isinstance(content, str) else content)
-            except OSError as error:
-                raise _unwritable(path, error) from error
 
 
 class NewDirectory:
@@ -191,33 +168,26 @@ class NewDirectory:
         draft: The directory that is filled.
 
     Raises:
-        BadFile: If it cannot be made.
+        BadFile: If it cannot be made, or later not be written.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._target = Path(os.path.realpath(path))
         self.draft = self._target.parent / f".{secrets.token_hex(6)}.draft"
-        try:
+        with _writing(path):
             self.draft.mkdir(parents=True)
-        except OSError as error:
-            raise _unwritable(path, error) from error
 
     def commit(self) -> None:
-        """Force every file of the draft to the disk, and rename it to the directory's name.
-
-        Raises:
-            BadFile: If that is not possible.
-        """
+        """Force every file of the draft to the disk, and rename it to the directory's name."""
         try:
-            for directory, _, names in os.walk(self.draft):
-                for name in names:
-                    _sync(Path(directory, name))
-                sync_directory(Path(directory))
-            self.draft.replace(self._target)
-            sync_directory(self._target.parent)
-        except OSError as error:
-            raise _unwritable(self._path, error) from error
+            with _writing(self._path):
+                for directory, _, names in os.walk(self.draft):
+                    for name in names:
+                        _sync(Path(directory, name))
+                    sync_directory(Path(directory))
+                self.draft.replace(self._target)
+                sync_directory(self._target.parent)
         finally:
             self.drop()
 
@@ -235,10 +205,9 @@ def atomic_directory(path: Path) -> Iterator[Path]:
     """
     new = NewDirectory(path)
     try:
-        yield new.draft
+        with _writing(path):
+            yield new.draft
         new.commit()
-    except OSError as error:
-        raise _unwritable(path, error) from error
     finally:
         new.drop()
 
@@ -259,11 +228,9 @@ def _sync(path: Path) -> None:
 
 def _target(path: Path) -> Path:
     """The regular file that a path names, or where a new one belongs."""
-    try:
+    with _writing(path, (OSError, ValueError)):
         kind = irregular(path)
         found = Path(os.path.realpath(path))
-    except (OSError, ValueError) as error:
-        raise _unwritable(path, error) from error
     if kind:
         raise BadFile(path, f"is {kind}, not a regular file: choose another name")
     if not found.parent.is_dir():
@@ -278,5 +245,10 @@ def _own_draft(target: Path) -> Path:
     return target.with_name(f".{target.name}.draft")
 
 
-def _unwritable(path: Path, error: OSError | ValueError) -> BadFile:
-    return BadFile(path, f"cannot be written ({getattr(error, 'strerror', None) or error})")
+@contextmanager
+def _writing(path: Path, errors: type[Exception] | tuple[type[Exception], ...] = OSError) -> Iterator[None]:
+    """Turn errors into BadFile."""
+    try:
+        yield
+    except errors as error:
+        raise BadFile(path, f"cannot be written ({getattr(error, 'strerror', None) or error})") from error

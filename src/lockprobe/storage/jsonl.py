@@ -74,16 +74,15 @@ def state_of(path: Path) -> State | None:
 class LineFile:
     """A file to which only this process appends. Before each line it checks whether anybody else changed the file.
 
-    The first change by anybody else ends the writing for good. Lines that could not be appended go to a second file,
-    ``NAME.rescued``.
+    The first change by anybody else ends the writing for good.
 
     Args:
-        path: Where it lies; made if it is not there. Set it anew when the file is renamed.
+        path: Where it lies; made if it is not there.
         left: How this process left it when it closed it; None takes it as it is.
-        rescue: Whether lines that cannot be appended are written to that second file.
+        rescue: Whether lines that cannot be appended are written to a second file, ``NAME.rescued``.
 
     Attributes:
-        path: Where it lies.
+        path: Where it lies. Set it anew when the file is renamed.
         used: Whether a line was to be appended since it was opened.
 
     Raises:
@@ -171,7 +170,7 @@ class LineFile:
 
 
 class _Rescue:
-    """The file next to a file of lines that takes what could not be appended; its name ends in ``.rescued``."""
+    """The second file, for lines that could not be appended."""
 
     def __init__(self, of: LineFile) -> None:
         self._of = of

@@ -45,14 +45,12 @@ __all__ = [
     "words",
 ]
 
-_PROVIDER = dict.fromkeys(
-    ("ScriptedProvider", "completion", "failure", "in_turn", "joints", "replying", "words"), "provider"
-)
-_CHECKS = {f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant")}
 _HOMES = {
-    **_PROVIDER,
-    **_CHECKS,
+    **{f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant")},
     "check_box": "boxes",
+    **dict.fromkeys(
+        ("ScriptedProvider", "completion", "failure", "in_turn", "joints", "replying", "words"), "provider"
+    ),
     **dict.fromkeys(("ScriptedAgent", "make_trial", "play_trials"), "trials"),
 }
 """Public name -> its module here: each is imported when it is first used."""

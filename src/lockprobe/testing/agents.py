@@ -54,10 +54,10 @@ def check_agent(
     for box in boxes:
         for seed in _SEEDS:
             for p in rates:
-                listening = _Listening(agent=player)
+                noted = _Noted(agent=player)
                 alone, again, beside = (
                     run_trial(agent=one, box=box, seed=seed, p=p, plant=plant, modality=modality)
-                    for one in (listening, player, _Beside(agent=player, calls=before))
+                    for one in (noted, player, _Noted(agent=player, others=before))
                 )
                 check_record(alone, name)
                 assert _played(alone) == _played(again), (
@@ -66,7 +66,7 @@ def check_agent(
                 assert _played(alone) == _played(beside), (
                     f"{name} keeps something between calls: trials side by side are not as one by one"
                 )
-                before = tuple(listening.calls)
+                before = tuple(noted.calls)
 
 
 def _played(trial: Trial) -> tuple[object, ...]:
@@ -84,10 +84,11 @@ class _Call:
 
 
 @dataclass
-class _Listening:
-    """An agent whose calls are noted."""
+class _Noted:
+    """An agent whose calls are noted. Before each call it is asked again about a call of another trial."""
 
     agent: Agent
+    others: Sequence[_Call] = ()
     calls: list[_Call] = field(default_factory=list)
 
     @property
@@ -95,29 +96,11 @@ class _Listening:
         return self.agent.facts
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        if len(self.calls) < len(self.others):
+            other = self.others[len(self.calls)]
+            if await self.agent.decide(other.situation, deepcopy(other.rng)) != other.decision:
+                raise AssertionError("it answers otherwise beside another trial")
         stream = deepcopy(rng)
         decision = await self.agent.decide(situation, rng)
         self.calls.append(_Call(situation, stream, decision))
         return decision
-
-
-@dataclass
-class _Beside:
-    """An agent that is asked about another trial before every step of this one."""
-
-    agent: Agent
-    calls: Sequence[_Call]
-    asked: int = 0
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        return self.agent.facts
-
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        if self.asked < len(self.calls):
-            other = self.calls[self.asked]
-            answered = await self.agent.decide(other.situation, deepcopy(other.rng))
-            if answered != other.decision:
-                raise AssertionError("it answers otherwise beside another trial")
-            self.asked += 1
-        return await self.agent.decide(situation, rng)

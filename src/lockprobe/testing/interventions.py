@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, is_dataclass, replace
+from collections.abc import Sequence
+from dataclasses import is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
 from lockprobe.protocols import Intervention
-from lockprobe.record import Briefing, Moment, Percept, Task, Trial, Turn
+from lockprobe.record import Trial
 from lockprobe.spec import settings_of
 from lockprobe.studies.single import run_trial
 from lockprobe.trial_json import trial_to_json
@@ -44,11 +44,11 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -
     assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"
     dose = getattr(kind, "dose", None)
     same = [one] if dose is None else [one, *(replace(one, **{dose: value}) for value in doses)]  # type: ignore[type-var]
-    calls = _calls(place)
+    calls, states = _calls(place), set()
     for other in same:
-        first, again = (_answers(other, place, calls) for _ in range(2))
+        (first, state), (again, _) = (_answers(other, place, calls) for _ in range(2))
         assert first == again, f"{spec_of(other)} answers differently when it is asked again: it keeps something"
-    states = {_state_after(other, place, calls) for other in same}
+        states.add(state)
     assert len(states) == 1, f"{name} does not draw equally often at every dose"
     if dose is not None:
         _check_nothing_happens(replace(one, **{dose: 0}))  # type: ignore[type-var]
@@ -66,55 +66,21 @@ def _unnamed(trial: Trial) -> bytes:
     return trial_to_json(replace(trial, key="", p=0.0, flip="", channels=(), interventions=(), condition="", schema=1))
 
 
-@dataclass(frozen=True)
-class _Witness:
-    """Notes the arguments of an intervention at its place, and changes nothing."""
-
-    seen: list[tuple[object, ...]] = field(default_factory=list)
-
-
-class _Told(_Witness):
-    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        self.seen.append((percept, past, task))
-        return percept
-
-
-class _Asked(_Witness):
-    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
-        self.seen.append((briefing, past, task))
-        return briefing
-
-
-class _Remembered(_Witness):
-    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
-        self.seen.append((past, task))
-        return past
-
-
-class _Done(_Witness):
-    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        self.seen.append((joint, past, task))
-        return joint
-
-
-_WITNESSES: dict[str, Callable[[], Any]] = {"told": _Told, "asked": _Asked, "remembered": _Remembered, "done": _Done}
-
-
 def _calls(place: str) -> list[tuple[object, ...]]:
-    """The arguments of an intervention at this place in one trial."""
-    witness = _WITNESSES[place]()
+    """The arguments of an intervention at this place in one trial, without the random stream."""
+    calls: list[tuple[object, ...]] = []
+
+    def note(witness: object, given: object, *rest: object) -> object:
+        calls.append((given, *rest[:-1]))
+        return given
+
+    witness: Any = type("Witness", (), {PLACES[place]: note})()
     run_trial(agent="random", condition=(witness,), max_steps=30, box="chain-7")
-    calls: list[tuple[object, ...]] = witness.seen
     return calls
 
 
-def _answers(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> list[object]:
+def _answers(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> tuple[list[object], str]:
+    """The answers to these calls, and the state of the random stream afterwards."""
     rng = np.random.default_rng(7)
-    return [getattr(one, PLACES[place])(*call, rng) for call in calls]
-
-
-def _state_after(one: Intervention, place: str, calls: Sequence[tuple[object, ...]]) -> str:
-    rng = np.random.default_rng(7)
-    for call in calls:
-        getattr(one, PLACES[place])(*call, rng)
-    return str(rng.bit_generator.state)
+    answers = [getattr(one, PLACES[place])(*call, rng) for call in calls]
+    return answers, str(rng.bit_generator.state)
