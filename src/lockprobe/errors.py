@@ -78,13 +78,9 @@ class UserMistake(LockprobeError):
 
 
 class UnknownName(UserMistake):
-    """Raised when a name does not exist.
+    """Raised when there is no ``kind``, such as an agent, of a name.
 
-    Args:
-        kind: What was looked up, for example ``"agent"``.
-        asked: The name that came.
-        known: The names that exist.
-        near: The name that was probably meant; the most similar one if it is left out.
+    ``near`` is the name that was probably meant; without it, the most similar one of those that exist.
     """
 
     def __init__(self, kind: str, asked: str, known: Iterable[str], near: str | None = None) -> None:
@@ -95,13 +91,7 @@ class UnknownName(UserMistake):
 
 
 class BadValue(UserMistake):
-    """Raised when a value lies outside what is allowed.
-
-    Args:
-        what: The setting or quantity.
-        got: The value that came.
-        expected: What is allowed, in words.
-    """
+    """Raised when a setting or quantity has a value outside what is allowed, which ``expected`` says in words."""
 
     def __init__(self, what: str, got: object, expected: str) -> None:
         super().__init__(f"{what}: got {got!r}, expected {expected}")
@@ -137,11 +127,7 @@ class DirectoryBusy(UserMistake):
 class BrokenPlugin(UserMistake):
     """Raised when what another package adds does not work.
 
-    Args:
-        kind: What it was added as, for example ``"agent"``.
-        name: Its name in a spec.
-        package: Distribution and version that have it; empty where they are not known.
-        error: What it raised.
+    ``package`` is the distribution with its version; empty where it is not known.
     """
 
     def __init__(self, kind: str, name: str, package: str, error: Exception) -> None:
@@ -176,10 +162,7 @@ def needing(what: str, extra: str) -> Iterator[None]:
 class BudgetReached(LockprobeError):
     """Raised when the next call could cost more than is left. Its trial stops here and resumes from this call.
 
-    Args:
-        spent: US dollars spent by the study.
-        budget: US dollars allowed.
-        next_call: US dollars that the next call and those on their way could cost.
+    All amounts are US dollars; ``next_call`` is what the next call and those on their way could cost.
     """
 
     def __init__(self, spent: float, budget: float, next_call: float) -> None:

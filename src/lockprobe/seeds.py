@@ -20,14 +20,9 @@ def _entropy(seed: int, path: tuple[str | int, ...]) -> int:
 
 
 def generator(seed: int, *path: str | int) -> np.random.Generator:
-    """The random stream at one place of the tree.
+    """The random stream at one place of the tree, for example ``generator(seed, "rep", 2, "trial", 7, "agent")``.
 
-    Args:
-        seed: Seed of the study, any integer.
-        path: Names and numbers that lead to the place, for example ``("rep", 2, "trial", 7, "agent")``.
-
-    Returns:
-        A generator that depends on the seed and on every part of the path, and on nothing else.
+    It depends on the seed, any integer, and on every part of the path, and on nothing else.
     """
     return np.random.Generator(np.random.PCG64(_entropy(seed, path)))
 
@@ -38,12 +33,5 @@ def integer_seed(seed: int, *path: str | int) -> int:
 
 
 def trial_stream(seed: int, repetition: int, trial: int, name: str) -> np.random.Generator:
-    """One of a trial's streams, by its name; the same for every condition and agent.
-
-    Args:
-        seed: Seed of the study.
-        repetition: From 1.
-        trial: From 1.
-        name: ``layout``, ``labels``, ``plant``, ``channel-0`` and so on, or ``agent``.
-    """
+    """One of a trial's streams, by its name; the same for every condition and agent. Both numbers are from 1."""
     return generator(seed, "rep", repetition, "trial", trial, name)

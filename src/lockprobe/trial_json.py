@@ -15,6 +15,7 @@ from lockprobe.errors import BadValue
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.record import SCHEMA_VERSION, Step, Trial
 from lockprobe.storage.jsonl import has_checksum, with_checksum, without_checksum
+from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
 
@@ -74,8 +75,8 @@ def _check(trial: Trial) -> None:
     """Refuses what cannot have happened."""
     if trial.p is None and not trial.condition:
         raise BadValue("trial record, p", trial.p, "a number from 0 to 1, or the name of another condition")
-    if trial.p is not None and not 0 <= trial.p <= 1:  # a number that is none fails too
-        raise BadValue("trial record, p", trial.p, "a number from 0 to 1")
+    if trial.p is not None:
+        check_probability("trial record, p", trial.p)
     if trial.target not in trial.joints:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
     if not (len(trial.joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
@@ -117,17 +118,15 @@ def _check_step(trial: Trial, step: Step, number: int) -> None:
     where, joints, decision = f"trial record, step {number}", len(trial.joints), step.decision
     if step.step != number:
         raise BadValue(f"{where}, number", step.step, str(number))
-    if step.joint not in trial.joints:
-        raise BadValue(f"{where}, joint", step.joint, f"one of {', '.join(trial.joints)}")
-    if decision.joint not in trial.labels:
-        raise BadValue(f"{where}, decision", decision.joint, f"one of {', '.join(trial.labels)}")
+    check_choice(f"{where}, joint", step.joint, trial.joints)
+    check_choice(f"{where}, decision", decision.joint, trial.labels)
     for name, bits in (("state", step.state), ("told state", step.told_state)):
         if bits is not None and not (len(bits) == joints and set(bits) <= {"0", "1"}):
             raise BadValue(f"{where}, {name}", bits, f"{joints} positions, each 0 or 1")
     chances = decision.probabilities
     if chances is not None and not (len(chances) == joints and all(0 <= chance <= 1 for chance in chances)):
         raise BadValue(f"{where}, probabilities", chances, f"{joints} numbers from 0 to 1")
-    if decision.claim_probability is not None and not 0 <= decision.claim_probability <= 1:
-        raise BadValue(f"{where}, claim probability", decision.claim_probability, "a number from 0 to 1")
+    if decision.claim_probability is not None:
+        check_probability(f"{where}, claim probability", decision.claim_probability)
     if decision.confidence is not None and not 0 <= decision.confidence <= 100:
         raise BadValue(f"{where}, confidence", decision.confidence, "a whole number from 0 to 100")
