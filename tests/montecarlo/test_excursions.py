@@ -10,16 +10,16 @@ from lockprobe.montecarlo.excursions import lie_effects
 
 def test_the_first_lie_in_a_truthful_world_is_that_of_forks():
     """Trials with one lie at step 8, and without: they differ after it alone, and as often as is exact."""
-    found = lie_effects("cognitive:insistent")
-    trials = range(1, 301)
-    truth = [run_trial(agent="cognitive:insistent", trial=i) for i in trials]
-    lie = [run_trial(agent="cognitive:insistent", condition="flip?p=1&at=8", trial=i) for i in trials]
+    asked, trials = {"agent": "cognitive:insistent", "max_steps": 14}, range(1, 301)
+    found = lie_effects(**asked)
+    truth = [run_trial(**asked, trial=i) for i in trials]
+    lie = [run_trial(**asked, condition="flip?p=1&at=8", trial=i) for i in trials]
     assert all(a.actions[:8] == b.actions[:8] for a, b in zip(truth, lie, strict=True))
     running = [(a, b) for a, b in zip(truth, lie, strict=True) if len(a.steps) > 8]
     assert binomtest(len(running), 300, found.running[7]).pvalue > 0.001
-    exact = propagate("cognitive:insistent", condition="flip?p=1&at=8").success
+    exact = propagate(**asked, condition="flip?p=1&at=8").success
     assert binomtest(sum(trial.solved for trial in lie), 300, exact).pvalue > 0.001
-    assert found.by_step[7] == pytest.approx((exact - propagate("cognitive:insistent").success) / found.running[7])
+    assert found.by_step[7] == pytest.approx((exact - propagate(**asked).success) / found.running[7])
 
 
 def test_blind_agents_are_not_changed():

@@ -66,7 +66,8 @@ class Acting:
 
     def phase(self, step: int) -> Hashable:
         """A value that is equal for all steps at which the same can happen."""
-        return self._flip_at(step), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
+        flip = self._flip_at(step)
+        return flip and (flip.p, flip.only), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
 
     def _flip_at(self, step: int) -> OutcomeFlip | None:
         """The flip that falls on a step."""

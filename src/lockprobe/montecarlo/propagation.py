@@ -145,7 +145,9 @@ class _Walk:
     def __init__(
         self, policy: Policy[Any], world: BoxWorld, acting: Acting, order: tuple[int, ...], most_states: int
     ) -> None:
-        self.ways: dict[tuple[Hashable, int], list[tuple[int | None, float, bool]]] = {}
+        self.ways: dict[tuple[int, int], list[tuple[int | None, float, bool]]] = {}
+        self._phases: dict[Hashable, int] = {}  # so are the phases of the condition
+        self._reports: dict[tuple[int, bool], list[Report]] = {}
         self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
         self._states: list[_State] = []
         self._policy = policy
@@ -161,7 +163,7 @@ class _Walk:
         yield solved, 0.0
         for step in range(1, self._world.budget + 1):
             after: dict[int, float] = defaultdict(float)
-            apart, phase = 0.0, self._acting.phase(step)
+            apart, phase = 0.0, self._phases.setdefault(self._acting.phase(step), len(self._phases))
             for state, mass in running.items():
                 for goal, chance, wrong in self._ways_from(state, step, phase):
                     if goal is None:
@@ -178,7 +180,7 @@ class _Walk:
             self._states.append(state)
         return number
 
-    def _ways_from(self, state: int, step: int, phase: Hashable) -> list[tuple[int | None, float, bool]]:
+    def _ways_from(self, state: int, step: int, phase: int) -> list[tuple[int | None, float, bool]]:
         """Where a state leads by number, None where the box is solved; else as in :class:`_Way`."""
         at = (phase, state)
         if at not in self.ways:
@@ -190,11 +192,11 @@ class _Walk:
                 )
             self.ways[at] = [
                 (None if way.goal is None else self._number(way.goal), way.chance, way.wrong)
-                for way in self._leaving(self._states[state], step)
+                for way in self._leaving(self._states[state], step, phase)
             ]
         return self.ways[at]
 
-    def _leaving(self, state: _State, step: int) -> Iterator[_Way]:
+    def _leaving(self, state: _State, step: int, phase: int) -> Iterator[_Way]:
         world = self._world
         chosen = self._policy.probabilities(self._view, state.memory)
         for place, chance in enumerate(self._acting.attempted(chosen, step)):
@@ -206,13 +208,17 @@ class _Walk:
                 yield _Way(None, chance)
                 continue
             configuration = state.configuration ^ moved << joint
-            for report in self._acting.reports(step, moved=moved):
-                yield self._told(state, configuration, place, moved, report._replace(chance=chance * report.chance))
+            if (phase, moved) not in self._reports:
+                self._reports[phase, moved] = self._acting.reports(step, moved=moved)
+            for report in self._reports[phase, moved]:
+                yield self._told(state, configuration, place, moved, report, chance * report.chance)
 
-    def _told(self, state: _State, configuration: int, place: int, moved: bool, given: Report) -> _Way:
-        """The way on with a report."""
+    def _told(
+        self, state: _State, configuration: int, place: int, moved: bool, given: Report, chance: float
+    ) -> _Way:
+        """The way on with a report, by this chance."""
         sticky, states_only = self._world.flip == "sticky", self._acting.states_only
-        inverted, odd, chance = given
+        inverted, odd, _ = given
         if inverted is None:
             memory = self._policy.remember_silence(self._view, state.memory, place)
             return _Way(_State(configuration, None if sticky else 0, state.compared, memory), chance)
