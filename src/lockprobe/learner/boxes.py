@@ -42,7 +42,7 @@ class Boxes:
     @property
     def joints(self) -> int:
         """Joints of each box."""
-        return self.may_move.shape[2]
+        return int(self.may_move.shape[2])
 
     def moves(self, state: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether each joint may move in the state of each box, shape (boxes, n)."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.learner.boxes import Boxes, copies, random_boxes
-from lockprobe.learner.network import HIDDEN, Network, encoded, gradient, initial
+from lockprobe.learner.network import HIDDEN, Network, Step, encoded, gradient, initial
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.seeds import generator
 
@@ -140,7 +140,7 @@ class _Trials:
         self._shown = self.state
         self._hidden = np.zeros((number, network.hidden))
 
-    def read(self):  # type: ignore[no-untyped-def]
+    def read(self) -> Step:
         """Read the last report; what the way back needs of it."""
         positions = ((self._shown[:, None] >> np.arange(self._boxes.joints)) & 1).astype(np.float64)
         step = self._network.step(encoded(self.attempted, self._moved, positions, self._boxes.target), self._hidden)
@@ -157,11 +157,12 @@ class _Trials:
         joint = np.where(luck[:, 1] < random, (luck[:, 2] * joints).astype(np.int64), own)
         moves = np.take_along_axis(self._boxes.moves(self.state), joint[:, None], axis=1)[:, 0]
         false = luck[:, 3] < self._p
-        self.state = np.where(self.running & moves & (joint != self._boxes.target), self.state ^ (1 << joint), self.state)
-        self._moved = np.where(moves != false, 1.0, -1.0)
-        self._shown = np.where(false, self.state ^ (1 << joint), self.state)
-        self.attempted = joint
         self.running = self.running & ~(moves & (joint == self._boxes.target))
+        self.state = np.where(self.running & moves, self.state ^ (1 << joint), self.state)
+        shown = np.where(false, self.state ^ (1 << joint), self.state)
+        self._moved = np.where((shown ^ self._shown) >> joint & 1, 1.0, -1.0)  # as a policy that compares two reports
+        self._shown = shown
+        self.attempted = joint
 
 
 def play(
@@ -173,7 +174,7 @@ def play(
     budget: int = BUDGET,
     seed: int = 1,
 ) -> Course:
-    """Play every box once. Each report is false with a probability, and starts from the truth (a transient flip).
+    """Play every box once, told where the joints stand (``symbolic?tell=state``), with transient flips.
 
     Args:
         network: Who plays.
@@ -195,9 +196,15 @@ def play(
     return Course(solved=~trials.running, steps=(actions >= 0).sum(axis=1), actions=actions)
 
 
-def success(network: Network, *, boxes: int = 10_000, temperature: float = 1.0, seed: int = 1) -> float:
-    """The share of random boxes that it opens within the budget, told the truth; boxes that no training has seen."""
-    drawn = random_boxes(boxes, network.joints, generator(seed, "learner", "unseen boxes"))
+def success(
+    network: Network, *, boxes: int = 10_000, temperature: float = 1.0, seed: int = 1, only: Lockbox | None = None
+) -> float:
+    """The share of boxes that it opens within the budget, told the truth.
+
+    The boxes are random, and none that any training has seen; or copies of one box, their joints dealt anew.
+    """
+    rng = generator(seed, "learner", "unseen boxes")
+    drawn = random_boxes(boxes, network.joints, rng) if only is None else copies(only, boxes, rng)
     return float(play(network, drawn, temperature=temperature, seed=seed).solved.mean())
 
 
