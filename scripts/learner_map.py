@@ -1,8 +1,8 @@
 """Writes docs/learner-map.json and its picture: success of learners by training, temperature and flip rate.
 
 Ten training seeds, eight checkpoints, two temperatures, seven flip rates: 2000 trials each on chain-4, whose joints are
-dealt anew in every trial, told where the joints stand. About half an hour on one core: ``python scripts/learner_map.py``.
-``python scripts/learner_map.py --draw`` draws the picture alone.
+dealt anew in every trial, told where the joints stand. It takes about half an hour on one core; with ``--draw`` it only
+draws the picture.
 """
 
 import json
@@ -31,7 +31,7 @@ TRIALS = 2000
 OUT = Path(__file__).parent.parent / "docs" / "learner-map.json"
 
 
-def rows(seed):
+def rows(seed: int) -> list[dict[str, object]]:
     """The cells of one training seed."""
     found = []
     for updates, network in enumerate(train(Schooling(updates=CHECKPOINTS[-1], seed=seed)), 1):
@@ -43,9 +43,7 @@ def rows(seed):
             solved = [course.solved for course in courses]
             onset = [onset_batch(np.where(course.actions < 0, 0, course.actions)) for course in courses]
             looped = [(first > 0) & (first <= course.steps) for first, course in zip(onset, courses, strict=True)]
-            shape = two_lines(
-                np.repeat(RATES, TRIALS), np.concatenate(solved), np.tile(np.arange(TRIALS), len(RATES))
-            )
+            shape = two_lines(np.repeat(RATES, TRIALS), np.concatenate(solved), np.tile(np.arange(TRIALS), len(RATES)))
             found.append(
                 {
                     "seed": seed,
@@ -61,7 +59,7 @@ def rows(seed):
     return found
 
 
-def draw():
+def draw() -> None:
     """Success by flip rate: a line for each checkpoint, mean of the seeds with Student's 95 % interval."""
     cells = json.loads(OUT.read_text())["cells"]
     figure, panels = plt.subplots(1, 2, figsize=(7.2, 3.2), sharey=True, layout="constrained")
@@ -82,7 +80,7 @@ def draw():
     figure.savefig(OUT.with_suffix(".png"), dpi=150, metadata={"Software": None})
 
 
-def main():
+def main() -> None:
     """Train, play, write and draw."""
     if "--draw" in sys.argv:
         draw()

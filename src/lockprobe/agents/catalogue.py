@@ -61,8 +61,8 @@ _OTHERS = {
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
     "world:NAME": f"An agent of known mechanism, to test causal analyses on. Names: {', '.join(WORLDS)}.",
-    "learner:NAME|FILE": "A small network that learned to open unknown boxes. Options: temperature. "
-    "Names: novice, apprentice, adept; lockprobe learn trains others.",
+    "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
+    "Names: novice, apprentice, adept, or the file that lockprobe learn wrote.",
     "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
     f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
