@@ -1,10 +1,10 @@
 """The agents by spec. Nothing heavy is imported before it is asked for.
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
-``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them), ``llm:local`` (the embedded
-model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant``
-(people), ``python:module:Name`` (your own class), and what installed packages add by an entry point in the group
-``lockprobe.agents``. Options follow a question mark:
+``cognitive:MODEL``, ``learner:NAME|FILE`` (a network that the project trains), ``viewer[:STRATEGY]`` (reads pictures
+and plays a strategy by them), ``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file),
+``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant`` (people), ``python:module:Name`` (your class),
+and what installed packages add by an entry point in the group ``lockprobe.agents``. Options follow a question mark:
 ``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
 ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
@@ -61,6 +61,8 @@ _OTHERS = {
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
     "world:NAME": f"An agent of known mechanism, to test causal analyses on. Names: {', '.join(WORLDS)}.",
+    "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
+    "Names: novice, apprentice, adept, or the file that lockprobe learn wrote.",
     "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
     f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
@@ -157,6 +159,14 @@ def _ideal_observer(spec: Spec) -> Agent:
     return IdealObserver.from_options(spec.options)
 
 
+def _learner(spec: Spec) -> Agent:
+    if not spec.name:
+        raise UnknownName("learner", "", ["novice", "apprentice", "adept", "FILE"])
+    from lockprobe.agents.learner import Learner
+
+    return Learner.from_options(spec.name, spec.options)
+
+
 def _world(spec: Spec) -> Agent:
     if spec.name not in WORLDS:
         raise UnknownName("world", spec.name, WORLDS)
@@ -170,6 +180,7 @@ _PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
     "human-inspired": _human_inspired,
     "cognitive": _cognitive,
     "ideal-observer": _ideal_observer,
+    "learner": _learner,
     "world": _world,
 }
 """The kinds of agents whose parameters stand in their spec."""

@@ -33,6 +33,7 @@ COMMANDS = {
     "fit": ("fit", "fit", "Which simple mechanism predicts an agent's choices."),
     "audit": ("audit", "audit", "Error rates and power of every test, on simulated agents."),
     "power": ("audit", "power", "How many trials a stated effect needs."),
+    "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "All agents."),

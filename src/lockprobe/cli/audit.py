@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json as json_
 import os
-import sys
-import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
@@ -15,9 +13,9 @@ from rich.table import Table
 
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
-from lockprobe.audit.rates import Progress, Rate, as_data, measure
+from lockprobe.audit.rates import Rate, as_data, measure
 from lockprobe.audit.simulated_agents import WORLDS, P, world
-from lockprobe.cli.printing import new_table, plain_console, print_table
+from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.spec import Spec
@@ -64,7 +62,7 @@ def audit(
         _audit_why(names, studies, _whole("blocks", blocks), seed, workers, json=json)
         return
     worlds = [world(name) for name in dict.fromkeys(names or WORLDS)]
-    rates = measure(worlds, studies=studies, seed=seed, processes=_processes(workers), progress=_progress("studies"))
+    rates = measure(worlds, studies=studies, seed=seed, processes=_processes(workers), progress=time_left("studies"))
     if json:
         print(json_.dumps(as_data(rates, seed=seed), indent=1))
         return
@@ -93,7 +91,7 @@ def _audit_why(
         pool=max(4000, *blocks),
         seed=seed,
         processes=_processes(workers),
-        progress=_progress("blocks"),
+        progress=time_left("blocks"),
     )
     _print_verdicts(rates, "world", seed, json=json)
 
@@ -104,7 +102,7 @@ def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: int | 
     if names:
         raise BadValue("world", names[0], f"no world with lie: its agents are {', '.join(name for name, _ in AUDITED)}")
     rates = interval_rates(
-        studies=studies, seed=seed, processes=_processes(workers), progress=_progress("studies of records")
+        studies=studies, seed=seed, processes=_processes(workers), progress=time_left("studies of records")
     )
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
@@ -197,7 +195,7 @@ def power(
         studies=studies,
         seed=seed,
         processes=_processes(workers),
-        progress=_progress("studies"),
+        progress=time_left("studies"),
     )
     if json:
         print(json_.dumps({"target": target, "studies": studies, "tests": [_row(one) for one in found]}, indent=1))
@@ -207,20 +205,6 @@ def power(
 
 def _processes(workers: int | None) -> int:
     return workers or min(os.cpu_count() or 1, 8)
-
-
-def _progress(noun: str) -> Progress:
-    """Plain lines on standard error, at most one in two seconds, none if all is done sooner."""
-    began = last = time.monotonic()
-
-    def tell(done: int, of: int) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last > 2 and done < of:
-            last = now
-            print(f"{done} of {of} {noun}, {(now - began) * (of - done) / done:.0f} s left", file=sys.stderr)
-
-    return tell
 
 
 def _numbers(name: str, text: str | None) -> list[float]:

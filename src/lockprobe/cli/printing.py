@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
 from typing import IO
 
 from rich.console import Console
@@ -12,7 +14,7 @@ from rich.text import Text
 from lockprobe.lockbox.sketch import ascii_only
 from lockprobe.terminal_text import printable
 
-__all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table"]
+__all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table", "time_left"]
 
 _UNBOUNDED = 10_000
 """Columns where there is no terminal: a line is as long as it has to be."""
@@ -77,3 +79,17 @@ class Screen:
             line = ascii_only(line)
         self._console.print(Text(line, style), end=end)
         sys.stdout.flush()
+
+
+def time_left(noun: str) -> Callable[[int, int], None]:
+    """Plain lines on standard error, at most one in two seconds, none if all is done sooner."""
+    began = last = time.monotonic()
+
+    def tell(done: int, of: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last > 2 and done < of:
+            last = now
+            print(f"{done} of {of} {noun}, {(now - began) * (of - done) / done:.0f} s left", file=sys.stderr)
+
+    return tell

@@ -1,0 +1,78 @@
+"""``lockprobe learn``: trains a small network that plays as ``learner:FILE``."""
+
+from __future__ import annotations
+
+import json as json_
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.cli.printing import time_left
+from lockprobe.errors import BadFile
+from lockprobe.formatting import percent
+from lockprobe.learner.network import HIDDEN
+from lockprobe.learner.network_file import load, save
+from lockprobe.learner.training import SCHEDULE, Schooling, success, train
+from lockprobe.lockbox.families import box as find_box
+
+__all__ = ["learn"]
+
+_TRIALS = 10_000
+
+Box = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="Only this box, its joints dealt anew each time.")]
+Schedule = Annotated[int, typer.Option(help="Updates over which the learning rate falls.")]
+ToldLies = Annotated[bool, typer.Option("--told-lies", help="Train with false reports, at rates from 0 to 1.")]
+
+
+def learn(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Where the network is written.")],
+    updates: Annotated[int, typer.Option(help="Updates, a batch of 256 new boxes each.")] = SCHEDULE,
+    joints: Annotated[int, typer.Option(help="Joints of the boxes, 2 to 8.")] = 4,
+    box: Box = None,
+    hidden: Annotated[int, typer.Option(help="Units of the network, 1 to 256.")] = HIDDEN,
+    seed: Annotated[int, typer.Option(help="Seed of everything.")] = 1,
+    schedule: Schedule = SCHEDULE,
+    told_lies: ToldLies = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+) -> None:
+    """Train a small recurrent network to open boxes that it has never seen, and write it to a file.
+
+    The same command writes the same file. lockprobe run flips --agent learner:FILE plays it. Few updates make a learner
+    that false reports help, many make one that they hurt; see docs/learner.md.
+    """
+    if not out.parent.is_dir():
+        raise BadFile(out, "its directory does not exist")
+    only = None if box is None else find_box(box)
+    schooling = Schooling(
+        updates=updates,
+        joints=joints if only is None else len(only.names),
+        hidden=hidden,
+        seed=seed,
+        told_lies=told_lies,
+        schedule=schedule,
+        box=only,
+    )
+    tell, began = time_left("updates"), time.monotonic()
+    for done, network in enumerate(train(schooling), 1):
+        tell(done, updates)
+        if done == updates:
+            save(out, network, schooling)
+    seconds = time.monotonic() - began
+    learned = load(out)
+    shares = {
+        name: success(learned.network, boxes=_TRIALS, temperature=temperature, only=only)
+        for name, temperature in (("greedy", 0.0), ("sampled", 1.0))
+    }
+    if json:
+        facts = learned.trained.model_dump() | {"sha256": learned.sha256, "seconds": seconds, "success": shares}
+        print(json_.dumps({"file": str(out)} | facts))
+        return
+    what = "boxes that it has never seen" if only is None else f"trials on {only.name}"
+    print(f"{out}: {updates} updates in {seconds:.0f} s, sha256 {learned.sha256[:16]}")
+    print(
+        f"Told the truth, it opens {percent(shares['greedy'])} of {_TRIALS} {what} within 20 steps if it takes the "
+        f"likeliest joint (temperature=0), {percent(shares['sampled'])} if it draws."
+    )
+    print(f"Play it: lockprobe run flips --agent 'learner:{out}'")

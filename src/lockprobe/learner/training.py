@@ -1,0 +1,217 @@
+"""Training of a learner: it imitates the best next joint on random boxes, in the course of its own trials.
+
+Each update plays a batch of new boxes. In every step the network's target is the uniform distribution over the joints
+that open the box in the fewest steps, which the network cannot know; so it learns to act on what it was told before
+(decision pretraining: Lee et al. 2023, arXiv:2306.14892). Some actions are random, so that it meets states that it
+would avoid. Adam, with a rate that falls over the second half of the schedule.
+
+Parameters are rounded after each update. Processors differ in the last bits of products, and without rounding such
+differences would grow from update to update. So one command gives one file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import BadValue
+from lockprobe.learner.boxes import Boxes, copies, random_boxes
+from lockprobe.learner.network import HIDDEN, Network, Step, encoded, gradient, initial
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.seeds import generator
+
+__all__ = ["SCHEDULE", "Course", "Schooling", "play", "success", "train"]
+
+SCHEDULE = 900
+"""Updates of the whole schedule."""
+
+BATCH, BUDGET, RATE = 256, 20, 4e-3
+"""Boxes of an update, steps of a trial, and Adam's step size before it falls."""
+
+RANDOM_AT_FIRST, RANDOM_LATER = 0.3, 0.1
+"""Share of random actions in the first third of the schedule, and after it."""
+
+_GRID = 2.0**-20
+"""Parameters are multiples of this."""
+
+_FADES = (0.9, 0.999)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Schooling:
+    """How a learner is trained.
+
+    Attributes:
+        updates: Updates made, from 1 to :attr:`schedule`.
+        joints: Joints of the boxes, from 2 to 8.
+        hidden: Units, from 1 to 256.
+        seed: Seed of the weights, the boxes and the actions.
+        told_lies: Whether reports are false at a rate that is drawn from [0, 1] for each update; else all are true.
+        schedule: Updates over which the learning rate and the share of random actions fall.
+        box: The only box, its joints dealt anew each time; None for random boxes.
+
+    Raises:
+        BadValue: If a number is out of range.
+    """
+
+    updates: int
+    joints: int = 4
+    hidden: int = HIDDEN
+    seed: int = 1
+    told_lies: bool = False
+    schedule: int = SCHEDULE
+    box: Lockbox | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.schedule <= 100_000:
+            raise BadValue("schedule", self.schedule, "a whole number from 1 to 100000")
+        if not 1 <= self.updates <= self.schedule:
+            raise BadValue("updates", self.updates, f"a whole number from 1 to the schedule's {self.schedule}")
+        if self.box is not None and len(self.box.names) != self.joints:
+            raise BadValue("joints", self.joints, f"the {len(self.box.names)} joints of {self.box.name}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """Trials of a network, side by side.
+
+    Attributes:
+        solved: Whether each box was opened, shape (trials,).
+        steps: Steps made, shape (trials,).
+        actions: Joints attempted, -1 after the end, shape (trials, budget).
+    """
+
+    solved: NDArray[np.bool_]
+    steps: NDArray[np.int64]
+    actions: NDArray[np.int64]
+
+
+def train(schooling: Schooling) -> Iterator[Network]:
+    """The network after every update, the same on every machine but for what rounding lets through."""
+    network = initial(schooling.joints, schooling.hidden, schooling.seed)
+    means, squares = ({name: np.zeros_like(a) for name, a in network.arrays().items()} for _ in range(2))
+    for update in range(1, schooling.updates + 1):
+        slope = _slope(network, schooling, update)
+        rate = RATE * min(1.0, 2 * (1 - (update - 1) / schooling.schedule))
+        moved = {}
+        for name, array in network.arrays().items():
+            means[name] += (1 - _FADES[0]) * (slope[name] - means[name])
+            squares[name] += (1 - _FADES[1]) * (slope[name] ** 2 - squares[name])
+            mean = means[name] / (1 - _FADES[0] ** update)
+            square = squares[name] / (1 - _FADES[1] ** update)
+            moved[name] = np.round((array - rate * mean / (np.sqrt(square) + 1e-8)) / _GRID) * _GRID
+        network = Network(**moved)
+        yield network
+
+
+def _slope(network: Network, schooling: Schooling, update: int) -> dict[str, Array]:
+    """The gradient of one update's loss: mean cross-entropy over the steps of its trials."""
+    rng = generator(schooling.seed, "learner", "update", update)
+    drawn = random_boxes(BATCH, schooling.joints, rng) if schooling.box is None else copies(schooling.box, BATCH, rng)
+    rate = float(rng.random()) if schooling.told_lies else 0.0
+    chance = RANDOM_AT_FIRST if update <= schooling.schedule / 3 else RANDOM_LATER
+    trials = _Trials(drawn, network, p=rate, rng=rng)
+    steps, errors = [], []
+    for _ in range(BUDGET):
+        steps.append(trials.read())
+        best = drawn.best(trials.state)
+        aim = best / np.maximum(best.sum(axis=1, keepdims=True), 1)
+        errors.append(np.where(trials.running[:, None], _softmax(trials.logits, 1.0) - aim, 0.0))
+        trials.act(temperature=1.0, random=chance)
+    made = sum(float((error != 0).any(axis=1).sum()) for error in errors)
+    return gradient(network, steps, [error / made for error in errors]).arrays()
+
+
+class _Trials:
+    """A batch of trials in the course of being played."""
+
+    def __init__(self, boxes: Boxes, network: Network, *, p: float, rng: np.random.Generator) -> None:
+        number, self._boxes, self._network, self._p, self._rng = len(boxes), boxes, network, p, rng
+        self.state = np.zeros(number, dtype=np.int64)
+        self.running = np.ones(number, dtype=np.bool_)
+        self.logits = np.zeros((number, boxes.joints))
+        self.attempted = np.full(number, -1)
+        self._moved = np.zeros(number)
+        self._shown = self.state
+        self._hidden = np.zeros((number, network.hidden))
+
+    def read(self) -> Step:
+        """Read the last report; what the way back needs of it."""
+        positions = ((self._shown[:, None] >> np.arange(self._boxes.joints)) & 1).astype(np.float64)
+        step = self._network.step(encoded(self.attempted, self._moved, positions, self._boxes.target), self._hidden)
+        self._hidden = step.after
+        self.logits = self._network.logits(step.after)
+        return step
+
+    def act(self, *, temperature: float, random: float = 0.0) -> None:
+        """Attempt a joint in every trial, and be told what it did."""
+        number, joints = self.logits.shape
+        luck = self._rng.random((number, 4))
+        chances = np.cumsum(_softmax(self.logits, temperature), axis=1)
+        own = np.minimum((luck[:, :1] >= chances).sum(axis=1), joints - 1)
+        joint = np.where(luck[:, 1] < random, (luck[:, 2] * joints).astype(np.int64), own)
+        moves = np.take_along_axis(self._boxes.moves(self.state), joint[:, None], axis=1)[:, 0]
+        false = luck[:, 3] < self._p
+        self.running = self.running & ~(moves & (joint == self._boxes.target))
+        self.state = np.where(self.running & moves, self.state ^ (1 << joint), self.state)
+        shown = np.where(false, self.state ^ (1 << joint), self.state)
+        self._moved = np.where((shown ^ self._shown) >> joint & 1, 1.0, -1.0)  # as a policy that compares two reports
+        self._shown = shown
+        self.attempted = joint
+
+
+def play(
+    network: Network,
+    boxes: Boxes,
+    *,
+    p: float = 0.0,
+    temperature: float = 1.0,
+    budget: int = BUDGET,
+    seed: int = 1,
+) -> Course:
+    """Play every box once, told where the joints stand (``symbolic?tell=state``), with transient flips.
+
+    Args:
+        network: Who plays.
+        boxes: Of as many joints.
+        p: Flip probability, [0, 1].
+        temperature: Of the choice; 0 takes the likeliest joint.
+        budget: Steps.
+        seed: Seed of choices and flips.
+    """
+    trials = _Trials(boxes, network, p=p, rng=generator(seed, "learner", "play"))
+    actions = np.full((len(boxes), budget), -1)
+    for step in range(budget):
+        running = trials.running
+        trials.read()
+        trials.act(temperature=temperature)
+        actions[running, step] = trials.attempted[running]
+        if not trials.running.any():
+            break
+    return Course(solved=~trials.running, steps=(actions >= 0).sum(axis=1), actions=actions)
+
+
+def success(
+    network: Network, *, boxes: int = 10_000, temperature: float = 1.0, seed: int = 1, only: Lockbox | None = None
+) -> float:
+    """The share of boxes that it opens within the budget, told the truth.
+
+    The boxes are random, and none that any training has seen; or copies of one box, their joints dealt anew.
+    """
+    rng = generator(seed, "learner", "unseen boxes")
+    drawn = random_boxes(boxes, network.joints, rng) if only is None else copies(only, boxes, rng)
+    return float(play(network, drawn, temperature=temperature, seed=seed).solved.mean())
+
+
+def _softmax(logits: Array, temperature: float) -> Array:
+    """Probabilities of joints, shape (trials, n); at temperature 0 all of it on the first likeliest."""
+    if temperature == 0:
+        found: Array = np.eye(logits.shape[1])[logits.argmax(axis=1)]
+        return found
+    raised = np.exp((logits - logits.max(axis=1, keepdims=True)) / temperature)
+    return np.asarray(raised / raised.sum(axis=1, keepdims=True))
