@@ -213,9 +213,7 @@ class _Walk:
             for report in self._reports[phase, moved]:
                 yield self._told(state, configuration, place, moved, report, chance * report.chance)
 
-    def _told(
-        self, state: _State, configuration: int, place: int, moved: bool, given: Report, chance: float
-    ) -> _Way:
+    def _told(self, state: _State, configuration: int, place: int, moved: bool, given: Report, chance: float) -> _Way:
         """The way on with a report, by this chance."""
         sticky, states_only = self._world.flip == "sticky", self._acting.states_only
         inverted, odd, _ = given
