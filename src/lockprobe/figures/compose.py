@@ -26,6 +26,7 @@ from lockprobe.figures.forest import height
 from lockprobe.figures.forks import draw_forks, fork_panels
 from lockprobe.figures.frame import FAINT, SMALL
 from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
+from lockprobe.figures.overview import draw_overview
 from lockprobe.figures.paper import (
     draw_loops_against_success,
     draw_loops_by_p,
@@ -51,6 +52,9 @@ _COLUMN = 3.5
 _HEIGHT = 2.9
 """Height of a panel in inches."""
 
+_SCREEN = (5.6, 3.1)
+"""Size of the figure of the first screen in inches."""
+
 _CHARACTER, _LINE = 0.077, 0.165
 """Width of a character of the small text and height of a line, in inches, generously."""
 
@@ -61,7 +65,7 @@ _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
 
-_OVER_P = {"fig3-by-p", "fig4", "fig4-corrected", "courses", "fig5a", "fig5b"}
+_OVER_P = {"overview", "fig3-by-p", "fig4", "fig4-corrected", "courses", "fig5a", "fig5b"}
 """Pictures that say nothing with a single p."""
 
 Shown = TypeVar("Shown")
@@ -88,6 +92,7 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
     steps = [draw_relative_steps] if compared(result) else []
     drawn: dict[str, Callable[[], Figure]] = {
+        "overview": lambda: _wide(draw_overview, result),
         "people": lambda: single(draw_people, result, *steps),
         "side-by-side": lambda: single(
             draw_differences, result, *(draw for draw, _ in sides[1:]), heights=[inches for _, inches in sides]
@@ -166,6 +171,13 @@ def single(
 ) -> Figure:
     """One picture of the whole study, one column wide; further drawings go below the first."""
     return _sheet((draw, *below), [result], heights, "")
+
+
+def _wide(draw: Callable[[Axes, StudySummary], None], result: StudySummary) -> Figure:
+    """One picture for a screen, without a legend."""
+    figure = Figure(figsize=_SCREEN, layout=ConstrainedLayoutEngine(w_pad=0.06))
+    draw(figure.subplots(), result)
+    return figure
 
 
 def panels(

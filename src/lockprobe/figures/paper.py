@@ -39,7 +39,13 @@ from lockprobe.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
 from lockprobe.figures.primitives import dots, key, means, published, staircase
 from lockprobe.formatting import minus
 
-__all__ = ["draw_loops_against_success", "draw_loops_by_p", "draw_success_by_p", "draw_success_curves"]
+__all__ = [
+    "draw_loops_against_success",
+    "draw_loops_by_p",
+    "draw_success_by_p",
+    "draw_success_curves",
+    "published_success",
+]
 
 
 def draw_success_curves(axes: Axes, result: StudySummary) -> None:
@@ -83,7 +89,7 @@ def draw_success_by_p(axes: Axes, result: StudySummary) -> None:
         means(axes, x, [condition.success for condition in counted], style, line=not (style.lead and said[-1]))
         if counted:
             key(axes, style, heading(agent).replace(", ", ",\n") if style.lead else agent_label(agent))
-    published(axes, _over_p(result.conditions, SOLVED_AT_0, SOLVED_AT_40))
+    published(axes, published_success(result.conditions))
     share_axis(axes, "success rate")
     p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0))
     return title(
@@ -133,6 +139,11 @@ def draw_loops_by_p(axes: Axes, agent: AgentSummary) -> None:
     share_axis(axes, "action loop probability")
     p_axis(axes, agent.conditions)
     return title(axes, heading(agent), f"{counts(counted)} per flip rate; dots: repetitions; markers: means", fitted)
+
+
+def published_success(conditions: Sequence[ConditionSummary]) -> list[tuple[float, float]]:
+    """Flip rates for which the paper's text gives the share solved, with that share, as far as the study has them."""
+    return _over_p(conditions, SOLVED_AT_0, SOLVED_AT_40)
 
 
 def _over_p(conditions: Sequence[ConditionSummary], first: Proportion, peak: Proportion) -> list[tuple[float, float]]:

@@ -26,6 +26,7 @@ from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.overview import condition_overview
 from lockprobe.report.results import (
     RESULTS_VERSION,
     agent_facts,
@@ -205,6 +206,9 @@ def condition_results(study: ConditionStudy) -> Results:
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
         joints=len(asked.box.joints),
+        overview=condition_overview(
+            [one for one in study.effects if one.agent in study.subjects], study.whys, opened.settings, study.reference
+        ),
         progress=StudyProgress(
             planned=asked.size,
             finished=opened.finished,

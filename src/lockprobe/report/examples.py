@@ -12,7 +12,7 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
 from lockprobe.report.described import filled
 
-__all__ = ["ExampleStep", "ExampleTrial", "ToldTwice", "example", "examples", "told_twice"]
+__all__ = ["ExampleStep", "ExampleTrial", "ToldTwice", "example", "examples", "loop_letters", "told_twice"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,13 +118,7 @@ def example(why: str, trial: Trial) -> ExampleTrial:
 
 def _steps(trial: Trial) -> list[ExampleStep]:
     said = {claim.step: claim for claim in claims(trial)}
-    letters: dict[tuple[object, ...], str] = {}
-    loops: dict[int, str] = {}
-    for start, length in cover(trial.actions).intervals:
-        letter = letters.setdefault(
-            trial.actions[start : start + length], "abcdefghijklmnopqrstuvwxyz"[len(letters) % 26]
-        )
-        loops |= dict.fromkeys(range(start, start + length), letter)
+    loops = loop_letters(trial.actions)
     tried: set[tuple[str, str]] = set()
     lines = []
     for i, step in enumerate(trial.steps):
@@ -135,10 +129,23 @@ def _steps(trial: Trial) -> list[ExampleStep]:
                 step,
                 claimed=claim.claimed if claim else None,
                 misinterpreted=claim.misinterpreted if claim else False if trial.assessment else None,
-                loop=loops.get(i, ""),
+                loop=loops[i].strip(),
                 again=(step.state, step.joint) in tried,
                 hypothesis=step.decision.hypothesis,
             )
         )
         tried.add((step.state, step.joint))
     return lines
+
+
+def loop_letters(actions: tuple[str, ...]) -> str:
+    """A character for each step: within an action loop the letter of what is repeated, elsewhere a blank.
+
+    >>> loop_letters(("A", "B", "A", "B", "A", "B", "C"))
+    'aaaaaa '
+    """
+    marks, letters = [" "] * len(actions), dict[tuple[str, ...], str]()
+    for start, length in cover(actions).intervals:
+        letter = letters.setdefault(actions[start : start + length], "abcdefghijklmnopqrstuvwxyz"[len(letters) % 26])
+        marks[start : start + length] = letter * length
+    return "".join(marks)

@@ -11,12 +11,14 @@ from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.analysis.why import Why
+from lockprobe.lockbox.box import Lockbox
 
 __all__ = [
     "CAPTIONS",
     "CONDITION_CAPTIONS",
     "Caption",
     "Pictures",
+    "box_picture",
     "condition_pictures",
     "drawings",
     "fork_pictures",
@@ -27,7 +29,7 @@ Pictures = dict[str, dict[str, bytes]]
 
 _LONGEST = (
     *("fig5b-corrected", "rationality", "fig5a-corrected", "fig5b", "fig4-corrected", "courses", "fig5a", "fig3-by-p"),
-    *("side-by-side", "fig3-corrected", "fig4", "people", "fig3"),
+    *("side-by-side", "fig3-corrected", "fig4", "people", "fig3", "overview"),
 )
 """All figures, what takes longest to draw first: with one panel for each agent, those with the most marks."""
 
@@ -46,7 +48,15 @@ _FORKS = Caption(
     "Bars are 95 % intervals over trials, not corrected.",
 )
 
+_BOX = Caption("The panel at the start and, below, the interlock, which no agent sees.")
+
 CAPTIONS = {
+    "overview": Caption(
+        "Share of trials solved by flip rate, each agent named where its line ends. Grey: between random agents with "
+        "and without immediate repeats; hollow stars: the paper's text.",
+        "Intervals are Wilson's, 95 %; agents to compare with are thin and have none.",
+    ),
+    "box": _BOX,
     "forks": _FORKS,
     "people": Caption(
         "People, models and strategies on the same boxes: above, the share of trials solved by flip rate; below, an "
@@ -132,6 +142,12 @@ CAPTIONS = {
 """The caption of every figure, by file name."""
 
 CONDITION_CAPTIONS = {
+    "overview": Caption(
+        "Share of trials solved by flip rate, each agent named where its line ends. Grey: between random agents with "
+        "and without immediate repeats; hollow stars: the paper's text.",
+        "Intervals are Wilson's, 95 %; agents to compare with are thin and have none.",
+    ),
+    "box": _BOX,
     "forks": _FORKS,
     "why": Caption(
         "Top: share of trials solved in each arm; the dotted line is the share under true reports. Bottom: what false "
@@ -185,6 +201,19 @@ def _draw_forks(found: Sequence[BranchEffect]) -> dict[str, bytes]:
     from lockprobe import figures
 
     figure = figures.fork_drawing(found)
+    return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
+
+
+def box_picture(box: Lockbox) -> dict[str, Callable[[], dict[str, bytes]]]:
+    """The figure of a box by name, as a function that draws it as PNG and SVG."""
+    return {"box": partial(_draw_box, box)}
+
+
+def _draw_box(box: Lockbox) -> dict[str, bytes]:
+    from lockprobe import figures
+    from lockprobe.figures.boxes import box_figure
+
+    figure = box_figure(box)
     return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 

@@ -2,7 +2,8 @@
 
 The pages are made from what ``results.json`` holds, from the figures and from the pictures that agents saw, of nothing
 else: equal records give equal pages. What comes from agents, models and box files is untrusted: it is escaped, without
-characters that hide or reorder others, and the pages run no script.
+characters that hide or reorder others. ``report.html`` runs one script, our own (:mod:`lockprobe.report.explorer`);
+the other pages run none.
 """
 
 from __future__ import annotations
@@ -30,10 +31,13 @@ from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.excursions import excursion_table
+from lockprobe.report.explorer import explorer_data, script, script_hash
 from lockprobe.report.figures import (
     CAPTIONS,
     CONDITION_CAPTIONS,
+    Caption,
     Pictures,
+    box_picture,
     condition_pictures,
     drawings,
     fork_pictures,
@@ -83,16 +87,18 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
     """
     directory = Path(directory)
     with uncollected(), shared(directory, processes) as each:
-        numbers, draw = _summarised(open_study(directory), directory, tell=tell, each=each)
+        opened = open_study(directory)
+        numbers, draw = _summarised(opened, directory, tell=tell, each=each)
         tell("drawing the figures")
         content, *done = each(operator.call, [numbers, *draw.values()])
     found = dict(zip(draw, done, strict=True))
     drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
-    _write(directory, _files(content, drawn, embedded(directory, content.seen)))
+    trials = explorer_data(opened.trials, opened.settings.get("box", {}))
+    _write(directory, _files(content, drawn, embedded(directory, content.seen), trials))
     return directory / "report.html"
 
 
-def _files(content: Results, drawn: Pictures, photographs: Mapping[str, str]) -> Iterator[_File]:
+def _files(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[_File]:
     """Every file of a report, the report last."""
     yield "results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     for name, forms in drawn.items():
@@ -105,7 +111,7 @@ def _files(content: Results, drawn: Pictures, photographs: Mapping[str, str]) ->
         yield f"tables/{name}.csv", as_csv(table)
         yield f"tables/{name}.tex", as_tex(table)
     for name in _pages(content):
-        yield f"{name}.html", _page(name, content, drawn, photographs)
+        yield f"{name}.html", _page(name, content, drawn, photographs, trials)
 
 
 def _pages(content: Results) -> tuple[str, ...]:
@@ -132,6 +138,7 @@ def _summarised(
 ) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
     """The values of a study: what makes its results of them, and what draws each figure."""
     numbers, pictures = _of_trials(opened, directory, tell=tell, each=each)
+    pictures |= box_picture(opened.study.box)
     if not opened.forks:
         return numbers, pictures
     forks = fork_effects(opened)
@@ -236,15 +243,16 @@ def _templates() -> Any:
     return environment
 
 
-def _condition_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str]) -> str:
+def _condition_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
     return str(
         _templates()
         .get_template(f"{name}.html.jinja")
         .render(
             content=content,
+            explorer=_explorer(trials),
             photographs=photographs,
             images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
-            captions=CONDITION_CAPTIONS,
+            captions=_by_variable(CONDITION_CAPTIONS),
             series_captions=series_captions,
             tables=_condition_tables(content),
         )
@@ -263,9 +271,11 @@ def _condition_tables(content: Results) -> dict[str, TextTable]:
     }
 
 
-def _page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None) -> str:
+def _page(
+    name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None, trials: str = ""
+) -> str:
     if not content.of_flips:
-        return _condition_page("conditions" if name == "report" else name, content, drawn, photographs or {})
+        return _condition_page("conditions" if name == "report" else name, content, drawn, photographs or {}, trials)
     several_p = len({row.p for row in content.conditions}) > 1
     tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
     rendered = (
@@ -275,9 +285,10 @@ def _page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str
             content=content,
             several_p=several_p,
             not_asked=any(row.not_asked for row in content.leaderboard),
+            explorer=_explorer(trials),
             photographs=photographs or {},
             images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
-            captions={figure.replace("-", "_"): text for figure, text in CAPTIONS.items()},
+            captions=_by_variable(CAPTIONS),
             caveat=LENGTH_CAVEAT,
             fits=[fit for fit in content.fits if fit.agent in content.subjects],
             tests=[
@@ -291,6 +302,18 @@ def _page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str
         )
     )
     return str(rendered)
+
+
+def _by_variable(captions: Mapping[str, Caption]) -> dict[str, Caption]:
+    """The captions by names that a template can write."""
+    return {figure.replace("-", "_"): text for figure, text in captions.items()}
+
+
+def _explorer(trials: str) -> dict[str, Any]:
+    """What a page needs to step through trials: their data, the program and its hash; all of it is our own text."""
+    from markupsafe import Markup
+
+    return {"trials": Markup(trials), "script": Markup(script()), "hash": script_hash()}  # noqa: S704  JSON without <
 
 
 def _image(svg: bytes) -> dict[str, Any]:

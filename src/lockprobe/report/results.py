@@ -17,6 +17,7 @@ from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.modalities import modality_finding
 from lockprobe.prose.panel import panel_said
 from lockprobe.prose.robot import verdicts_said
+from lockprobe.prose.section_answers import section_answers
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Fact, Trial
@@ -27,6 +28,7 @@ from lockprobe.report.excursions import lie_rows
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.overview import flip_overview
 from lockprobe.report.people import people_row
 from lockprobe.report.rows import (
     claim_row,
@@ -80,6 +82,8 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
+        overview=flip_overview(summary, opened.settings),
+        answers=section_answers(summary),
         progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
         left_out=left_out_row(trials, opened.journal, opened.foreign),
         panel_said=_panel(study),

@@ -30,6 +30,7 @@ from lockprobe.report.examples import ExampleTrial
 from lockprobe.report.excursions import LieResult
 from lockprobe.report.forks import ForkResult
 from lockprobe.report.leaderboard import ComparisonResult, InteractionResult, LeaderboardResult
+from lockprobe.report.overview import Overview
 from lockprobe.report.people import PeopleResult
 from lockprobe.report.sample_pictures import SeenModality
 from lockprobe.report.why import WhyResult
@@ -243,6 +244,8 @@ class Results(DescribedResult):
     lockprobe: str = Field(description="Release that made it.")
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
     joints: int
+    overview: Overview | None = Field(default=None, description="The first screen of the report.")
+    answers: dict[str, str] = {}
     progress: StudyProgress
     left_out: details.LeftOutResult
     panel_said: str = ""
@@ -326,7 +329,18 @@ class Results(DescribedResult):
 
 
 _CONDITION_KEYS = (
-    *("schema_version", "lockprobe", "study", "joints", "progress", "left_out", "subjects", "findings", "conditions"),
+    *(
+        "schema_version",
+        "lockprobe",
+        "study",
+        "joints",
+        "overview",
+        "progress",
+        "left_out",
+        "subjects",
+        "findings",
+        "conditions",
+    ),
     *("effects", "crossings", "grids", "series", "why", "forks", "forks_said", "box", "measures", "errors", "agents"),
     *("plants", "seen", "examples"),
     "audit",

@@ -1,0 +1,47 @@
+"""The figure of a report's first screen: success of every agent by flip rate, named where its line ends."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.figures.frame import FAINT, SMALL, agent_label, blank, label_right, p_axis, share_axis
+from lockprobe.figures.palette import shifts, styles
+from lockprobe.figures.paper import published_success
+from lockprobe.figures.primitives import bars, means, published
+
+__all__ = ["draw_overview"]
+
+_MOST = 7
+"""Agents that are drawn: those that the study is about first."""
+
+_NAME = 24
+"""Characters of a name at the right edge."""
+
+
+def draw_overview(axes: Axes, result: StudySummary) -> None:
+    """Success by flip rate with Wilson's intervals, beside the range of random agents and the paper's two points."""
+    shown = [(a, style) for a, style in styles(result) if any(one.success.n for one in a.conditions)][:_MOST]
+    if not shown:
+        return blank(axes, "no trial has ended")
+    moved, labels = shifts(result), []
+    for agent, style in shown:
+        counted = [one for one in agent.conditions if one.success.n]
+        x = [one.p + moved[agent.agent, agent.modality] for one in counted]
+        shares = [one.success for one in counted]
+        if style.lead:
+            bars(axes, x, shares, style)
+        means(axes, x, shares, style, line=True)
+        labels.append((shares[-1].value or 0.0, agent_label(agent, _NAME), style.colour))
+    share_axis(axes, "trials solved")
+    p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0), axis=result.axis)
+    if result.reference:
+        budget = max(len(one.curve.share) for one in result.conditions) - 1
+        low, high = result.reference.random[budget], result.reference.no_repeat[budget]
+        axes.axhspan(low, high, color=FAINT, alpha=0.13, linewidth=0, zorder=0)
+        labels.append(((low + high) / 2, "random agents", FAINT))
+    if stars := published_success(result.conditions):
+        published(axes, stars)
+        for x, y in stars:
+            axes.annotate("paper", (x, y), (0, 7), textcoords="offset points", ha="center", fontsize=SMALL, color=FAINT)
+    return label_right(axes, labels)

@@ -1,0 +1,197 @@
+"""The first screen of a report in words: the question, the answer in one sentence, and what would decide it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import ceil
+
+from lockprobe.analysis.axis import Axis
+from lockprobe.analysis.condition import ConditionSummary, Contrast
+from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.inference.course import CourseKind
+from lockprobe.analysis.modalities import ModalityEffect, spoken
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.formatting import percent
+from lockprobe.prose.doses import at_dose, cause, cause_first
+from lockprobe.prose.subject import Subject, subject_of
+
+__all__ = ["effects_answer", "effects_needed", "flips_answer", "flips_needed", "modality_answer"]
+
+NARROW = 0.1
+"""Half the width of an interval that would decide whether an effect is small; ours, chosen by eye."""
+
+_NAMED = 3
+"""Names in a list; the others are counted."""
+
+_DOES: dict[CourseKind, str] = {
+    "rises": "{raise_} the success of {who}",
+    "falls": "{lower} the success of {who}",
+    "rises and falls": "first {raise_} and then {lower} the success of {who}",
+    "falls and rises": "first {lower} and then {raise_} the success of {who}",
+}
+
+
+def flips_answer(summary: StudySummary) -> str:
+    """What false reports, or another dose, did to the success of the agents that the study is about."""
+    counted = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
+    if not counted:
+        return "No trial has ended yet."
+    if len(counted) == 1:
+        return _single(counted[0])
+    if not any(agent.contrast for agent in counted):
+        best = max(counted, key=lambda agent: agent.conditions[0].success.value or 0.0)
+        return f"Of {len(counted)} agents {best.name} solved the most: {_rate(best.conditions[0])}."
+    return _several(counted, summary.axis)
+
+
+def _single(agent: AgentSummary) -> str:
+    first = next(one for one in agent.conditions if one.success.n)
+    who = subject_of(agent)
+    if agent.blind:
+        return f"{agent.name} ignores what it is told: it solved {_rate(first)} under every condition."
+    contrast = agent.contrast
+    if contrast is None:
+        return f"{who.first} solved {_rate(first)}."
+    solved = f"{who.form('it', 'they')} solved {_at(contrast, agent.axis)}"
+    if contrast.detectable:
+        does = "raise" if contrast.difference.value > 0 else "lower"
+        return f"{cause_first(agent.axis)} {does} the success of {who.name}: {solved}."
+    if (kind := _course(agent)) in _DOES:
+        does = _DOES[kind].format(raise_="raise", lower="lower", who=who.name)
+        return f"{cause_first(agent.axis)} {does}; no single {agent.axis.name} is shown to."
+    return f"No effect of {cause(agent.axis)} on the success of {who.name} is detectable: {solved}."
+
+
+def _at(contrast: Contrast, axis: Axis) -> str:
+    first, second = contrast.difference.first, contrast.difference.second
+    return (
+        f"{percent(first.value)} {at_dose(contrast.baseline.p, axis)} "
+        f"and {percent(second.value)} {at_dose(contrast.other.p, axis)}"
+    )
+
+
+def _rate(condition: ConditionSummary) -> str:
+    return f"{percent(condition.success.value)} of {condition.success.n} trials"
+
+
+def _course(agent: AgentSummary) -> CourseKind:
+    """How its success runs over the dose; the one contrast where the course is not tested."""
+    found = agent.inference.course.kind if agent.inference.course else "not tested"
+    if agent.contrast and agent.contrast.detectable and found not in _DOES:
+        return "rises" if agent.contrast.difference.value > 0 else "falls"
+    return found
+
+
+def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
+    """The agents by how their success runs."""
+    heeding = [agent for agent in agents if not agent.blind]
+    parts = [
+        template.format(raise_="raise", lower="lower", who=_names(own))
+        for kind, template in _DOES.items()
+        if (own := [agent for agent in heeding if _course(agent) == kind])
+    ]
+    hidden = [agent for agent in heeding if _course(agent) not in _DOES]
+    if not parts:
+        return f"No effect of {cause(axis)} on the success of {_names(hidden, 'or')} is detectable."
+    if hidden:
+        parts.append(f"are not shown to change that of {_names(hidden, 'or')}")
+    return f"{cause_first(axis)} {'; they '.join(parts)}."
+
+
+def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
+    return _listed([subject_of(agent).name for agent in agents], last)
+
+
+def _listed(names: Sequence[str], last: str = "and") -> str:
+    """The first names; the others as a number.
+
+    >>> _listed(["a", "b"], "or"), _listed(["a", "b", "c", "d"])
+    ('a or b', 'a, b and 2 others')
+    """
+    if len(names) > _NAMED:
+        names = [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} others"]
+    *most, end = names
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def flips_needed(summary: StudySummary) -> str:
+    """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
+    hidden = [
+        agent.contrast
+        for agent in summary.subjects
+        if agent.contrast and not agent.contrast.detectable and not agent.blind and _course(agent) not in _DOES
+    ]
+    return _needed(((one.difference.low, one.difference.high, one.difference.first.n) for one in hidden), summary.axis)
+
+
+def _needed(intervals: Iterable[tuple[float, float, int]], axis: Axis | None = None) -> str:
+    """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root."""
+    found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n) for low, high, n in intervals if n]
+    if not found or (most := max(found))[0] <= most[1]:
+        return ""
+    where = f"at each {axis.name}" if axis else "under each condition"
+    return (
+        f"About {_rounded(most[0])} trials {where} instead of {most[1]} would tell an effect to within "
+        f"{100 * NARROW:.0f} points."
+    )
+
+
+def _rounded(count: int) -> int:
+    """Two digits, upwards.
+
+    >>> _rounded(97), _rounded(1234)
+    (97, 1300)
+    """
+    unit = int(10.0 ** max(len(str(count)) - 2, 0))
+    return -(-count // unit) * unit
+
+
+def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
+    """What the modality did to how soon one agent solves the box."""
+    who = Subject.of(effect.agent)
+    found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
+    solves, it, sees = who.form("solves", "solve"), who.form("it", "they"), who.form("sees", "see")
+    if effect.detectable:
+        sooner = "sooner" if effect.direction > 0 else "later or more rarely"
+        return f"The higher the fidelity of what {who.name} {sees}, the {sooner} {it} {solves} the box."
+    if effect.p_all is not None and effect.p_all < ALPHA:
+        return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
+    shares = ", ".join(f"{percent(found[one].success.value)} with {spoken(one)}" for one in effect.modalities[:_NAMED])
+    return f"That fidelity changes how {who.name} {solves} the box is not detectable: {shares}."
+
+
+def effects_answer(found: Sequence[Effects]) -> str:
+    """What conditions did to the success of the agents that the study is about, against their control."""
+    if not found:
+        return "No two conditions have a trial in common yet."
+    if len(found) > 1:
+        changed = [one.agent for one in found if any(effect.detectable for effect in one.effects)]
+        if not changed:
+            return "No condition is shown to change the success of any agent."
+        return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; the sections say how."
+    only = found[0]
+    parts = [
+        f"{_listed([one.condition for one in own])} {way}{'s' * (len(own) == 1)}"
+        for way, own in (
+            ("raise", [one for one in only.effects if one.detectable and one.difference.value > 0]),
+            ("lower", [one for one in only.effects if one.detectable and one.difference.value < 0]),
+        )
+        if own
+    ]
+    if not parts:
+        conditions = _listed([one.condition for one in only.effects], "or")
+        return f"No effect of {conditions} on the success of {only.agent} is detectable."
+    rest = sum(not one.detectable for one in only.effects)
+    others = f"; no effect of {rest} other{'s' * (rest > 1)} is detectable" if rest else ""
+    return f"{' and '.join(parts)} the success of {only.agent}{others}."
+
+
+def effects_needed(found: Sequence[Effects]) -> str:
+    """How many trials under each condition would decide what is open; empty where nothing is."""
+    return _needed(
+        (one.difference.low, one.difference.high, one.difference.first.n)
+        for own in found
+        for one in own.effects
+        if not one.detectable
+    )

@@ -1,0 +1,80 @@
+"""One sentence for each section of a report, which stands in its heading."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.formatting import percent
+from lockprobe.prose.doses import at_dose
+from lockprobe.prose.subject import subject_of
+
+__all__ = ["section_answers"]
+
+_SHOWN = 3
+"""Agents that a heading names."""
+
+
+def section_answers(summary: StudySummary) -> dict[str, str]:
+    """Section -> its answer in one sentence; sections without numbers are missing."""
+    agents = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
+    if not agents:
+        return {}
+    first = next(one.p for one in agents[0].conditions if one.success.n)
+    where = at_dose(first, summary.axis)
+    found = {
+        "side": _best(summary),
+        "speed": _said(agents, "Between chance (0) and the shortest plan (1)", _relative),
+        "loops": _said(agents, f"Trials with an action loop {where}", _loops),
+        "rational": _said(agents, f"Optimal actions {where}", _optimal),
+        "tests": _tests(agents),
+        "said": _said(agents, f"Misread reports {where}", _misread) or "No agent said what its actions did.",
+        "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
+    }
+    return {section: said for section, said in found.items() if said}
+
+
+def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[ConditionSummary], str]) -> str:
+    """A number of each agent under its first condition."""
+    parts = [
+        f"{subject_of(agent).name} {said}"
+        for agent in agents
+        if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
+    ]
+    more = f" and {len(parts) - _SHOWN} more" if len(parts) > _SHOWN else ""
+    return f"{what}: {', '.join(parts[:_SHOWN])}{more}." if parts else ""
+
+
+def _relative(condition: ConditionSummary) -> str:
+    return f"{condition.relative.value:.2f}".replace("-", "\N{MINUS SIGN}") if condition.relative else ""
+
+
+def _loops(condition: ConditionSummary) -> str:
+    return percent(condition.behaviour.loops.value) if condition.behaviour.loops.n else ""
+
+
+def _optimal(condition: ConditionSummary) -> str:
+    return percent(condition.rationality[0].optimal.value) if condition.rationality else ""
+
+
+def _misread(condition: ConditionSummary) -> str:
+    return percent(condition.claims.mean_rate) if condition.claims.mean_rate is not None else ""
+
+
+def _best(summary: StudySummary) -> str:
+    shares = [(one.success.value, one.agent) for one in summary.standings if one.success.n and one.success.value]
+    best = max(shares, default=None)
+    return f"{best[1]} solved the most over all {summary.axis.name}s: {percent(best[0])}." if best else ""
+
+
+def _tests(agents: Iterable[AgentSummary]) -> str:
+    done = [
+        t
+        for agent in agents
+        if not agent.blind
+        for t in agent.inference.tests
+        if t.recommended and t.p_value is not None
+    ]
+    shown = sum(bool(test.rejects) for test in done)
+    return f"{shown} of {len(done)} valid tests say yes." if done else ""

@@ -1,0 +1,123 @@
+"""The trial explorer of a page: all trials of a study as compact data, and the script that steps through them.
+
+The data stand in the page as JSON that no browser runs, the script is our own text and is named by its hash in the
+page's content policy. What agents wrote is shown as text and never as markup.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from lockprobe.record import Step, Trial
+from lockprobe.report.examples import loop_letters
+
+__all__ = ["explorer_data", "script", "script_hash"]
+
+_WORDS = 160
+"""Characters of what an agent says about the box in one step."""
+
+_ALL_WORDS = 600_000
+"""Characters of all such texts; beyond it, the explorer shows none."""
+
+
+@cache
+def script() -> str:
+    """The program of the explorer."""
+    return files("lockprobe.report").joinpath("templates/explorer.js").read_text(encoding="utf-8")
+
+
+@cache
+def script_hash() -> str:
+    """Its hash as a source of a content security policy."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(script().encode()).digest()).decode()}"
+
+
+def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
+    """The trials as JSON that may stand within a script element: it holds no ``<``.
+
+    Args:
+        trials: Those of a study; broken ones are left out.
+        box: The box as in the settings of the study.
+    """
+    shown = [trial for trial in trials if trial.ending != "error"]
+    agents = list(dict.fromkeys(_agent(trial) for trial in shown))
+    conditions = list(dict.fromkeys(_condition(trial) for trial in shown))
+    names = list(dict.fromkeys(joint for trial in shown for joint in trial.joints))
+    kinds = {joint.get("name"): joint.get("kind") for joint in box.get("joints", [])}
+    people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
+    words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
+    data = {
+        "agents": agents,
+        "conditions": conditions,
+        "joints": names,
+        "turning": [int(kinds.get(name) == "revolute") for name in names],
+        "trials": [
+            {
+                "a": agents.index(_agent(trial)),
+                "c": conditions.index(_condition(trial)),
+                "r": trial.repetition,
+                "n": trial.trial,
+                **({"person": people.index(trial.player) + 1} if trial.player else {}),
+                **_course(trial, names, words=words),
+            }
+            for trial in shown
+        ],
+    }
+    return json.dumps(data, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
+
+
+def _agent(trial: Trial) -> str:
+    return f"{trial.group}, {trial.modality}"
+
+
+def _condition(trial: Trial) -> str:
+    return trial.condition or f"p = {trial.p:g}"
+
+
+def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:
+    """What happened in a trial: joints by their index in ``names``, bit strings in its panel order."""
+    steps = trial.steps
+    said = [step.decision.hypothesis[:_WORDS] for step in steps] if words else []
+    chosen = [-1 if step.chosen is None else names.index(step.chosen) for step in steps]
+    return {
+        "goal": names.index(trial.target),
+        "solved": int(trial.solved),
+        "panel": [names.index(joint) for joint in trial.joints],
+        "did": [names.index(step.joint) for step in steps],
+        "moved": "".join(str(int(step.moved)) for step in steps),
+        "told": "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps),
+        "state": [*(step.state for step in steps), *_last(trial)],
+        "shown": [_told_state(step, after) for step, after in zip(steps, _after(trial), strict=True)],
+        "said": "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps),
+        "loop": loop_letters(trial.actions),
+        **({"chosen": chosen} if any(one >= 0 for one in chosen) else {}),
+        **({"words": said} if any(said) else {}),
+    }
+
+
+def _last(trial: Trial) -> Iterable[str]:
+    """The configuration after the last step; of a trial without steps none."""
+    return _after(trial)[-1:]
+
+
+def _after(trial: Trial) -> list[str]:
+    """The true configuration after each step; after the last one it follows from its outcome."""
+    later = [step.state for step in trial.steps[1:]]
+    for step in trial.steps[-1:]:
+        place = trial.joints.index(step.joint)
+        bit = str(int(step.state[place] == "0")) if step.moved else step.state[place]
+        later.append(step.state[:place] + bit + step.state[place + 1 :])
+    return later
+
+
+def _told_state(step: Step, after: str) -> str:
+    """The configuration as told or pictured, or nothing where none was."""
+    if step.told_state is not None:
+        return "" if step.told_state == after else step.told_state
+    return "" if step.pictures else "-"

@@ -1,0 +1,154 @@
+"""The first screen of a report: its question, the answer in one sentence, one figure, and three numbers an agent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import Field
+
+from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.analysis.why import Why
+from lockprobe.formatting import NONE, bracketed, percent, share
+from lockprobe.prose.doses import at_dose
+from lockprobe.prose.overview import effects_answer, effects_needed, flips_answer, flips_needed, modality_answer
+from lockprobe.prose.why import mechanism_said
+from lockprobe.report.described import DescribedResult
+
+__all__ = ["KeyNumbers", "Overview", "condition_overview", "flip_overview"]
+
+_ROWS = 4
+"""Agents whose numbers stand on the first screen."""
+
+
+class KeyNumbers(DescribedResult):
+    """The three numbers of one agent, as text with 95 % intervals."""
+
+    agent: str
+    success: str
+    where: str
+    change: str
+    against: str
+    chance: str
+
+
+class Overview(DescribedResult):
+    """The first screen of a report."""
+
+    question: str = Field(description="What the study asks.")
+    answer: str = Field(description="What it found, in one sentence.")
+    needed: str = Field(description="What would decide what is open; empty where nothing is.")
+    figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
+    numbers: list[KeyNumbers]
+    more: int = 0
+
+
+def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overview:
+    """The first screen of a study of flips or modalities."""
+    box, several = settings.get("box", {}).get("name", "a lockbox"), len({one.p for one in summary.conditions}) > 1
+    modal = bool(summary.modalities) and not several
+    subjects = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
+    if modal:
+        question = f"Does what agents see change how they open {box}?"
+        seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
+        answer = " ".join(modality_answer(one, summary) for one in seeing[:1])
+    elif several:
+        question = f"Do false reports change how agents open {box}?"
+        answer = ""
+    else:
+        question = f"How well do agents open {box}?"
+        answer = ""
+    return Overview(
+        question=question,
+        answer=answer or flips_answer(summary),
+        needed=flips_needed(summary),
+        figure="" if not subjects else "overview" if several else "fig3-corrected",
+        numbers=[_numbers(agent, summary.reference) for agent in subjects[:_ROWS]],
+        more=len(subjects) - len(subjects[:_ROWS]),
+    )
+
+
+def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
+    first, contrast = next(one for one in agent.conditions if one.success.n), agent.contrast
+    found = first.success
+    change, against = NONE, "no other condition"
+    if agent.blind:
+        change, against = "0", "it ignores reports"
+    elif contrast is not None:
+        gap = contrast.difference
+        change, against = f"{bracketed(gap.value, gap.low, gap.high)} points", at_dose(contrast.other.p, agent.axis)
+    return KeyNumbers(
+        agent=agent.name,
+        success=share(found.value, found.low, found.high),
+        where=f"solved {at_dose(first.p, agent.axis)}",
+        change=change,
+        against=against,
+        chance=_chance(reference),
+    )
+
+
+def _chance(reference: Reference | None) -> str:
+    """What random agents solve of the box, exact."""
+    if reference is None:
+        return NONE
+    return f"{percent(reference.random[-1])} to {percent(reference.no_repeat[-1])}"
+
+
+def condition_overview(
+    found: Sequence[Effects],
+    whys: Sequence[Why],
+    settings: Mapping[str, Any],
+    reference: Reference,
+) -> Overview:
+    """The first screen of a study of conditions.
+
+    Args:
+        found: The effects of the conditions on each agent that the study is about.
+        whys: Of a study of controls: why false reports change each agent's success.
+        settings: Of the study.
+        reference: What random agents reach.
+    """
+    box = settings.get("box", {}).get("name", "a lockbox")
+    rows = [_condition_numbers(one, reference) for one in found if one.effects]
+    if whys:
+        rows = [_why_numbers(one, reference) for one in whys]
+        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(whys[0])
+    else:
+        question, answer = f"What do {len(settings['conditions'])} conditions do to how agents open {box}?", ""
+    return Overview(
+        question=question,
+        answer=answer or effects_answer(found),
+        needed="" if whys else effects_needed(found),
+        figure="why" if whys else "effects" if rows else "",
+        numbers=rows[:_ROWS],
+        more=len(rows) - len(rows[:_ROWS]),
+    )
+
+
+def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
+    """Success under true reports, and the planned comparison with lies."""
+    truth, change = next(one.success for one in found.arms if one.arm == "truth"), found.change
+    return KeyNumbers(
+        agent=found.agent,
+        success=share(truth.value, truth.low, truth.high),
+        where="solved under true reports",
+        change=f"{bracketed(change.value, change.low, change.high)} points",
+        against="under false reports",
+        chance=_chance(reference),
+    )
+
+
+def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
+    """Success under the control, and the clearest effect."""
+    clearest = min(found.effects, key=lambda one: one.difference.p_value)
+    gap = clearest.difference
+    return KeyNumbers(
+        agent=found.agent,
+        success=percent(gap.first.value),
+        where=f"solved under {found.control}",
+        change=f"{bracketed(gap.value, gap.low, gap.high)} points",
+        against=f"under {clearest.condition}",
+        chance=_chance(reference),
+    )
