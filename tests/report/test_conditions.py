@@ -82,7 +82,7 @@ def test_doses_make_series_that_are_called_by_their_name(reported):
     assert not any("flip" in one or "alse report" in one for one in asks)
     for name in ("effects", "series-1-success", "series-2-loops"):
         assert (directory / "figures" / f"{name}.svg").read_bytes().startswith(b"<?xml")
-    assert page.count("<figure") == 5
+    assert page.count("<figure") == 7  # two more on the first screen
 
 
 def test_exports_name_the_condition_and_leave_p_empty_where_other_things_acted(reported):

@@ -55,7 +55,7 @@ def directory(request, tmp_path_factory):
 
 def words(page):
     """The text of a page without what is quoted or a name: the paper's words, specs and keys."""
-    page = re.sub(r"(?s)<(style|code|blockquote)\b.*?</\1>", " ", page)
+    page = re.sub(r"(?s)<(style|script|code|blockquote)\b.*?</\1>", " ", page)
     return unescape(re.sub(r"<(?!/?[iI]>)[^>]*>", "\n", page))
 
 

@@ -13,7 +13,9 @@ from pydantic import BaseModel
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.errors import BadFile
 from lockprobe.report import Results, results, write_report
+from lockprobe.report.explorer import explorer_data
 from lockprobe.report.figures import CAPTIONS
+from lockprobe.report.opened import open_study
 from lockprobe.report.page import _page, _tables
 from lockprobe.trial_json import trial_to_json
 
@@ -109,8 +111,10 @@ def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
     drawn = {
         path.stem: {"svg": path.read_bytes()} for path in (reported / "figures").iterdir() if path.suffix == ".svg"
     }
+    opened = open_study(reported)
+    trials = explorer_data(opened.trials, opened.settings["box"])
     for name in ("report", "claims", "audit"):
-        assert (reported / f"{name}.html").read_text("utf-8") == _page(name, content, drawn)
+        assert (reported / f"{name}.html").read_text("utf-8") == _page(name, content, drawn, trials=trials)
 
 
 def test_what_is_left_out_is_counted(tmp_path):

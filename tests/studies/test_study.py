@@ -48,7 +48,7 @@ def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_somethin
 
 def test_the_default_plays_references_beside_the_embedded_model():
     default = study("flips")
-    assert default.agents == ("llm:local", "random", "round-robin", "human-inspired")
+    assert default.agents == ("llm:local", "learner:novice?temperature=0", "random", "round-robin", "human-inspired")
     assert default.p == paper.SHORT.p
 
 

@@ -37,11 +37,11 @@ def draw_overview(axes: Axes, result: StudySummary) -> None:
     p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0), axis=result.axis)
     if result.reference:
         budget = max(len(one.curve.share) for one in result.conditions) - 1
-        low, high = result.reference.random[budget], result.reference.no_repeat[budget]
+        low, high = (curve[budget] for curve in (result.reference.random, result.reference.no_repeat))
         axes.axhspan(low, high, color=FAINT, alpha=0.13, linewidth=0, zorder=0)
         labels.append(((low + high) / 2, "random agents", FAINT))
     if stars := published_success(result.conditions):
         published(axes, stars)
-        for x, y in stars:
-            axes.annotate("paper", (x, y), (0, 7), textcoords="offset points", ha="center", fontsize=SMALL, color=FAINT)
+        for place in stars:
+            axes.annotate("paper", place, (0, 7), textcoords="offset points", ha="center", fontsize=SMALL, color=FAINT)
     return label_right(axes, labels)

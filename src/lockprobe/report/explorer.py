@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -16,6 +17,7 @@ from typing import Any
 
 from lockprobe.record import Step, Trial
 from lockprobe.report.examples import loop_letters
+from lockprobe.terminal_text import printable
 
 __all__ = ["explorer_data", "script", "script_hash"]
 
@@ -53,9 +55,9 @@ def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
     words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
     data = {
-        "agents": agents,
-        "conditions": conditions,
-        "joints": names,
+        "agents": [_text(agent) for agent in agents],
+        "conditions": [_text(condition) for condition in conditions],
+        "joints": [_text(name) for name in names],
         "turning": [int(kinds.get(name) == "revolute") for name in names],
         "trials": [
             {
@@ -72,18 +74,23 @@ def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
 
 
+def _text(said: str) -> str:
+    """A text on one line, without characters that hide or reorder others."""
+    return printable(re.sub(r"\s", " ", said))
+
+
 def _agent(trial: Trial) -> str:
     return f"{trial.group}, {trial.modality}"
 
 
 def _condition(trial: Trial) -> str:
-    return trial.condition or f"p = {trial.p:g}"
+    return trial.condition or f"flip rate {trial.p:g}"
 
 
 def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:
     """What happened in a trial: joints by their index in ``names``, bit strings in its panel order."""
     steps = trial.steps
-    said = [step.decision.hypothesis[:_WORDS] for step in steps] if words else []
+    said = [_text(step.decision.hypothesis[:_WORDS]) for step in steps] if words else []
     chosen = [-1 if step.chosen is None else names.index(step.chosen) for step in steps]
     return {
         "goal": names.index(trial.target),

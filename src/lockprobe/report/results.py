@@ -83,18 +83,10 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         study=dict(opened.settings),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
         overview=flip_overview(summary, opened.settings),
-        answers=section_answers(summary),
         progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
         left_out=left_out_row(trials, opened.journal, opened.foreign),
         panel_said=_panel(study),
-        modality_findings=[modality_finding(effect, summary) for effect in summary.modalities],
-        findings=[finding(agent) for agent in summary.subjects],
-        loop_findings=[loop_finding(agent) for agent in summary.subjects],
-        conclusions=[conclusions(agent) for agent in summary.subjects],
-        ranking_said=ranking_said(summary),
-        comparisons_said=[comparison_said(one, summary) for one in summary.comparisons],
-        beside=baselines_said(summary),
-        courses_said=courses_said(summary),
+        **_sentences(summary),
         box=summary.reference,
         conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
         leaderboard=leaderboard_rows(summary, trials),
@@ -128,6 +120,21 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
         audit=audit_result(),
     )
+
+
+def _sentences(summary: StudySummary) -> dict[str, Any]:
+    """What the results say in words."""
+    return {
+        "answers": section_answers(summary),
+        "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
+        "findings": [finding(agent) for agent in summary.subjects],
+        "loop_findings": [loop_finding(agent) for agent in summary.subjects],
+        "conclusions": [conclusions(agent) for agent in summary.subjects],
+        "ranking_said": ranking_said(summary),
+        "comparisons_said": [comparison_said(one, summary) for one in summary.comparisons],
+        "beside": baselines_said(summary),
+        "courses_said": courses_said(summary),
+    }
 
 
 def _panel(study: Study) -> str:

@@ -10,6 +10,7 @@ from lockprobe.studies.study import LayoutKind, Study
 
 __all__ = [
     "FULL",
+    "LEARNER",
     "LOOKERS",
     "MAX_STEPS",
     "MODALITIES",
@@ -31,6 +32,9 @@ BOX = DEFAULT_BOX
 
 REFERENCES = ("random", "round-robin", "human-inspired")
 """Played with a model by default. The paper has the last (Sec. 3.1); without the others a rate means little."""
+
+LEARNER = "learner:novice?temperature=0"
+"""Ours: played with the embedded model, at no cost; false reports raise its success (``docs/learner.md``)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -91,7 +91,7 @@ class StudyOptions(BaseModel):
 
     study: Annotated[str, _about("flips, modalities, why, or the study of a file.")] = "flips"
     agent: Annotated[
-        Several | None, _about("Agent spec; may be repeated (flips: llm:local, random, round-robin, human-inspired).")
+        Several | None, _about("Agent spec; may be repeated (flips: llm:local, a learner and three baselines).")
     ] = None
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
     p: Annotated[

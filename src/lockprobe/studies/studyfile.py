@@ -290,7 +290,7 @@ def _players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, .
     if study == "why":
         return AGENTS
     if study != "modalities":
-        return ("llm:local", *paper.REFERENCES)
+        return ("llm:local", paper.LEARNER, *paper.REFERENCES)
     return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
 
 

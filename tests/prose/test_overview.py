@@ -1,0 +1,101 @@
+"""The answer of a report: one sentence of at most 30 words, of what the tests bear out."""
+
+from types import SimpleNamespace as Some
+
+import pytest
+from builders import make_trial, play_study, small_study
+
+from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.summary import summarise
+from lockprobe.lockbox.families import box
+from lockprobe.prose.overview import effects_answer, effects_needed, flips_answer, flips_needed
+
+SOLVED, UNSOLVED = [3, 2, 1, 0], [1] * 20
+
+
+def answer(**courses):
+    """The answer on agents whose trials are solved as listed: agent -> p -> how many of 40."""
+    trials = [
+        make_trial(SOLVED if (39 - i if p else i) < solved else UNSOLVED, agent=agent, p=p, trial=i + 1)
+        for agent, by_p in courses.items()
+        for p, solved in by_p.items()
+        for i in range(40)
+    ]
+    return summarise(trials, box("chain-4"))
+
+
+@pytest.mark.parametrize(
+    ("courses", "said"),
+    [
+        ({"a": {0: 5, 0.4: 30}}, "False reports raise the success of a: it solved 12 % when told the truth and 75 % at"),
+        ({"a": {0: 30, 0.4: 5}}, "False reports lower the success of a"),
+        ({"a": {0: 20, 0.4: 21}}, "No effect of false reports on the success of a is detectable: it solved 50 %"),
+        ({"a": {0.4: 20}}, "a solved 50 % of 40 trials."),
+        ({"a": {0: 5, 0.4: 30}, "b": {0: 30, 0.4: 5}}, "False reports raise the success of a; they lower the success of b."),
+        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a; they are not shown to"),
+        ({"a": {0: 20, 0.4: 21}, "b": {0: 20, 0.4: 20}}, "No effect of false reports on the success of a or b is"),
+        ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents b solved the most: 75 % of 40 trials."),
+    ],
+)  # fmt: skip
+def test_the_answer_says_what_the_tests_say(courses, said):
+    found = flips_answer(answer(**courses))
+    assert found.startswith(said)
+    assert len(found.split()) <= 30
+    assert found.count(".") - found.count("0.") == 1
+
+
+def test_many_agents_are_counted_and_not_all_named():
+    found = flips_answer(answer(**{name: {0: 20, 0.4: 20 + i} for i, name in enumerate("abcdef")}))
+    assert found == "No effect of false reports on the success of a, b or 4 others is detectable."
+
+
+def test_agents_that_ignore_reports_are_said_to():
+    study = small_study(["random"], (0.0, 0.4), 1, 6)
+    found = flips_answer(summarise(play_study(study), box("chain-4")))
+    assert found.startswith("random ignores what it is told: it solved")
+
+
+def test_trials_needed_shrink_the_interval_to_ten_points():
+    summary = answer(a={0: 20, 0.4: 21})
+    (agent,) = summary.subjects
+    half = (agent.contrast.difference.high - agent.contrast.difference.low) / 2
+    count = int(flips_needed(summary).split()[1])
+    assert half * (40 / count) ** 0.5 <= 0.1 < half * (40 / (0.9 * count)) ** 0.5
+    assert flips_needed(answer(a={0: 5, 0.4: 30})) == ""
+
+
+def effects(*changes):
+    """Effects of conditions on one agent: (name, difference, whether it is shown)."""
+    return Effects(
+        agent="a",
+        modality="symbolic",
+        control="truth",
+        effects=tuple(
+            Some(condition=name, detectable=shown, difference=Some(value=value, low=value - 0.2, high=value + 0.2, first=Some(n=50)))
+            for name, value, shown in changes
+        ),
+        interplays=(),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        ([], "No two conditions have a trial in common yet."),
+        ([effects(("x", 0.3, True))], "x raises the success of a."),
+        (
+            [effects(("x", 0.3, True), ("y", 0.4, True), ("z", -0.3, True), ("w", 0.0, False))],
+            "x and y raise and z lowers the success of a; no effect of 1 other is detectable.",
+        ),
+        ([effects(("x", 0.1, False), ("y", 0.1, False))], "No effect of x or y on the success of a is detectable."),
+        ([effects(("x", 0.1, False))] * 2, "No condition is shown to change the success of any agent."),
+    ],
+)
+def test_conditions_are_named_by_what_they_do(found, said):
+    assert effects_answer(found) == said
+
+
+def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
+    assert effects_needed([effects(("x", 0.1, False))]) == (
+        "About 200 trials under each condition instead of 50 would tell an effect to within 10 points."
+    )

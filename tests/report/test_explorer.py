@@ -1,0 +1,132 @@
+"""The trial explorer: its data say what the records say, and in a browser it steps through them."""
+
+import json
+import re
+
+import pytest
+from browser import CHROMIUM, needs_a_browser
+from builders import SOLUTION, make_trial, play_study, small_study, write_study
+
+from lockprobe import run_trial
+from lockprobe.lockbox.families import box
+from lockprobe.report import write_report
+from lockprobe.report.explorer import explorer_data
+
+ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"document.title='owned'\">\u202e<!--"
+
+
+def data_of(*trials):
+    return json.loads(
+        explorer_data(trials, {"joints": [{"name": j.name, "kind": j.kind} for j in box("chain-4").joints]})
+    )
+
+
+@pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.5&persistence=sticky", "tremble?p=0.5", "drop?p=0.5"])
+def test_the_data_hold_every_step_of_the_record(condition):
+    trial = run_trial(agent="human-inspired", condition=condition, trial=3)
+    data = data_of(trial)
+    (one,) = data["trials"]
+    names = data["joints"]
+    assert data["turning"] == [int("revolute" in name) for name in names]
+    assert [names[joint] for joint in one["panel"]] == list(trial.joints)
+    assert [names[joint] for joint in one["did"]] == list(trial.actions)
+    assert names[one["goal"]] == trial.target
+    assert one["state"][:-1] == [step.state for step in trial.steps]
+    for before, after, step in zip(one["state"], one["state"][1:], trial.steps, strict=False):
+        place = trial.joints.index(step.joint)
+        changed = [i for i in range(4) if before[i] != after[i]]
+        assert changed == ([place] if step.moved else [])
+    for i, step in enumerate(trial.steps):
+        told = {"1": True, "0": False, "-": None}[one["told"][i]]
+        assert (one["moved"][i] == "1", told) == (step.moved, step.told_moved)
+        shown = one["shown"][i] or one["state"][i + 1]
+        assert shown == (step.told_state or "-")
+        assert one.get("chosen", [-1] * 99)[i] == (-1 if step.chosen is None else names.index(step.chosen))
+    assert one["solved"] == trial.solved
+
+
+def test_broken_trials_are_left_out_and_people_are_numbered():
+    person = {"agent": "participant:abc", "facts": {"position": 1}}
+    trials = [make_trial([0], broken="model"), make_trial(SOLUTION, **person), make_trial(SOLUTION, trial=2)]
+    data = data_of(*trials)
+    assert len(data["trials"]) == 2
+    assert [one.get("person") for one in data["trials"]] == [1, None]
+    assert "abc" not in json.dumps(data)
+
+
+def test_no_text_of_an_agent_ends_the_script_or_hides_others():
+    said = explorer_data([make_trial(SOLUTION, hypothesis=ATTACK, agent="llm:evil/<b>")], {})
+    assert "<" not in said
+    assert json.loads(said)["trials"][0]["words"][0].startswith("</script>")
+    assert "\u202e" not in json.loads(said)["trials"][0]["words"][0]
+
+
+def test_long_texts_are_shortened_and_too_many_are_left_out():
+    long = make_trial(SOLUTION, hypothesis="x" * 1000)
+    assert {len(words) for words in data_of(long)["trials"][0]["words"]} == {160}
+    assert "words" not in data_of(*[long] * 1000)["trials"][0]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    from playwright.sync_api import sync_playwright
+
+    study = small_study(["human-inspired"], (0.0, 0.4), 1, 6)
+    trials = play_study(study)
+    evil = [make_trial(([0, 1, 2] * 7)[:20], p=p, hypothesis=ATTACK, agent="llm:evil/<b>x</b>") for p in (0.0, 0.4)]
+    study = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
+    directory = write_study(tmp_path_factory.mktemp("study") / "out", study, [*trials, *evil])
+    write_report(directory)
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        tab = chromium.new_page(viewport={"width": 390, "height": 844})
+        tab.said = []
+        tab.on("console", lambda message: tab.said.append(message.text))
+        tab.on("pageerror", lambda error: tab.said.append(str(error)))
+        tab.goto(f"file://{directory}/report.html")
+        yield tab
+        chromium.close()
+
+
+@needs_a_browser
+def test_the_explorer_opens_steps_and_compares(page):
+    words = page.evaluate("document.body.innerText.split(/\\s+/).length")
+    assert words <= 400
+    page.evaluate("location.hash = 'limits'")  # a link to a section opens it
+    page.wait_for_function("document.getElementById('limits').open")
+    page.click("#trials > summary")
+    assert page.locator("#explorer .panel").count() == 4  # two trials, each true and told
+    steps = page.locator("#explorer input[type=range]")
+    page.focus("#explorer")
+    page.keyboard.press("Home")
+    assert "Before the first step" in page.inner_text("#explorer .sides")
+    page.keyboard.press("ArrowRight")
+    assert steps.input_value() == "1"
+    page.keyboard.press("End")
+    assert re.search(r"Solved|Not solved", page.inner_text("#explorer .sides"))
+    page.click("#explorer .steps li:nth-child(2) button")
+    assert steps.input_value() == "2"
+    assert page.locator("#explorer [aria-current=true]").count() == 2
+    page.locator("#explorer select").nth(3).select_option(label="nothing")
+    assert page.locator("#explorer .panel").count() == 2
+    took = page.evaluate(
+        """() => { const began = performance.now(); const home = document.getElementById("explorer");
+        for (let i = 0; i < 20; i++)
+            home.dispatchEvent(new KeyboardEvent("keydown", {key: i % 2 ? "ArrowLeft" : "ArrowRight"}));
+        return (performance.now() - began) / 20; }"""
+    )
+    assert took < 100
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.said == []
+
+
+@needs_a_browser
+def test_what_agents_say_stays_text_in_the_explorer(page):
+    page.locator("#explorer select").nth(0).select_option(index=1)
+    page.locator("#explorer input[type=range]").evaluate(
+        "one => { one.value = 2; one.dispatchEvent(new Event('input')) }"
+    )
+    assert "</script>" in page.inner_text("#explorer blockquote")
+    assert page.locator("#explorer img, #explorer script").count() == 0
+    assert page.title().startswith("Lockprobe")
+    assert page.said == []
