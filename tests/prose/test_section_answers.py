@@ -15,7 +15,7 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     assert all(said.endswith(".") and len(said.split()) <= 25 for said in found.values())
     (subject,) = summary.subjects
     loops = subject.conditions[0].behaviour.loops
-    assert found["loops"].endswith(f"cognitive:insistent {100 * loops.value:.0f} %.")
+    assert found["loops"].endswith(f": {100 * loops.value:.0f} % (cognitive:insistent).")
     assert found["conditions"] == "3 agents, 6 rows."
 
 

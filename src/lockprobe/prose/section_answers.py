@@ -38,7 +38,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
 def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[ConditionSummary], str]) -> str:
     """A number of each agent under its first condition."""
     parts = [
-        f"{subject_of(agent).name} {said}"
+        f"{said} ({subject_of(agent).name})"
         for agent in agents
         if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
     ]
