@@ -270,7 +270,6 @@ ROWS = [
 REPORT = "src/lockprobe/report/templates/report.html.jinja"
 
 MEASURED = [
-    ("README.md", "lockprobe run flips --full --seed 2 --modality symbolic`", ["src/lockprobe/cli/run.py"]),
     ("README.md", "[benchmarks](benchmarks/README.md)", ["benchmarks/makespan.py"]),
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
     ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
