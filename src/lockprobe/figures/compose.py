@@ -65,7 +65,7 @@ _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
 
-_OVER_P = {"overview", "fig3-by-p", "fig4", "fig4-corrected", "courses", "fig5a", "fig5b"}
+_OVER_P = {"fig3-by-p", "fig4", "fig4-corrected", "courses", "fig5a", "fig5b"}
 """Pictures that say nothing with a single p."""
 
 Shown = TypeVar("Shown")

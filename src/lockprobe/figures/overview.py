@@ -1,14 +1,16 @@
-"""The figure of a report's first screen: success of every agent by flip rate, named where its line ends."""
+"""The figure of a report's first screen: success of every agent by flip rate or step, named where its line ends."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from matplotlib.axes import Axes
 
-from lockprobe.analysis.summary import StudySummary
-from lockprobe.figures.frame import FAINT, SMALL, agent_label, blank, label_right, p_axis, share_axis
-from lockprobe.figures.palette import shifts, styles
+from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.figures.frame import FAINT, SMALL, agent_label, blank, label_right, p_axis, share_axis, step_axis
+from lockprobe.figures.palette import Style, shifts, styles
 from lockprobe.figures.paper import published_success
-from lockprobe.figures.primitives import bars, means, published
+from lockprobe.figures.primitives import bars, means, published, staircase
 
 __all__ = ["draw_overview"]
 
@@ -20,10 +22,17 @@ _NAME = 24
 
 
 def draw_overview(axes: Axes, result: StudySummary) -> None:
-    """Success by flip rate with Wilson's intervals, beside the range of random agents and the paper's two points."""
+    """Success by flip rate, or by step where there is only one, with chance and the paper's points."""
     shown = [(a, style) for a, style in styles(result) if any(one.success.n for one in a.conditions)][:_MOST]
     if not shown:
         return blank(axes, "no trial has ended")
+    if len({one.p for one in result.conditions}) == 1:
+        return _by_step(axes, result, shown)
+    return _by_p(axes, result, shown)
+
+
+def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, Style]]) -> None:
+    """Shares with Wilson's intervals, beside the range of random agents."""
     moved, labels = shifts(result), []
     for agent, style in shown:
         counted = [one for one in agent.conditions if one.success.n]
@@ -44,4 +53,21 @@ def draw_overview(axes: Axes, result: StudySummary) -> None:
         published(axes, stars)
         for place in stars:
             axes.annotate("paper", place, (0, 7), textcoords="offset points", ha="center", fontsize=SMALL, color=FAINT)
-    return label_right(axes, labels)
+    label_right(axes, labels)
+
+
+def _by_step(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, Style]]) -> None:
+    """Shares solved by each step, beside the range of random agents."""
+    labels, curves = [], []
+    for i, (agent, style) in enumerate(shown):
+        curve = next(one.curve.share for one in agent.conditions if one.success.n)
+        staircase(axes, curve, style, label="", first=1 + i % 4)
+        curves.append(len(curve))
+        labels.append((curve[-1], agent_label(agent, _NAME), style.colour))
+    budget = max(curves) - 1
+    if result.reference:
+        low, high = (one[: budget + 1] for one in (result.reference.random, result.reference.no_repeat))
+        axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
+        labels.append(((low[-1] + high[-1]) / 2, "random agents", FAINT))
+    step_axis(axes, budget, "solved by this step")
+    label_right(axes, labels)

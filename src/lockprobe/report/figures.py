@@ -52,8 +52,8 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Share of trials solved by flip rate, each agent named where its line ends. Grey: between random agents with "
-        "and without immediate repeats; hollow stars: the paper's text.",
+        "Share of trials solved by flip rate (with one rate: by step), each agent named where its line ends. Grey: "
+        "between random agents with and without immediate repeats; hollow stars: the paper's text.",
         "Intervals are Wilson's, 95 %; agents to compare with are thin and have none.",
     ),
     "box": _BOX,
@@ -143,8 +143,8 @@ CAPTIONS = {
 
 CONDITION_CAPTIONS = {
     "overview": Caption(
-        "Share of trials solved by flip rate, each agent named where its line ends. Grey: between random agents with "
-        "and without immediate repeats; hollow stars: the paper's text.",
+        "Share of trials solved by flip rate (with one rate: by step), each agent named where its line ends. Grey: "
+        "between random agents with and without immediate repeats; hollow stars: the paper's text.",
         "Intervals are Wilson's, 95 %; agents to compare with are thin and have none.",
     ),
     "box": _BOX,

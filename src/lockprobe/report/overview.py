@@ -64,7 +64,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         question=question,
         answer=answer or flips_answer(summary),
         needed=flips_needed(summary),
-        figure="" if not subjects else "overview" if several else "fig3-corrected",
+        figure="overview" if subjects else "",
         numbers=[_numbers(agent, summary.reference) for agent in subjects[:_ROWS]],
         more=len(subjects) - len(subjects[:_ROWS]),
     )
@@ -73,7 +73,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
 def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
     first, contrast = next(one for one in agent.conditions if one.success.n), agent.contrast
     found = first.success
-    change, against = NONE, "no other condition"
+    change, against = NONE, ""
     if agent.blind:
         change, against = "0", "it ignores reports"
     elif contrast is not None:

@@ -145,10 +145,10 @@
       strips[i].querySelectorAll("button").forEach((button, at) => { button.setAttribute("aria-current", String(at + 1 === step)); });
     });
   };
-  const twin = (trial, c) => data.trials.find((one) => one.a === trial.a && one.c === c && one.r === trial.r && one.n === trial.n && one.person === trial.person);
+  const twin = (trial, a, c) => data.trials.find((one) => one.a === a && one.c === c && one.r === trial.r && one.n === trial.n && one.person === trial.person);
   const show = () => {
     const trial = data.trials[Number(which.select.value)];
-    const second = other.select.value === "" ? undefined : twin(trial, Number(other.select.value));
+    const second = other.select.value === "" ? undefined : twin(trial, ...other.select.value.split(" ").map(Number));
     pair = second ? [trial, second] : [trial];
     const longest = Math.max(...pair.map((one) => one.did.length));
     const differs = (i) => pair[0].did[i] !== pair[1].did[i];
@@ -158,7 +158,7 @@
     strips = pair.map((one) => strip(one, parted, go));
     sides.replaceChildren(...pair.map((one, i) => {
       const side = make("section");
-      side.append(make("h3", "", `${data.conditions[one.c]}: ${one.solved ? "solved" : "not solved"} in ${one.did.length} steps`), strips[i], places[i]);
+      side.append(make("h3", "", `${one.a === trial.a ? data.conditions[one.c] : data.agents[one.a]}: ${one.solved ? "solved" : "not solved"} in ${one.did.length} steps`), strips[i], places[i]);
       return side;
     }));
     note.textContent = second ? (parted ? `Both trials have the same luck. Their actions part at step ${parted}.` : "Both trials have the same luck and the same actions.") : "";
@@ -166,10 +166,12 @@
   };
   const fillOthers = () => {
     const trial = data.trials[Number(which.select.value)];
-    const found = data.conditions.map((_, i) => i).filter((c) => c !== trial.c && twin(trial, c));
+    const conditions = data.conditions.map((_, c) => c).filter((c) => c !== trial.c && twin(trial, trial.a, c));
+    const agents = indexes.filter((a) => a !== trial.a && twin(trial, a, trial.c));
+    const values = ["", ...conditions.map((c) => `${trial.a} ${c}`), ...agents.map((a) => `${a} ${trial.c}`)];
     const kept = other.select.value;
-    other.fill(["", ...found], ["nothing", ...found.map((c) => data.conditions[c])]);
-    if (found.map(String).includes(kept)) other.select.value = kept;
+    other.fill(values, ["nothing", ...conditions.map((c) => data.conditions[c]), ...agents.map((a) => data.agents[a])]);
+    if (values.includes(kept)) other.select.value = kept;
   };
   const fillTrials = () => {
     const own = data.trials.map((one, i) => [one, i]).filter(([one]) => one.a === Number(agent.select.value) && one.c === Number(condition.select.value));
@@ -202,7 +204,7 @@
   }, { passive: true });
 
   // It opens on the first trial that ends otherwise than its twin under the first condition.
-  const tells = (one) => one.a === 0 && one.c > 0 && (twin(one, 0)?.solved ?? one.solved) !== one.solved;
+  const tells = (one) => one.a === 0 && one.c > 0 && (twin(one, 0, 0)?.solved ?? one.solved) !== one.solved;
   const first = data.trials.find(tells) ?? data.trials.find((one) => one.a === 0) ?? data.trials[0];
   agent.select.value = first.a;
   fillConditions();
