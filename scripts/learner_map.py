@@ -1,7 +1,7 @@
 """Writes docs/learner-map.json and its picture: success of learners by training, temperature and flip rate.
 
 Ten training seeds, eight checkpoints, two temperatures, seven flip rates: 2000 trials each on chain-4, whose joints are
-dealt anew in every trial, told where the joints stand. It takes about half an hour on one core; with ``--draw`` it only
+dealt anew in every trial, told where the joints stand. It takes about 20 minutes on one core; with ``--draw`` it only
 draws the picture.
 """
 

@@ -28,7 +28,7 @@ from lockprobe.agents.participant import Participant, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.agents.worlds import WORLDS
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Agent
 from lockprobe.spec import PEOPLE, Spec, spec_kind, with_options
@@ -124,6 +124,18 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     if (plugin := find_plugin("agent", spec.full_name)) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("agent", text, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
+
+
+def recomputes(spec: str) -> bool:
+    """Whether an agent ships here and chooses the same again at no cost: a strategy, and neither model nor person."""
+    kind = Spec.parse(spec).kind
+    if spec not in _STRATEGIES and kind not in (*_PARAMETRIC, "viewer"):
+        return False
+    try:
+        resolve(spec)
+    except UserMistake:  # the file of a learner is not here
+        return False
+    return True
 
 
 def _meant(spec: Spec) -> str | None:
