@@ -16,8 +16,11 @@ import subprocess
 import sys
 import time
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import site_reference
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,6 +40,17 @@ def navigation() -> list[tuple[str, str, str]]:
     return rows
 
 
+@cache
+def generated() -> dict[str, str]:
+    """The pages that are not in the repository, by path."""
+    return site_reference.pages()
+
+
+def text_of(page: str) -> str:
+    """A page's Markdown."""
+    return generated().get(page) or (ROOT / page).read_text("utf-8")
+
+
 def prose(text: str) -> str:
     """Markdown without its blocks of code."""
     return re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
@@ -44,14 +58,14 @@ def prose(text: str) -> str:
 
 def linked(page: str) -> Iterator[str]:
     """The paths, from the root of the repository, of the files that a page links to or shows."""
-    for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", prose((ROOT / page).read_text("utf-8"))):
+    for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", prose(text_of(page))):
         if not target.startswith(("http:", "https:", "mailto:")):
             yield os.path.normpath(Path(page).parent / target)
 
 
 def summary(page: str) -> str:
     """The first sentence of a page, without links and marks."""
-    paragraphs = prose((ROOT / page).read_text("utf-8")).split("\n\n")
+    paragraphs = prose(text_of(page)).split("\n\n")
     first = next((one for one in paragraphs if re.match(r"[\w`*\[]", one.strip("\n"))), "")
     plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(first.split()))
     return re.split(r"(?<=[.:]) (?=[A-Z`])", plain)[0].rstrip(":")
@@ -75,14 +89,15 @@ def staged() -> dict[str, bytes]:
     """What the site is made of, by path: the pages, what they link to, and ``llms.txt``."""
     pages = [path for _, _, path in navigation()]
     links = {(page, path) for page in pages for path in linked(page)}
-    lost = [(page, path) for page, path in links if not (ROOT / path).is_file()]
+    lost = [(page, path) for page, path in links if path not in pages and not (ROOT / path).is_file()]
     strays = [(page, path) for page, path in links if path.endswith(".md") and path not in pages]
     wrong = [f"{page} links to {path}, which is no file" for page, path in lost]
     wrong += [f"{page} links to {path}, which is not in the navigation" for page, path in strays]
     if wrong:
         sys.exit("\n".join(sorted(wrong)))
-    files = {path: (ROOT / path).read_bytes() for path in {*pages, *(path for _, path in links)}}
-    return {**files, "llms.txt": llms_txt().encode()}
+    texts = {path: text_of(path).encode() for path in pages}
+    linked_files = {path: (ROOT / path).read_bytes() for _, path in links if path not in texts}
+    return {**texts, **linked_files, "llms.txt": llms_txt().encode()}
 
 
 def stage() -> None:
