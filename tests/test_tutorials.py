@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 
 import lockprobe
 from lockprobe.cli import build
+from lockprobe.people.capacity import trials_for, what_each_plays
+from lockprobe.people.experiment import Experiment
 from lockprobe.studies.studyfile import study
 
 IN_ARM = {"lie": "flip?p=0.4"}
@@ -78,3 +80,20 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
     )
     assert said in words("tutorial-loops.md")
     assert f"One random step instead adds {step} points ({step_between})" in words("tutorial-loops.md")
+
+
+def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
+    module, contract = blocks("tutorial-robot.md", "py")
+    (tmp_path / "bench.py").write_text(module, "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    exec(compile(contract, "tutorial-robot.md", "exec"), {})
+    trial = lockprobe.run_trial(agent="human-inspired", plant="python:bench:Bench", p=0.4, seed=1)
+    assert trial.actions == lockprobe.run_trial(agent="human-inspired", p=0.4, seed=1).actions
+    assert {step.sensed["force_n"] for step in trial.steps} == {2.0, 20.0}
+
+
+def test_forty_people_have_places():
+    planned = study("flips", agent="participant", p=(0, 0.4), repetitions=1, trials=trials_for(40, 2, 1, Experiment()))
+    (shown,) = [block for block in blocks("tutorial-people.md", "text") if "Places for" in block]
+    assert f"for people: {planned.size} trials, each played by one of them" in shown
+    assert what_each_plays(planned, Experiment())[0] in shown
