@@ -71,6 +71,11 @@ def summary(page: str) -> str:
     return re.split(r"(?<=[.:]) (?=[A-Z`])", plain)[0].rstrip(":")
 
 
+def is_directives(page: str) -> bool:
+    """Whether the site fills a page with docstrings, so that its Markdown says nothing."""
+    return "\n::: " in text_of(page)
+
+
 def llms_txt() -> str:
     """An index of the site in Markdown, in the form that llmstxt.org proposes."""
     project = tomllib.loads((ROOT / "zensical.toml").read_text("utf-8"))["project"]
@@ -81,7 +86,8 @@ def llms_txt() -> str:
         if heading != section:
             parts.append(f"\n## {heading}\n\n")
         section = heading
-        parts.append(f"- [{title}]({path}): {summary(path)}\n")
+        address = path.replace(".md", ".html") if is_directives(path) else path
+        parts.append(f"- [{title}]({address}): {summary(path)}\n")
     return "".join(parts)
 
 
@@ -119,8 +125,9 @@ def build() -> None:
     done = subprocess.run([sys.executable, "-m", "zensical", "build", "--strict", "--clean"], cwd=ROOT, check=False)
     if done.returncode:
         sys.exit(done.returncode)
-    for page in SOURCE.rglob("*.md"):
-        shutil.copyfile(page, BUILT / page.relative_to(SOURCE))
+    for _, _, page in navigation():
+        if not is_directives(page):
+            shutil.copyfile(SOURCE / page, BUILT / page)
 
 
 def serve() -> None:

@@ -40,11 +40,23 @@ def test_a_link_to_a_page_that_is_not_in_the_navigation_is_refused(monkeypatch):
 def test_the_index_for_language_models_names_every_page_with_its_first_sentence():
     text = make_site.staged()["llms.txt"].decode()
     lines = re.findall(r"^- \[([^\]]+)\]\(([^)]+)\): (.+)$", text, re.MULTILINE)
-    assert [(title, path) for title, path, _ in lines] == [(title, path) for _, title, path in NAVIGATION]
+    assert [(title, path.replace(".html", ".md")) for title, path, _ in lines] == [row[1:] for row in NAVIGATION]
     assert re.match(r"# Lockprobe\n\n> A laboratory", text)
     assert {path: said for _, path, said in lines}["docs/statistics.md"] in " ".join(
         (ROOT / "docs/statistics.md").read_text("utf-8").split()
     )
+
+
+def test_the_page_on_citing_says_what_the_citation_file_says():
+    """Title by title and name by name; the file is not parsed as YAML, which nothing else here needs."""
+    cited = (ROOT / "CITATION.cff").read_text("utf-8")
+    page = (ROOT / "docs" / "cite.md").read_text("utf-8")
+    titles = re.findall(r'title: "(.*)"', cited)
+    assert re.findall(r"title +. \{(.*)\}", page) == titles
+    people = re.findall(r"family-names: (\S+)\s+given-names: (\S+)", cited)
+    assert f"author = {{{' and '.join(', '.join(one) for one in people)}}}" in page
+    for key in ("version", "license"):
+        assert re.search(rf"{key} += \{{(.*)\}}", page)[1] == re.search(rf"^{key}: (.*)$", cited, re.MULTILINE)[1]
 
 
 def test_every_public_name_and_every_command_is_in_the_reference():
@@ -73,6 +85,12 @@ def test_the_site_loads_nothing_from_the_network(built):
     assert {page.name: found for page in pages if (found := re.findall(loaded, page.read_text("utf-8")))} == {}
     for sheet in built.rglob("*.css"):
         assert not re.search(r"url\(\s*[\"']?https?:|@import", sheet.read_text("utf-8"))
+
+
+def test_what_the_index_for_language_models_names_is_there(built):
+    named = re.findall(r"\]\(([^)]+)\): ", (built / "llms.txt").read_text("utf-8"))
+    assert len(named) == len(PATHS)
+    assert {name for name in named if not (built / name).is_file()} == set()
 
 
 @needs_a_browser
