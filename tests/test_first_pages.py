@@ -6,11 +6,9 @@ from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
 
-import pytest
 from typer.testing import CliRunner
 
 import lockprobe
-from lockprobe.analysis.loops import any_loop
 from lockprobe.analysis.proportions import difference, proportion
 from lockprobe.cli import build
 from lockprobe.studies.studyfile import study
@@ -62,31 +60,27 @@ def test_the_trial_that_is_watched(tmp_path):
     )
 
 
-CURVES = {"agents": ("world:loop-breaker", "cognitive:perseverant"), "p": (0, 0.4), "trials": 100}
+@cache
+def curve(agent, p):
+    """Of the 300 trials of the study with two curves: solved, with an action loop, and mean steps."""
+    parts = [
+        lockprobe.population(agent, p=p, modality="symbolic?tell=state", repetition=part, trials=100, record=True)
+        for part in (1, 2, 3)
+    ]
+    looping = sum(int(part.loops().any_loop.sum()) for part in parts)
+    return sum(int(part.solved.sum()) for part in parts), looping, fmean(fmean(part.steps) for part in parts)
 
 
-@pytest.mark.parametrize(
-    ("agent", "said"),
-    [("world:loop-breaker", "goes from {} to {} of 300 trials solved"), ("cognitive:perseverant", "from {} to {}.")],
-)
-def test_two_curves_of_different_cause_rise(agent, said):
-    assert f"`{agent}` " + said.format(*(solved(agent, p, **CURVES) for p in (0, 0.4))) in text_of(PAGE)
+def test_two_curves_of_different_cause_rise():
+    (breaks, _, _), (broken, _, _) = (curve("world:loop-breaker", p) for p in (0, 0.4))
+    assert f"`world:loop-breaker` goes from {breaks} to {broken} of 300 trials solved" in text_of(PAGE)
+    (believes, _, _), (believed, _, _) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
+    assert f"`cognitive:perseverant` from {believes} to {believed}." in text_of(PAGE)
 
 
 def test_loops_become_rarer_in_the_agent_that_lies_help_by_what_they_say():
-    looping, steps = {}, {}
-    for agent in CURVES["agents"]:
-        for p in (0, 0.4):
-            sequences = [trial.actions for trial in trials(**CURVES) if (trial.agent, trial.p) == (agent, p)]
-            looping[agent, p] = sum(any_loop(one) for one in sequences)
-            steps[agent, p] = fmean(map(len, sequences))
-    said = "`cognitive:perseverant` falls from {} to {} of 300 trials".format(
-        *(looping["cognitive:perseverant", p] for p in (0, 0.4))
-    )
-    assert said in text_of(PAGE)
-    said = "{} of 300 trials at a flip rate of 0 and {} at 0.4".format(
-        *(looping["world:loop-breaker", p] for p in (0, 0.4))
-    )
-    assert said in text_of(PAGE)
-    said = "from {:.1f} to {:.1f} steps on average".format(*(steps["cognitive:perseverant", p] for p in (0, 0.4)))
-    assert said in text_of(PAGE)
+    (_, before, long), (_, after, short) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
+    assert f"`cognitive:perseverant` falls from {before} to {after} of 300 trials" in text_of(PAGE)
+    assert f"from {long:.1f} to {short:.1f} steps on average" in text_of(PAGE)
+    (_, before, _), (_, after, _) = (curve("world:loop-breaker", p) for p in (0, 0.4))
+    assert f"{before} of 300 trials at a flip rate of 0 and {after} at 0.4" in text_of(PAGE)
