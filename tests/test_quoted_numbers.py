@@ -14,6 +14,7 @@ from pathlib import Path
 from statistics import fmean
 
 import pytest
+from scipy.stats import binom
 
 import lockprobe
 from lockprobe.analysis.chance import chance_level
@@ -65,6 +66,16 @@ def dealt_pace(agent):
 
 def blind(name):
     return [f"{random_success(box(name)):.3f}", f"{random_no_repeat_success(box(name)):.3f}"]
+
+
+def success_on(agent, name):
+    return f"{propagate(agent, name, p=0.0).success:.3f}"
+
+
+def best_of(several, trials, share):
+    """The mean of the greatest of so many shares of equal probability."""
+    below = binom.cdf(range(-1, trials + 1), trials, share) ** several
+    return sum(count * (below[count + 1] - below[count]) for count in range(trials + 1)) / trials
 
 
 def hardness(key, form=""):
@@ -153,6 +164,14 @@ QUOTED = [
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
     ("README.md", 'holds an "action loop" with probability {:.4f}.', lambda: [chance_level(20).probability]),
     ("docs/limits.md", "holds an action loop with probability {:.4f}.", lambda: [chance_level(20).probability]),
+    ("docs/fair-chance.md", "it is 0.4 at every flip rate. The best of the seven shares is {:.2f} on average.",
+     lambda: [best_of(7, 30, 0.4)]),
+    ("docs/gallery.md", "`report.html` of {} trials", lambda: [study("flips", agent=("human-inspired", "random")).size]),
+    ("docs/gallery.md", "`why.html` of {} trials", lambda: [study("why", agent="human-inspired").size]),
+    ("docs/gallery.md", "A figure of {} trials", lambda: [thousands(study("mechanisms.toml").size)]),
+    ("docs/tutorial-teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
+    ("docs/tutorial-teaching.md", "The answers are {}, {} and {}. An agent that never picks the same joint twice in a row reaches {}",
+     lambda: [*(success_on("random", name) for name in ("chain-4", "fork", "gray-code")), *success("random-no-repeat", 0)]),
     ("docs/modalities.md", "needs {} steps on average on the fixed panel and {} on dealt panels",
      lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
     ("docs/embedded-model.md", "r = -0.68, there -0.69; 95 % interval -{:.2f} to -{:.2f}, as if the 21 repetitions",
@@ -245,6 +264,10 @@ ROWS = [
        lambda name=name: [optimum(box(f"{name}-3")),
                           *(", ".join(pair) for pair in zip(blind(f"{name}-3"), blind(f"{name}-4"), strict=True))])
       for name in ("common-cause", "common-effect")),
+    *(("docs/fair-chance.md", f"`{agent}`", lambda agent=agent: [success_on(agent, name) for name in
+       ("chain-4", "fork", "reset", "gray-code")]) for agent in ("random", "random-no-repeat", "round-robin")),
+    *(("docs/fair-chance.md", f"{steps} |", lambda steps=steps: [f"{chance_level(steps, null=null).probability:.3f}" for null
+       in ("uniform", "no-repeat")]) for steps in (6, 10, 15, 20)),
     *(("docs/boxes.md", f"`{key}`", lambda key=key, form=form: hardness(key, form)) for key, form in HARD.items()),
     ("docs/boxes.md", "`random_success`", lambda: [blind(name)[0] for name in COMPARED]),
     ("docs/boxes.md", "`random_no_repeat_success`", lambda: [blind(name)[1] for name in COMPARED]),

@@ -1,0 +1,86 @@
+"""What the first pages say of their studies is what these studies give, with the commands that the pages show."""
+
+import re
+from functools import cache
+from pathlib import Path
+from statistics import fmean
+from tempfile import TemporaryDirectory
+
+from typer.testing import CliRunner
+
+import lockprobe
+from lockprobe.analysis.proportions import difference, proportion
+from lockprobe.cli import build
+from lockprobe.studies.studyfile import study
+
+ROOT = Path(__file__).parents[1]
+PAGE = "curves-and-causes.md"
+
+
+def text_of(name):
+    return " ".join((ROOT / "docs" / name).read_text("utf-8").split())
+
+
+@cache
+def trials(agents, **options):
+    with TemporaryDirectory() as directory:
+        return lockprobe.run_study(study("flips", agent=agents, **options), Path(directory) / "study")
+
+
+def solved(agent, rate, /, agents, **options):
+    return sum(trial.solved for trial in trials(agents, **options) if (trial.agent, trial.p) == (agent, rate))
+
+
+def test_the_first_study():
+    first = ("human-inspired", "random")
+    counts = [solved("human-inspired", p, first) for p in (0.0, 0.6)]
+    assert "It solves {} of 18 trials when told the truth and {} of 18 at".format(*counts) in text_of("start.md")
+    (blind,) = {solved("random", p, first) for p in (0.0, 0.2, 0.4, 0.6)}
+    assert f"and solves {blind} of 18 at every flip rate" in text_of("start.md")
+    assert len(trials(first)) == 2 * 72
+
+
+def test_more_trials_show_the_effect():
+    counts = [solved("human-inspired", p, ("human-inspired",), p=(0, 0.6), trials=20) for p in (0, 0.6)]
+    assert "solves {} of 60 trials when told the truth and {} of 60 at".format(*counts) in text_of("start.md")
+    assert difference(proportion(counts[0], 60), proportion(counts[1], 60)).high < 0
+
+
+def test_the_trial_that_is_watched(tmp_path):
+    (wanted,) = re.findall(r"replay first '(.*?)'$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE)
+    lockprobe.run_study(study("flips", agent=("human-inspired", "random")), tmp_path / "first")
+    printed = CliRunner().invoke(build(["replay"]), ["replay", str(tmp_path / "first"), wanted]).output
+    (shown,) = re.findall(
+        r"^```text\n(.*?)^```$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE | re.DOTALL
+    )
+    assert shown.splitlines() == [line.rstrip() for line in printed.splitlines()[1:5]]
+    assert (
+        re.search(r"solved after (\d+) steps", printed)[1]
+        == re.search(r"solves this box at step (\d+)", text_of("start.md"))[1]
+    )
+
+
+@cache
+def curve(agent, p):
+    """Of the 300 trials of the study with two curves: solved, with an action loop, and mean steps."""
+    parts = [
+        lockprobe.population(agent, p=p, modality="symbolic?tell=state", repetition=part, trials=100, record=True)
+        for part in (1, 2, 3)
+    ]
+    looping = sum(int(part.loops().any_loop.sum()) for part in parts)
+    return sum(int(part.solved.sum()) for part in parts), looping, fmean(fmean(part.steps) for part in parts)
+
+
+def test_two_curves_of_different_cause_rise():
+    (breaks, _, _), (broken, _, _) = (curve("world:loop-breaker", p) for p in (0, 0.4))
+    assert f"`world:loop-breaker` goes from {breaks} to {broken} of 300 trials solved" in text_of(PAGE)
+    (believes, _, _), (believed, _, _) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
+    assert f"`cognitive:perseverant` from {believes} to {believed}." in text_of(PAGE)
+
+
+def test_loops_become_rarer_in_the_agent_that_lies_help_by_what_they_say():
+    (_, before, long), (_, after, short) = (curve("cognitive:perseverant", p) for p in (0, 0.4))
+    assert f"`cognitive:perseverant` falls from {before} to {after} of 300 trials" in text_of(PAGE)
+    assert f"from {long:.1f} to {short:.1f} steps on average" in text_of(PAGE)
+    (_, before, _), (_, after, _) = (curve("world:loop-breaker", p) for p in (0, 0.4))
+    assert f"{before} of 300 trials at a flip rate of 0 and {after} at 0.4" in text_of(PAGE)

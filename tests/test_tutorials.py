@@ -1,0 +1,99 @@
+"""The tutorials: their files are written, their code runs and their studies give the numbers that the pages show."""
+
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import lockprobe
+from lockprobe.cli import build
+from lockprobe.people.capacity import trials_for, what_each_plays
+from lockprobe.people.experiment import Experiment
+from lockprobe.studies.studyfile import study
+
+IN_ARM = {"lie": "flip?p=0.4"}
+"""The condition of an arm whose name is not its spec."""
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def blocks(page, kind):
+    return re.findall(rf"^```{kind}\n(.*?)^```$", (DOCS / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
+
+
+def words(page):
+    return " ".join((DOCS / page).read_text("utf-8").split())
+
+
+@pytest.mark.parametrize("page", sorted(page.name for page in DOCS.glob("tutorial-*.md")))
+def test_a_tutorial_is_short(page):
+    assert (DOCS / page).read_text("utf-8").count("\n") <= 120
+
+
+AFTERWARDS = """
+import sys
+import pytest
+from lockprobe.cli import main
+
+print(int(pytest.main(["-q", "-p", "no:cacheprovider", "test_my_lab.py"])))
+sys.argv = ["lockprobe", "run", "flips", "--agent", "random", "--sweep", SWEEP, "--trials", "1", "--no-report"]
+main()
+"""
+
+
+def test_the_intervention_of_the_tutorial_is_played(tmp_path):
+    module, one_trial, contract, planned = blocks("tutorial-intervention.md", "py")
+    (tmp_path / "my_lab.py").write_text(module, "utf-8")
+    (tmp_path / "test_my_lab.py").write_text(contract, "utf-8")
+    (sweep,) = re.findall(r"--sweep '(.*?)'", words("tutorial-intervention.md"))
+    session = one_trial + planned + AFTERWARDS.replace("SWEEP", repr(sweep))
+    done = subprocess.run([sys.executable, "-c", session], cwd=tmp_path, capture_output=True, text=True, check=True)
+    (shown,) = blocks("tutorial-intervention.md", "text")
+    assert re.match(r"\[((True|False), ){15}None, None, None, None, None\]\n" + re.escape(shown), done.stdout)
+    assert "\n0\n" in done.stdout  # the contract is kept
+    assert "python:my_lab:Tired?last=15: " in done.stdout
+
+
+def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
+    rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "tutorial-loops.md").read_text("utf-8"), re.MULTILINE))
+    planned = study(
+        "flips", agent="world:loop-breaker", p=(0,), condition=[IN_ARM.get(arm, arm) for arm in rows], trials=50
+    )
+    solved = Counter(trial.condition for trial in lockprobe.run_study(planned, tmp_path / "in-loops") if trial.solved)
+    assert {arm: str(solved[IN_ARM.get(arm, arm)]) for arm in rows} == rows
+
+
+def test_one_lie_at_the_end_of_a_loop(tmp_path):
+    record = tmp_path / "record"
+    lockprobe.run_study(study("flips", agent="world:loop-breaker", p=(0,), trials=20), record)
+    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,retracted", "--act", "random"]
+    printed = CliRunner().invoke(build(["branch"]), asked).output
+    rows = re.findall(r"onset +(\S+) +(\d+) % +\+(\d+), 95 % interval (\S+ to \S+) .* (\d+)$", printed, re.MULTILINE)
+    (_, truth, lie, lie_between, n), (_, _, back, back_between, _), (_, _, step, step_between, _) = rows
+    said = (
+        f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
+        f"(95 % interval {lie_between}), one retracted lie {back} ({back_between})."
+    )
+    assert said in words("tutorial-loops.md")
+    assert f"One random step instead adds {step} points ({step_between})" in words("tutorial-loops.md")
+
+
+def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
+    module, contract = blocks("tutorial-robot.md", "py")
+    (tmp_path / "bench.py").write_text(module, "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    exec(compile(contract, "tutorial-robot.md", "exec"), {})
+    trial = lockprobe.run_trial(agent="human-inspired", plant="python:bench:Bench", p=0.4, seed=1)
+    assert trial.actions == lockprobe.run_trial(agent="human-inspired", p=0.4, seed=1).actions
+    assert {step.sensed["force_n"] for step in trial.steps} == {2.0, 20.0}
+
+
+def test_forty_people_have_places():
+    planned = study("flips", agent="participant", p=(0, 0.4), repetitions=1, trials=trials_for(40, 2, 1, Experiment()))
+    (shown,) = [block for block in blocks("tutorial-people.md", "text") if "Places for" in block]
+    assert f"for people: {planned.size} trials, each played by one of them" in shown
+    assert what_each_plays(planned, Experiment())[0] in shown
