@@ -23,8 +23,11 @@ _WIDTH = 3.6
 _LONGEST = 46
 """Characters of a name above a bar."""
 
-_BETWEEN = 0.15
+_BETWEEN = 0.1
 """Inches less where no axis is named below a pair."""
+
+_TITLE = 0.25
+"""Inches more for the second line of a title."""
 
 
 def pair_rows(found: Sequence[StudyDifference]) -> dict[tuple[Side, Side], list[ForestRow]]:
@@ -67,7 +70,7 @@ def comparison_drawing(found: Sequence[StudyDifference], names: Mapping[Side, st
     pairs = pair_rows(found)
     every = [row for rows in pairs.values() for row in rows]
     left = len(found) - len(every)
-    heights = [height(rows) - _BETWEEN * (i < len(pairs) - 1) for i, rows in enumerate(pairs.values())]
+    heights = [height(rows) + _TITLE - _BETWEEN * (i < len(pairs) - 1) for i, rows in enumerate(pairs.values())]
     rows_each = [len(rows) for rows in pairs.values()]
     figure = Figure(figsize=(_WIDTH, sum(heights)), layout=ConstrainedLayoutEngine(w_pad=0.06))
     panels = figure.subplots(len(pairs), 1, squeeze=False, height_ratios=rows_each)[:, 0]
