@@ -22,6 +22,7 @@ COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
     "status": ("status", "status", "What is done, owed and failed, and what it has cost."),
     "report": ("report", "report", "Write the report of a study again."),
+    "compare": ("compare", "compare", "Studies side by side: success, differences, a page."),
     "verify": ("verify", "verify", "Recompute a study from its records, and say what does not hold."),
     "export": ("export", "export", "Tables of steps or trials; Inspect logs; people's dataset."),
     "import": ("import_", "take", "Take in trials from logs, datasets and study directories."),

@@ -9,18 +9,32 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.report import write_report
 from lockprobe.studies.journal import load
 
 __all__ = ["report"]
 
+_WATCH = "Write it again while the study runs, until all planned trials are finished or Ctrl-C."
+
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; with --watch one for each report, in a line.")]
 
 
-def report(directory: Directory, json: AsJson = False) -> None:
+def report(directory: Directory, watch: Watch = False, json: AsJson = False) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records."""
+    if not watch:
+        _write(directory, json=json)
+        return
+    try:
+        watch_report(directory, lambda: _write(directory, json=json))
+    except KeyboardInterrupt:
+        print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
+
+
+def _write(directory: Path, *, json: bool) -> None:
     path = write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
     if all(trial.owed_again for trial in load(directory)):
         print("Report: no trial has ended yet", file=sys.stderr)
-    print(json_.dumps({"report": str(path)}) if json else f"Report: {path}")
+    print(json_.dumps({"report": str(path)}) if json else f"Report: {path}", flush=True)

@@ -14,7 +14,7 @@ from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.palette import Dash, Marker
 from lockprobe.formatting import minus
 
-__all__ = ["ForestRow", "differences", "forest", "height", "interval"]
+__all__ = ["ForestRow", "differences", "forest", "height", "interval", "reach_of"]
 
 _BAR, _LINE = 0.17, 0.165
 """Height of a bar and of a line of text, in inches."""
@@ -117,16 +117,24 @@ def forest(
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
 
 
-def differences(axes: Axes, rows: Sequence[ForestRow], label: str = "difference, points") -> None:
+def reach_of(rows: Sequence[ForestRow]) -> float:
+    """How far an axis around none has to go for these rows, at least 10 points."""
+    ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
+    return max([*(abs(end) for end in ends), 0.1]) * 1.06
+
+
+def differences(
+    axes: Axes, rows: Sequence[ForestRow], label: str = "difference, points", *, reach: float | None = None
+) -> None:
     """Draw differences of shares around a line at none, on an axis in points.
 
     Args:
         axes: Where.
         rows: What; values lie in [-2, 2].
         label: What stands below the axis.
+        reach: Where the axis ends on both sides; as far as these rows need if None.
     """
-    ends = [end for row in rows for end in (row.value, row.low, row.high) if end is not None]
-    reach = max([*(abs(end) for end in ends), 0.1]) * 1.06
+    reach = reach_of(rows) if reach is None else reach
     forest(axes, rows, (-reach, reach), levels=((0.0, FAINT, "-"),))
     axes.set_xlabel(label, fontsize=SMALL)
     ticks = [tick / 100 for tick in range(-200, 201, 50 if reach > 0.6 else 25 if reach > 0.25 else 10)]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
+from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
@@ -19,6 +20,7 @@ __all__ = [
     "Caption",
     "Pictures",
     "box_picture",
+    "comparison_picture",
     "condition_pictures",
     "drawings",
     "fork_pictures",
@@ -201,6 +203,15 @@ def _draw_forks(found: Sequence[BranchEffect]) -> dict[str, bytes]:
     from lockprobe import figures
 
     figure = figures.fork_drawing(found)
+    return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
+
+
+def comparison_picture(found: Sequence[StudyDifference], names: Mapping[Side, str]) -> dict[str, bytes]:
+    """The figure of differences between studies as PNG and SVG; at least one difference."""
+    from lockprobe import figures
+    from lockprobe.figures.study_comparison import comparison_drawing
+
+    figure = comparison_drawing(found, names)
     return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 

@@ -8,12 +8,10 @@ the other pages run none.
 
 from __future__ import annotations
 
-import base64
 import json
 import operator
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache, partial
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -22,10 +20,8 @@ from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.summary import Each, summarise
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.formatting import minus
 from lockprobe.prose.branch import found_said
-from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
-from lockprobe.record import UNNAMED
+from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report import leaderboard_tables, tables
 from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
@@ -49,23 +45,17 @@ from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
+from lockprobe.report.rendering import image, rendered
 from lockprobe.report.results import flip_results
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.schema import Results
 from lockprobe.report.why import arm_table, estimate_table
 from lockprobe.storage.atomic_file import write_file
-from lockprobe.terminal_text import printable
 
 __all__ = ["results", "write_report"]
 
-_COLUMN = 270.0
-"""A figure is one column of print wide up to here, in points."""
-
 _File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
-
-_SHORT = 12
-"""Words of so many characters stay on one line in a table."""
 
 
 def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None, processes: int = 1) -> Path:
@@ -224,38 +214,16 @@ def _people_tables(content: Results) -> dict[str, TextTable]:
     }
 
 
-@cache
-def _templates() -> Any:
-    """The templates of the pages, compiled once. What is put in is escaped."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True,
-        finalize=_shown,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        loader=jinja2.PackageLoader("lockprobe.report"),
-    )
-    environment.globals["unnamed"] = UNNAMED
-    environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable}
-    environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
-    return environment
-
-
 def _condition_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
-    return str(
-        _templates()
-        .get_template(f"{name}.html.jinja")
-        .render(
-            content=content,
-            explorer=_explorer(trials),
-            photographs=photographs,
-            images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
-            captions=_by_variable(CONDITION_CAPTIONS),
-            series_captions=series_captions,
-            tables=_condition_tables(content),
-        )
+    return rendered(
+        name,
+        content=content,
+        explorer=_explorer(trials),
+        photographs=photographs,
+        images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
+        captions=_by_variable(CONDITION_CAPTIONS),
+        series_captions=series_captions,
+        tables=_condition_tables(content),
     )
 
 
@@ -278,30 +246,26 @@ def _page(
         return _condition_page("conditions" if name == "report" else name, content, drawn, photographs or {}, trials)
     several_p = len({row.p for row in content.conditions}) > 1
     tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
-    rendered = (
-        _templates()
-        .get_template(f"{name}.html.jinja")
-        .render(
-            content=content,
-            several_p=several_p,
-            not_asked=any(row.not_asked for row in content.leaderboard),
-            explorer=_explorer(trials),
-            photographs=photographs or {},
-            images={figure: _image(forms["svg"]) for figure, forms in drawn.items()},
-            captions=_by_variable(CAPTIONS),
-            caveat=LENGTH_CAVEAT,
-            fits=[fit for fit in content.fits if fit.agent in content.subjects],
-            tests=[
-                test
-                for test in content.tests
-                if test.agent in content.subjects and (several_p or (test.label, test.question) in tested)
-            ],
-            claims=[list(rows) for _, rows in groupby(content.claims, key=lambda row: row.quote)],
-            audit=_audit(content.audit.rates),
-            tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
-        )
+    return rendered(
+        name,
+        content=content,
+        several_p=several_p,
+        not_asked=any(row.not_asked for row in content.leaderboard),
+        explorer=_explorer(trials),
+        photographs=photographs or {},
+        images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
+        captions=_by_variable(CAPTIONS),
+        caveat=LENGTH_CAVEAT,
+        fits=[fit for fit in content.fits if fit.agent in content.subjects],
+        tests=[
+            test
+            for test in content.tests
+            if test.agent in content.subjects and (several_p or (test.label, test.question) in tested)
+        ],
+        claims=[list(rows) for _, rows in groupby(content.claims, key=lambda row: row.quote)],
+        audit=_audit(content.audit.rates),
+        tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
     )
-    return str(rendered)
 
 
 def _by_variable(captions: Mapping[str, Caption]) -> dict[str, Caption]:
@@ -314,30 +278,6 @@ def _explorer(trials: str) -> dict[str, Any]:
     from markupsafe import Markup
 
     return {"trials": Markup(trials), "script": Markup(script()), "hash": script_hash()}  # noqa: S704  JSON without <
-
-
-def _image(svg: bytes) -> dict[str, Any]:
-    """A figure for the page, and whether it is more than one column of print wide."""
-    wide = re.search(rb'width="([\d.]+)pt"', svg)
-    source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
-    return {"source": source, "broad": wide is not None and float(wide[1]) > _COLUMN}
-
-
-def _shown(value: Any) -> Any:
-    """A value as a page prints it: text on one line and printable, the P of P values in italics; markup is our own."""
-    if not isinstance(value, str) or hasattr(value, "__html__"):
-        return value
-    from markupsafe import Markup, escape
-
-    text = str(escape(printable(re.sub(r"\s", " ", value))))
-    return Markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))  # noqa: S704  escaped just above
-
-
-def _breakable(name: str) -> Any:
-    """A spec that a line may end in, after the marks between its parts."""
-    from markupsafe import Markup
-
-    return Markup(re.sub(r"(:|/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
 
 
 def _audit(rates: Sequence[AuditedRate]) -> list[dict[str, Any]]:

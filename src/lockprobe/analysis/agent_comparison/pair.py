@@ -15,7 +15,7 @@ from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, 
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
 
-__all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected"]
+__all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected", "paired_difference"]
 
 Among = Literal["subjects", "reference"]
 """Whether two agents that the study is about are compared, or one of them with an agent to compare with."""
@@ -131,7 +131,9 @@ def compare(
         at=tuple(
             ComparisonAt(
                 p=p,
-                success=_paired(first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)),
+                success=paired_difference(
+                    first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)
+                ),
                 steps=_mean_at(steps[both[:, i], i], _of(person, both, i), most),
             )
             for i, p in enumerate(values)
@@ -156,7 +158,15 @@ def _mean_at(differences: Array, person: NDArray[np.str_] | None, unit: float | 
     return block_mean(differences[:, None], unit=unit) if person is None else at_one_p(differences, person, unit=unit)
 
 
-def _paired(first: Array, second: Array, person: NDArray[np.str_] | None) -> Paired:
+def paired_difference(first: Array, second: Array, person: NDArray[np.str_] | None) -> Paired:
+    """The difference in success of two agents at one p, over trials of equal luck that both finished.
+
+    Args:
+        first: 1 where the first solved its trial, else 0, shape (pairs,).
+        second: The same of the second.
+        person: The person of each pair, where one of the two is people: they are then exchanged within whole people,
+            and the interval is over people.
+    """
     found = paired(first > 0, second > 0)
     if person is None or len(np.unique(person)) == len(person):
         return found

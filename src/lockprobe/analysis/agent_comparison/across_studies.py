@@ -1,0 +1,239 @@
+"""Differences in success between agents of several studies, condition by condition.
+
+Studies of one seed share their luck: trials of equal repetition and number are compared in pairs. Studies of different
+seeds are independent samples, and no trial of one belongs to a trial of the other. Intervals are at 95 %; p-values are
+corrected for the number of differences of one kind (Holm).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.agent_comparison.crossed_clusters import people_of
+from lockprobe.analysis.agent_comparison.pair import paired_difference
+from lockprobe.analysis.agent_comparison.paired import sheets
+from lockprobe.analysis.clustered import clustered_difference
+from lockprobe.analysis.inference.broken_trials import completed
+from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.analysis.proportions import ALPHA, Proportion, difference, proportion
+from lockprobe.record import Trial
+
+__all__ = ["Kind", "Sample", "Side", "StudyDifference", "study_differences"]
+
+Kind = Literal["between", "between-baselines", "within", "within-baselines"]
+"""Whether two sides belong to different studies or to one, and whether one of them is a baseline."""
+
+_KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-baselines")
+
+
+class Side(NamedTuple):
+    """Who is compared.
+
+    Attributes:
+        study: Number of the study, from 0.
+        agent: Agent spec.
+        prompt: The prompt that it got; empty for the usual one.
+    """
+
+    study: int
+    agent: str
+    prompt: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """The trials of one side under one condition.
+
+    Attributes:
+        side: Whose trials.
+        condition: Name of the condition, equal in all studies that have it.
+        luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
+        baseline: Whether the agent is one to compare with.
+        trials: All that were played; those that ended as error are counted apart.
+    """
+
+    side: Side
+    condition: str
+    luck: int
+    baseline: bool
+    trials: Sequence[Trial]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyDifference:
+    """Success of one side less that of another, under one condition.
+
+    Attributes:
+        condition: Name of the condition.
+        kind: P-values are corrected within a kind.
+        first: The side that is compared with.
+        second: The other side.
+        paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
+        first_success: Solved by the first, of the trials compared.
+        second_success: Solved by the second, of the trials compared.
+        value: The second's share less the first's, [-1, 1].
+        low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
+            samples, clustered by person where people are on one side.
+        p_value: McNemar's exact test for pairs, Fisher's for independent samples, two-sided; with people by person.
+            Where trials broke, the largest with these left out, all unsolved and all solved.
+        broken: Trials of either side that ended as error; no share counts them.
+        p_adjusted: The p-value corrected for the differences of its kind (Holm).
+    """
+
+    condition: str
+    kind: Kind
+    first: Side
+    second: Side
+    paired: bool
+    first_success: Proportion
+    second_success: Proportion
+    value: float
+    low: float
+    high: float
+    p_value: float
+    broken: int
+    p_adjusted: float = 1.0
+
+    @property
+    def verdict(self) -> int:
+        """1 if the second solves the box more often, -1 if less often, 0 if that is not shown.
+
+        The corrected test must reject, and the interval must leave out 0.
+        """
+        return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
+
+
+class _Found(NamedTuple):
+    first: Proportion
+    second: Proportion
+    value: float
+    low: float
+    high: float
+    p_value: float
+
+
+def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
+    """Every two samples of one condition, by kind, pair and condition, corrected within each kind.
+
+    Args:
+        samples: Each side at most once under a condition, in the order in which they are to be compared.
+
+    Returns:
+        Differences between studies first; none for two samples that have no trial to compare.
+    """
+    every_baseline = all(one.baseline for one in samples)
+    pairs: dict[tuple[Side, Side], list[StudyDifference]] = {}
+    for first, second in combinations(samples, 2):
+        if first.condition == second.condition:
+            made = _difference(first, second, _kind(first, second, every_baseline=every_baseline))
+            pairs.setdefault((first.side, second.side), []).extend(filter(None, [made]))
+    found = [one for rows in pairs.values() for one in rows]
+    corrected = []
+    for kind in _KINDS:
+        own = [one for one in found if one.kind == kind]
+        adjusted = holm([one.p_value for one in own])
+        corrected += [replace(one, p_adjusted=p) for one, p in zip(own, adjusted, strict=True) if p is not None]
+    return tuple(corrected)
+
+
+def _kind(first: Sample, second: Sample, *, every_baseline: bool) -> Kind:
+    plain = every_baseline or not (first.baseline or second.baseline)
+    if first.side.study != second.side.study:
+        return "between" if plain else "between-baselines"
+    return "within" if plain else "within-baselines"
+
+
+def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
+    one, two = outcomes(first.trials), outcomes(second.trials)
+    shared = first.luck == second.luck and not (one.crossed and two.crossed)  # no two people play as a pair
+    found = _compared(one, two, shared=shared, same_luck=first.luck == second.luck)
+    if found is None:
+        return None
+    broken = broken_off(first.trials), broken_off(second.trials)
+    p_value = found.p_value
+    if any(map(len, broken)):
+        ends = zip(completed(one, broken[0]), completed(two, broken[1]), strict=True)
+        bounds = [_compared(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends]
+        p_value = _agreed([found, *bounds])
+    return StudyDifference(
+        condition=first.condition,
+        kind=kind,
+        first=first.side,
+        second=second.side,
+        paired=shared,
+        first_success=found.first,
+        second_success=found.second,
+        value=found.value,
+        low=found.low,
+        high=found.high,
+        p_value=p_value,
+        broken=sum(map(len, broken)),
+    )
+
+
+def _agreed(found: Sequence[_Found | None]) -> float:
+    """The largest p-value, and 1 where directions differ or an end cannot be tested."""
+    values = [one for one in found if one is not None]
+    alike = len(values) == len(found) and len({np.sign(one.value) for one in values}) == 1
+    return max(one.p_value for one in values) if alike else 1.0
+
+
+def _compared(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _Found | None:
+    if not (len(first) and len(second)):
+        return None
+    if shared:
+        return _pairs(first, second)
+    if first.crossed or second.crossed:
+        return _clustered(first, second, same_luck=same_luck)
+    shares = _share(first.solved), _share(second.solved)
+    apart = difference(*shares)
+    return None if apart is None else _Found(*shares, apart.value, apart.low, apart.high, apart.p_value)
+
+
+def _pairs(first: Outcomes, second: Outcomes) -> _Found | None:
+    """Trials of equal luck that both finished."""
+    _, laid = sheets([replace(one, p=np.zeros(len(one))) for one in (first, second)])
+    one, two = laid
+    both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
+    if not both.any():
+        return None
+    person = people_of((one, two))
+    solved = one.solved[both, 0], two.solved[both, 0]
+    found = paired_difference(*solved, None if person is None else person[both, 0])
+    return _Found(_share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value)
+
+
+def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Found:
+    """Independent samples with people on one side at least, whose trials are clustered by person and by luck."""
+    people = [_people(one, side) for side, one in enumerate((first, second))]
+    lucks = [
+        [f"{0 if same_luck else side}/{place}" for place in _places(one)] for side, one in enumerate((first, second))
+    ]
+    found = clustered_difference(
+        np.concatenate([first.solved, second.solved]),
+        np.repeat([False, True], [len(first), len(second)]),
+        np.array(people[0] + people[1]),
+        np.array(lucks[0] + lucks[1]),
+    )
+    return _Found(_share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p)
+
+
+def _people(one: Outcomes, side: int) -> list[str]:
+    """The cluster of each trial: its person, or an agent's trial alone."""
+    players = one.player.tolist() if one.crossed else [""] * len(one)
+    return [f"{side}/{player or place}" for player, place in zip(players, _places(one), strict=True)]
+
+
+def _places(one: Outcomes) -> list[str]:
+    return [f"{r}/{t}" for r, t in zip(one.repetition.tolist(), one.trial.tolist(), strict=True)]
+
+
+def _share(solved: NDArray[np.bool_]) -> Proportion:
+    return proportion(int(solved.sum()), len(solved))

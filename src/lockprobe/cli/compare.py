@@ -1,0 +1,74 @@
+"""``lockprobe compare``: studies side by side."""
+
+from __future__ import annotations
+
+import json as json_
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from lockprobe.cli.export import refuse_study_file
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.prose.study_comparison import leading
+from lockprobe.report.compare import Comparison, compare_studies
+from lockprobe.report.compare_page import difference_table, success_table, write_comparison
+from lockprobe.terminal_text import printable
+
+__all__ = ["compare"]
+
+PAGE = Path("compare.html")
+
+_LONGEST = 300
+"""Characters of a line on what differs."""
+
+Directories = Annotated[
+    list[Path], typer.Argument(metavar="DIR DIR...", help="The directories of two studies or more.")
+]
+Agents = Annotated[
+    list[str] | None,
+    typer.Option("--agent", help="Only this agent; may be repeated. Fewer need less correction."),
+]
+Out = Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+
+
+def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, json: AsJson = False) -> None:
+    """Studies side by side: success of every agent under the conditions that they share, and every difference.
+
+    Studies of one seed share their luck and are compared trial by trial; others are independent samples. Studies of
+    different boxes, budgets of steps, plants or modalities are refused.
+    """
+    for directory in directories:
+        refuse_study_file(out, directory)
+    found = compare_studies(directories, agent or ())
+    path = write_comparison(found, out / PAGE if out.is_dir() else out)
+    if json:
+        print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
+        return
+    _print(found)
+    print(f"Comparison: {path}")
+
+
+def _print(found: Comparison) -> None:
+    print(printable(found.said))
+    for one in found.studies:
+        if one.partial:
+            print(printable(f"Partial: {one.finished} of {one.planned} trials of {one.name} are finished."))
+    for line in found.unlike:
+        print(printable(f"Not the same: {line[:_LONGEST]}"))
+    first = leading(found.differences)
+    for rows in (success_table(found), difference_table(found, first)):
+        print()
+        _print_rows(rows)
+    if left := len(found.differences) - len(first):
+        print(f"{left} more differences, with baselines or within one study, are on the page.")
+
+
+def _print_rows(rows: Sequence[Sequence[str]]) -> None:
+    table = new_table(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*(escape(printable(cell)) for cell in row))
+    print_table(table)

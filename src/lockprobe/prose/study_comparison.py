@@ -1,0 +1,64 @@
+"""The conclusion of a comparison of studies, in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDifference
+from lockprobe.formatting import p_value, percent, points, range_said
+from lockprobe.prose.subject import Subject
+
+__all__ = ["comparison_of_studies_said", "leading"]
+
+
+def leading(found: Sequence[StudyDifference]) -> list[StudyDifference]:
+    """The differences that a conclusion is about: those of the first kind that there is."""
+    return [one for one in found if one.kind == found[0].kind]
+
+
+def comparison_of_studies_said(found: Sequence[StudyDifference], names: Mapping[Side, Subject]) -> str:
+    """How many differences between studies are shown, and the clearest of them.
+
+    Args:
+        found: All differences, those between studies first.
+        names: What a sentence calls each side.
+    """
+    if not found or not found[0].kind.startswith("between"):
+        return "No two studies have a trial to compare under a condition that they share."
+    asked = leading(found)
+    what = "baselines of different studies" if found[0].kind == "between-baselines" else "studies"
+    shown = [one for one in asked if one.verdict]
+    clearest = min(shown or asked, key=lambda one: (one.p_adjusted, -abs(one.value)))
+    first, second = names[clearest.first], names[clearest.second]
+    size = _size(clearest, len(asked))
+    if not shown:
+        differences = "The difference" if len(asked) == 1 else f"None of {len(asked)} differences"
+        negated = " is not shown" if len(asked) == 1 else " is shown"
+        where = f"{second.name} against {first.name} under {clearest.condition}"
+        return (
+            f"{differences} between {what}{negated}, which is no evidence that there is none; "
+            f"{'it is' if len(asked) == 1 else 'the clearest is'} {where}: {size}."
+        )
+    often = "more" if clearest.value > 0 else "less"
+    solves = second.form("solves", "solve")
+    said = f"{solves} the box {often} often than {first.name} under {clearest.condition}: {size}"
+    if len(asked) == 1:
+        return f"{second.first} {said}."
+    are = "is" if len(shown) == 1 else "are"
+    head = f"{len(shown)} of {len(asked)} differences between {what} {are} shown"
+    return f"{head}{', the clearest' * (len(shown) > 1)}: {second.name} {said}."
+
+
+def _size(one: StudyDifference, many: int) -> str:
+    first, second = one.first_success, one.second_success
+    sample = (
+        f"{first.n} pairs of trials with the same luck"
+        if one.paired
+        else f"{second.n} and {first.n} trials, independent samples"
+    )
+    corrected = f", corrected for {many} differences" if many > 1 else ""
+    broken = ", the largest over what became of broken trials" if one.broken else ""
+    return (
+        f"{percent(second.value)} against {percent(first.value)} ({points(one.value)} points"
+        f"{range_said(one.low, one.high)}; {p_value(one.p_adjusted)}{corrected}{broken}; {sample})"
+    )

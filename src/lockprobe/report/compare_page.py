@@ -1,0 +1,103 @@
+"""``compare.html``: studies side by side on one self-contained page without scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from lockprobe.analysis.agent_comparison.across_studies import StudyDifference
+from lockprobe.errors import BadFile
+from lockprobe.formatting import NONE, bracketed, p_cell
+from lockprobe.prose.study_comparison import leading
+from lockprobe.report.compare import Comparison
+from lockprobe.report.figures import Caption, comparison_picture
+from lockprobe.report.format import TextTable, share_cell
+from lockprobe.report.rendering import image, rendered
+from lockprobe.storage.atomic_file import write_file
+
+__all__ = ["difference_table", "study_table", "success_table", "write_comparison"]
+
+_CAPTION = Caption(
+    "Difference in success between two agents, one row for each condition; differences with filled marks are shown. "
+    "Circles: pairs of trials with the same luck; squares: independent samples.",
+    "Bars are 95 % intervals and are not corrected; a mark is filled where the corrected test rejects and the interval "
+    "leaves out 0.",
+)
+
+
+def write_comparison(comparison: Comparison, out: Path) -> Path:
+    """Write the page in one step.
+
+    Args:
+        comparison: What it shows.
+        out: The file.
+
+    Returns:
+        Where it is.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    first = leading(comparison.differences)
+    rest = comparison.differences[len(first) :]
+    page = rendered(
+        "compare",
+        content=comparison,
+        lockprobe=version("lockprobe"),
+        images={"differences": image(comparison_picture(first, comparison.names)["svg"])} if first else {},
+        caption=_CAPTION,
+        tables={
+            "studies": study_table(comparison),
+            "success": success_table(comparison),
+            "differences": difference_table(comparison, first),
+            "rest": difference_table(comparison, rest),
+        },
+    )
+    try:
+        write_file(out, page)
+    except OSError as error:
+        raise BadFile(out, f"cannot be written ({error.strerror})") from error
+    return out
+
+
+def study_table(comparison: Comparison) -> TextTable:
+    """The studies: their seeds and how much of them is played."""
+    people = any(one.people_trials for one in comparison.studies)
+    head = ["study", "name", "seed", "trials finished", *["trials of people"] * people]
+    rows = [[*head, "conditions that no other study has"]]
+    for one in comparison.studies:
+        finished = f"{one.finished} of {one.planned}" + (" (partial)" if one.partial else "")
+        by_people = [str(one.people_trials)] * people
+        left = ", ".join(one.not_shared) or NONE
+        rows.append([one.name, one.study, str(one.seed), finished, *by_people, left])
+    return rows
+
+
+def success_table(comparison: Comparison) -> TextTable:
+    """Success by condition, study and agent; broken trials where there are any."""
+    broken = any(one.broken for one in comparison.success)
+    rows = [["condition", "study", "agent", "solved", "success", *["broken"] * broken]]
+    for one in comparison.success:
+        share = one.success
+        study = comparison.studies[one.side.study].name
+        agent = one.side.agent + (f" with {one.side.prompt}" if one.side.prompt else "")
+        solved = f"{share.count}/{share.n}"
+        rows.append([one.condition, study, agent, solved, share_cell(share), *[str(one.broken)] * broken])
+    return rows
+
+
+def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -> TextTable:
+    """The differences: the first named less the other."""
+    names = comparison.names
+    rows = [["agent", "against", "condition", "compared", "success", "against", "difference, points"]]
+    rows[0] += ["P", "corrected", "shown"]
+    for one in found:
+        first, second = one.first_success, one.second_success
+        compared = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
+        said = "yes" if one.verdict else "not shown"
+        shares = [f"{100 * share.value:.0f} %" for share in (second, first)]
+        points = bracketed(one.value, one.low, one.high)
+        numbers = [*shares, points, p_cell(one.p_value), p_cell(one.p_adjusted), said]
+        rows.append([names[one.second], names[one.first], one.condition, compared, *numbers])
+    return rows

@@ -1,0 +1,68 @@
+"""``lockprobe compare`` as it is typed."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from builders import small_study, write_study
+
+STUDY = small_study(agents=("cognitive:careful", "random"), p=(0.0, 0.3), repetitions=1)
+
+
+@pytest.fixture(scope="module")
+def labs(tmp_path_factory):
+    root = tmp_path_factory.mktemp("labs")
+    other = replace(STUDY, agents=("cognitive:perseverant",), seed=3)
+    return write_study(root / "a", STUDY), write_study(root / "b", other)
+
+
+def test_in_words(lockprobe, labs, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, said, _ = lockprobe("compare", *labs)
+    lines = said.splitlines()
+    assert status == 0
+    assert "difference" in lines[0]
+    assert lines[-1] == "Comparison: compare.html"
+    assert (tmp_path / "compare.html").is_file()
+    success = [line.split() for line in lines if line.startswith("truth ")]
+    assert [(row[1], row[2], row[3][-2:]) for row in success] == [
+        ("a", "cognitive:careful", "/4"),
+        ("a", "random", "/4"),
+        ("b", "cognitive:perseverant", "/4"),
+    ]
+    assert sum(line.startswith("cognitive:perseverant in b") for line in lines) == 2  # under two conditions
+    assert "4 more differences, with baselines or within one study, are on the page." in lines
+
+
+def test_for_machines(lockprobe, labs, tmp_path):
+    status, said, _ = lockprobe("compare", *labs, "--json", "--out", tmp_path, "--agent", "random")
+    found = json.loads(said)
+    assert (status, found["page"]) == (0, str(tmp_path / "compare.html"))
+    assert [(row["study"], row["agent"], row["condition"], row["trials"]) for row in found["success"]] == [
+        ("a", "random", "truth", 4),
+        ("a", "random", "flip?p=0.3", 4),
+    ]
+    status, said, _ = lockprobe("compare", *labs, "--json", "--out", tmp_path / "all.html")
+    found = json.loads(said)
+    assert len(found["differences"]) == 6
+    first = found["differences"][0]
+    assert (first["first_study"], first["second_study"], first["paired"]) == ("a", "b", False)
+    assert {"value", "low", "high", "p_value", "p_adjusted", "verdict", "kind", "condition"} <= first.keys()
+    assert first["value"] == pytest.approx(first["second_success"] - first["first_success"])
+
+
+def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):
+    boxed = write_study(tmp_path / "longer", replace(STUDY, max_steps=9), [])
+    for asked, why in (
+        ((labs[0],), "directories: got 1, expected two or more"),
+        ((labs[0], tmp_path / "none"), "no study.json here"),
+        ((labs[0], labs[0]), "given twice"),
+        ((labs[0], boxed), "the budget of steps (max_steps) is 9, not 20"),
+        ((*labs, "--agent", "nobody"), "no agent of these studies is called 'nobody'"),
+        ((*labs, "--out", labs[0] / "trials.jsonl"), "a file of the study itself"),
+        ((*labs, "--out", tmp_path / "none" / "page.html"), "cannot be written"),
+    ):
+        status, said, error = lockprobe("compare", *asked)
+        assert (status, said) == (2, "")
+        assert why in error
+        assert error.count("\n") == 1

@@ -1,0 +1,90 @@
+"""Which studies can be compared: the same task, and a condition in common, whatever it is called."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from builders import modality_study, small_study, study_of
+
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.interventions.condition import read_condition
+from lockprobe.lockbox.families import box
+from lockprobe.studies.comparable import SharedCondition, check_comparable, shared_names
+
+FLIPS = small_study()
+A, B, C = Path("a"), Path("b"), Path("c")
+
+
+def of_conditions(*specs, **names):
+    conditions = [read_condition(spec) for spec in specs]
+    conditions += [read_condition(spec, name) for name, spec in names.items()]
+    return replace(FLIPS, conditions=tuple(conditions))
+
+
+def names(study):
+    return [one.name for one in shared_names(study).values()]
+
+
+def test_what_may_differ():
+    other = replace(FLIPS, name="mine", agents=("round-robin",), seed=9, repetitions=5, trials=1)
+    check_comparable({A: FLIPS, B: other})
+    check_comparable({A: FLIPS, B: study_of((0.3, 0.9), name="flips", agents=("random",), box=box("chain-4"))})
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"box": box("chain-5")}, "the box is chain-5, not chain-4"),
+        ({"box": replace(box("chain-5"), name="chain-4")}, "chain-4 is another box there under the same name"),
+        ({"max_steps": 30}, r"the budget of steps \(max_steps\) is 30, not 20"),
+        ({"plant": "fast-twin"}, r"the plant \(plant\) is fast-twin, not symbolic"),
+        ({"layout": "shuffled"}, r"the layout \(layout\) is shuffled, not fixed"),
+        ({"shuffle": False}, r"\(shuffle\) is False, not True"),
+        ({"assessment": False}, r"\(assessment\) is False, not True"),
+    ],
+)
+def test_another_task_is_refused_with_the_reason(change, why):
+    with pytest.raises(BadFile, match=rf"^b: it cannot be compared with a: .*{why}$"):
+        check_comparable({A: FLIPS, B: replace(FLIPS, **change)})
+
+
+def test_a_study_without_a_condition_in_common_is_refused_with_the_reason():
+    flips = study_of((0.1, 0.9), name="flips", agents=("random",), box=box("chain-4"))
+    with pytest.raises(BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3, flip\?p=0\.6; they"):
+        check_comparable({A: FLIPS, B: flips})
+    sticky = study_of((0.3,), "sticky", name="flips", agents=("random",), box=box("chain-4"))
+    with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&persistence=sticky$"):
+        check_comparable({A: FLIPS, B: sticky})
+    shown = [modality_study(modalities=(one,)) for one in ("rgb", "symbolic")]
+    with pytest.raises(BadFile, match=r"the modality is rgb, not symbolic$"):
+        check_comparable({A: shown[0], B: shown[1]})
+    with pytest.raises(BadFile, match=r"^c: it shares no condition"):
+        check_comparable({A: FLIPS, B: FLIPS, C: flips})
+
+
+def test_one_study_is_not_compared():
+    with pytest.raises(BadValue, match="two or more"):
+        check_comparable({A: FLIPS})
+
+
+def test_a_flip_rate_is_the_same_condition_in_every_kind_of_study():
+    assert names(FLIPS) == ["truth", "flip?p=0.3", "flip?p=0.6"]
+    assert names(of_conditions("truth", "flip?p=0.3", "nudge")) == ["truth", "flip?p=0.3", "nudge"]
+    silent = study_of((0.0,), "outcome-only", name="flips", agents=("random",), box=box("chain-4"))
+    assert names(silent) != ["truth"]  # reports without positions are not the truth
+
+
+def test_a_name_that_the_experimenter_gives_makes_no_other_condition():
+    assert names(of_conditions("truth", mine="nudge")) == names(of_conditions("truth", "nudge"))
+    assert names(of_conditions("truth", "nudge", mine="nudge")) == ["truth", "nudge", "nudge (mine)"]
+
+
+def test_a_prompt_belongs_to_the_agent(tmp_path):
+    file = tmp_path / "curt.txt"
+    file.write_text("{joints} {target} {reply}")
+    study = of_conditions("truth", f"prompt?file={file}", f"prompt?file={file} + nudge")
+    assert list(shared_names(study).values()) == [
+        SharedCondition("truth"),
+        SharedCondition("truth", str(file)),
+        SharedCondition("nudge", str(file)),
+    ]
