@@ -18,6 +18,7 @@ from functools import cache
 import forked
 import numpy as np
 import pytest
+from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import TimeoutError as Timeout
 from playwright.async_api import async_playwright
 from seated import diaries_of
@@ -196,6 +197,19 @@ class Tab:
         act = {"consent": "agree", "check": "answer", "ask": "answer"}.get(look.scene, "next")
         await self.press(f"[data-act={act}]")
         return await self.look(after=look.turn)
+
+
+async def violations(page, rules=()):
+    """What axe finds, in one line each; by these rules alone where they are given."""
+    if not await page.evaluate("'axe' in window"):
+        await page.evaluate(Axe().axe_script)  # once per document: half a megabyte of source
+    only = {"runOnly": {"type": "rule", "values": list(rules)}} if rules else {}
+    find = "options => axe.run(options).then(found => found.violations)"
+    return [
+        f"{rule['id']}: {node['html'][:200]} {node.get('failureSummary', '')[:300]}"
+        for rule in await page.evaluate(find, {"resultTypes": ["violations"], **only})
+        for node in rule["nodes"]
+    ]
 
 
 class Reader:

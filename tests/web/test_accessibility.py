@@ -6,8 +6,7 @@ import re
 from collections import Counter
 
 import pytest
-from axe_playwright_python.async_playwright import Axe
-from browser import browser, needs_a_browser, new_tab, plan_of, run, served, trials_of
+from browser import browser, needs_a_browser, new_tab, plan_of, run, served, trials_of, violations
 
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
@@ -84,19 +83,6 @@ async def check_example(page, words, asks):
     assert (words.page.question in name) is asks
     await page.evaluate("document.querySelector('.example button').focus()")
     assert not await page.evaluate("document.activeElement.closest('.example')")
-
-
-async def violations(page, rules=()):
-    """What axe finds, in one line each; by these rules alone where they are given."""
-    if not await page.evaluate("'axe' in window"):
-        await page.evaluate(Axe().axe_script)  # once per document: half a megabyte of source
-    only = {"runOnly": {"type": "rule", "values": list(rules)}} if rules else {}
-    find = "options => axe.run(options).then(found => found.violations)"
-    return [
-        f"{rule['id']}: {node['html'][:200]} {node.get('failureSummary', '')[:300]}"
-        for rule in await page.evaluate(find, {"resultTypes": ["violations"], **only})
-        for node in rule["nodes"]
-    ]
 
 
 LOOKS = {
