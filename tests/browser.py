@@ -18,6 +18,7 @@ from functools import cache
 import forked
 import numpy as np
 import pytest
+from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import TimeoutError as Timeout
 from playwright.async_api import async_playwright
 from seated import diaries_of
@@ -34,6 +35,19 @@ from lockprobe.web.serving import ServerOptions, opened
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 needs_a_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: browser tests are skipped")
+
+UNSEEN = (
+    # Lists below the address bar are pages as well: hidden, and made anew for every context, which takes a second.
+    "WebUIOmniboxPopup", "WebUIOmniboxAimPopup", "WebUIOmniboxFullPopup",
+    # Playwright turns these off, and a second list replaces its own.
+    "AimEnabled", "AvoidUnnecessaryBeforeUnloadCheckSync", "DestroyProfileOnBrowserClose", "HttpsFirstBalancedModeAutoEnable",
+    "HttpsUpgrades", "LensOverlay", "MediaRouter", "NetworkTimeServiceQuerying", "OptimizationHints", "PaintHolding",
+    "PreconnectToSearch", "ThirdPartyStoragePartitioning",
+)  # fmt: skip
+"""Features of Chromium that no test looks at."""
+
+CHEAP = ["--no-sandbox", "--disable-gpu", f"--disable-features={','.join(UNSEEN)}"]
+"""What Chromium is started with: most of its time would go into what nobody sees."""
 
 ADMIN_TOKEN = "for-the-admin-page-alone"
 
@@ -183,6 +197,19 @@ class Tab:
         act = {"consent": "agree", "check": "answer", "ask": "answer"}.get(look.scene, "next")
         await self.press(f"[data-act={act}]")
         return await self.look(after=look.turn)
+
+
+async def violations(page, rules=()):
+    """What axe finds, in one line each; by these rules alone where they are given."""
+    if not await page.evaluate("'axe' in window"):
+        await page.evaluate(Axe().axe_script)  # once per document: half a megabyte of source
+    only = {"runOnly": {"type": "rule", "values": list(rules)}} if rules else {}
+    find = "options => axe.run(options).then(found => found.violations)"
+    return [
+        f"{rule['id']}: {node['html'][:200]} {node.get('failureSummary', '')[:300]}"
+        for rule in await page.evaluate(find, {"resultTypes": ["violations"], **only})
+        for node in rule["nodes"]
+    ]
 
 
 class Reader:
@@ -346,7 +373,7 @@ async def browser():
     assert asyncio.get_running_loop() is _runner().get_loop(), "a browser test runs in browser.run"
     if not _started:
         playwright = await async_playwright().start()
-        made = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        made = await playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
         _started.extend((playwright, made))
         atexit.register(_end)
     made = _started[1]

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 import pytest
 from builders import SOLUTION, make_trial
 
+from lockprobe.analysis import habit_baseline
 from lockprobe.report import figures
 
 DRAW = {name: getattr(figures, name) for name in ("_draw", "_draw_condition")}
@@ -34,10 +35,11 @@ def trials_of(modality, waits, agent="viewer", **more):
 
 @pytest.fixture(scope="module", autouse=True)
 def placeholders():
-    """Reports here hold placeholders for pictures: drawing them takes most of the time, and tests/figures looks at them."""
+    """Reports here hold placeholders for pictures, which tests/figures looks at, and a rough null of blind agents."""
     with pytest.MonkeyPatch.context() as patch:
         for name in DRAW:
             patch.setattr(figures, name, lambda *asked: PLACEHOLDERS)
+        patch.setattr(habit_baseline, "SIMULATED", 2_000)
         yield
 
 

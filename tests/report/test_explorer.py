@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from browser import CHROMIUM, needs_a_browser
+from browser import CHEAP, CHROMIUM, needs_a_browser
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe import run_trial
@@ -78,7 +78,7 @@ def page(tmp_path_factory):
     directory = write_study(tmp_path_factory.mktemp("study") / "out", study, [*trials, *evil])
     write_report(directory)
     with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
         tab = chromium.new_page(viewport={"width": 390, "height": 844})
         tab.said = []
         tab.on("console", lambda message: tab.said.append(message.text))

@@ -2,8 +2,7 @@
 
 import asyncio
 
-from axe_playwright_python.async_playwright import Axe
-from browser import browser, needs_a_browser, run
+from browser import browser, needs_a_browser, run, violations
 from served import at_the_box, served, visiting
 
 from lockprobe.export.downloads import downloads
@@ -16,11 +15,6 @@ LOOKS = [(1280, "light"), (1280, "dark"), (375, "light"), (360, "dark"), (320, "
 """Widths of the window in pixels, and colour schemes; axe looks at the widest and at the narrowest of each scheme."""
 
 AXE = {(1280, "light"), (1280, "dark"), (360, "dark"), (320, "light")}
-
-
-async def violations(page):
-    found = await Axe().run(page, options={"resultTypes": ["violations"]})
-    return [f"{rule['id']}: {node['html'][:200]}" for rule in found.response["violations"] for node in rule["nodes"]]
 
 
 async def check_looks(page):
