@@ -34,7 +34,7 @@ from lockprobe.protocols import Agent
 from lockprobe.spec import PEOPLE, Spec, spec_kind, with_options
 from lockprobe.terminal_text import printable
 
-__all__ = ["AgentSource", "Engine", "known_specs", "resolve"]
+__all__ = ["AgentSource", "Engine", "known_specs", "recomputes", "resolve"]
 
 Engine = Literal["inline", "process", "network", "person"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a

@@ -1,0 +1,130 @@
+"""Verification finds what was edited, dropped, altered or played with other luck, and nothing where nothing was."""
+
+import json
+import shutil
+
+import pytest
+from typed import typed
+
+from lockprobe import run_study, study
+from lockprobe.agents.catalogue import recomputes
+from lockprobe.report import write_report
+from lockprobe.report.verification import verify
+from lockprobe.storage.jsonl import with_checksum, without_checksum
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("study") / "out"
+    agents = ["human-inspired", "learner:novice", "random"]
+    run_study(study("flips", agent=agents, p=[0, 0.4], trials=3, repetitions=1, max_steps=8), directory)
+    write_report(directory)
+    return directory
+
+
+@pytest.fixture
+def directory(played, tmp_path):
+    return shutil.copytree(played, tmp_path / "out")
+
+
+def failing(directory):
+    return {check.name: check.failed for check in verify(directory) if not check.holds}
+
+
+def changed(directory, key, change):
+    """Change one record and give it the checksum of what it says now."""
+    path = directory / "trials.jsonl"
+    lines = path.read_text("utf-8").splitlines()
+    (place,) = [i for i, line in enumerate(lines) if f'"{key}"' in line]
+    record = json.loads(without_checksum(lines[place].encode()))
+    change(record)
+    lines[place] = with_checksum(json.dumps(record, ensure_ascii=False, separators=(",", ":")).encode()).decode()
+    path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def test_a_study_as_it_was_played_holds(directory):
+    assert [check.name for check in verify(directory)] == [
+        "records", "settings", "complete", "luck", "choices", "results",
+    ]  # fmt: skip
+    assert failing(directory) == {}
+
+
+def test_an_edited_record_is_found_by_its_checksum(directory):
+    path = directory / "trials.jsonl"
+    path.write_text(path.read_text("utf-8").replace('"ending":"budget"', '"ending":"solved"', 1), "utf-8")
+    assert list(failing(directory)) == ["records"]
+
+
+KEY = "flips/human-inspired/p=0.4/rep=1/trial=2"
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda record: record["steps"][1].update(told_moved=not record["steps"][1]["told_moved"]), "step 2, told_moved"),
+        (lambda record: record["steps"][1].update(told="Nothing."), "step 2, told"),
+        (lambda record: record.update(opening="Nothing."), "opening"),
+        (lambda record: record.update(listing=record["listing"][::-1]), "listing"),
+    ],
+    ids=["outcome", "words", "opening", "listing"],
+)  # fmt: skip
+def test_reports_that_do_not_follow_are_found_though_their_checksum_is_right(directory, change, found):
+    changed(directory, KEY, change)
+    fails = failing(directory)
+    assert fails["luck"] == (f"{KEY}: {found}",)
+    assert fails["choices"] == (KEY,)
+
+
+def test_a_truth_that_contradicts_itself_is_no_record(directory):
+    changed(directory, KEY, lambda record: record["steps"][2].update(moved=not record["steps"][2]["moved"]))
+    assert failing(directory).keys() & {"records", "luck"}
+
+
+def test_a_trial_cut_short_is_found(directory):
+    changed(directory, KEY, lambda record: record["steps"].pop())
+    assert failing(directory).keys() & {"records", "luck"}
+
+
+def test_choices_that_a_strategy_does_not_make_are_found(directory):
+    changed(directory, KEY, lambda record: record["steps"][0]["decision"].update(hypothesis="made up"))
+    fails = failing(directory)
+    assert fails["choices"] == (KEY,)
+    assert "luck" not in fails
+
+
+def test_a_dropped_trial_is_found(directory):
+    path = directory / "trials.jsonl"
+    lines = path.read_text("utf-8").splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if f'"{KEY}"' not in line), "utf-8")
+    assert failing(directory)["complete"] == (KEY,)
+
+
+def test_another_seed_is_found(directory):
+    path = directory / "study.json"
+    settings = json.loads(path.read_text("utf-8"))
+    path.write_text(json.dumps(settings | {"seed": settings["seed"] + 1}), "utf-8")
+    assert "settings" in failing(directory)
+
+
+def test_an_altered_result_is_named(directory):
+    path = directory / "results.json"
+    written = json.loads(path.read_text("utf-8"))
+    written["conditions"][3]["solved"] += 1
+    path.write_text(json.dumps(written), "utf-8")
+    assert failing(directory) == {"results": ("conditions[3].solved",)}
+
+
+def test_the_command_ends_with_one_and_names_what_fails(directory):
+    typed("report", directory)
+    assert typed("verify", directory).returncode == 0
+    (directory / "results.json").write_text("{", "utf-8")
+    done = typed("verify", directory)
+    assert done.returncode == 1
+    assert "FAILS  results   results.json is damaged" in done.stdout
+    found = json.loads(typed("verify", directory, "--json").stdout)
+    assert (found["holds"], [one["name"] for one in found["checks"] if not one["holds"]]) == (False, ["results"])
+
+
+@pytest.mark.parametrize("spec", ["llm:local", "llm:openai/gpt-4o", "participant", "python:a:B", "learner:gone.npz"])
+def test_models_people_and_code_of_users_are_not_asked_again(spec):
+    assert not recomputes(spec)
