@@ -234,6 +234,8 @@ if __name__ == "__main__":
     for name in IMPORTED:
         with suppress(ImportError):
             import_module(f"lockprobe.{name}")
+    with suppress(ImportError):  # how finely the null of blind agents is simulated is no matter of commands
+        import_module("lockprobe.analysis.habit_baseline").SIMULATED = 2_000
     gc.freeze()
     if found := _asked_of(socket.socket(fileno=int(sys.argv[1]))):
         _becomes(*found)

@@ -141,8 +141,8 @@ def _steps(trial: Trial) -> list[ExampleStep]:
 def loop_letters(actions: tuple[str, ...]) -> str:
     """A character for each step: within an action loop the letter of what is repeated, elsewhere a blank.
 
-    >>> loop_letters(("A", "B", "A", "B", "A", "B", "C"))
-    'aaaaaa '
+    >>> loop_letters(tuple("ABCABCABCD"))
+    'aaaaaaaaa '
     """
     marks, letters = [" "] * len(actions), dict[tuple[str, ...], str]()
     for start, length in cover(actions).intervals:
