@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.interlock import diagram_of, draw_interlock, settable, short_name, symbols
-from lockprobe.figures.palette import ACCENT, Dash
+from lockprobe.figures.palette import TARGET, Dash
 from lockprobe.lockbox.box import Lockbox
 
 __all__ = ["box_figure", "draw_panel"]
@@ -100,7 +100,7 @@ def draw_panel(axes: Axes, box: Lockbox) -> None:
     for joint, open_, (x, y) in zip(box.joints, box.initial, _spots(box), strict=True):
         at = (_EDGE + x * (wide - 2 * _EDGE), bottom + _EDGE + 0.18 + y * (high - 2 * _EDGE - 0.18))
         target = joint.name == box.target
-        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=ACCENT if target else INK)
+        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=TARGET if target else INK)
         axes.text(
             at[0],
             at[1] - 0.24,
@@ -108,7 +108,7 @@ def draw_panel(axes: Axes, box: Lockbox) -> None:
             ha="center",
             va="top",
             fontsize=SMALL,
-            color=ACCENT if target else INK,
+            color=TARGET if target else INK,
             fontweight="bold" if target else "normal",
             linespacing=1.0,
         )

@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
 from lockprobe.figures.frame import INK, SMALL
-from lockprobe.figures.palette import ACCENT
+from lockprobe.figures.palette import TARGET
 from lockprobe.lockbox.box import Clause, Lockbox
 from lockprobe.lockbox.difficulty import depths
 
@@ -208,7 +208,7 @@ def _draw_joint(axes: Axes, box: Lockbox, name: str, at: Point) -> None:
             _HIGH,
             boxstyle="round,pad=0,rounding_size=0.07",
             facecolor="#d4d4d4" if open_ else "white",
-            edgecolor=ACCENT if target else INK,
+            edgecolor=TARGET if target else INK,
             linewidth=1.8 if target else 0.8,
             zorder=3,
         )
@@ -220,7 +220,7 @@ def _draw_joint(axes: Axes, box: Lockbox, name: str, at: Point) -> None:
         va="center",
         zorder=5,
         fontsize=SMALL,
-        color=ACCENT if target else INK,
+        color=TARGET if target else INK,
         fontweight="bold" if target else "normal",
         linespacing=1.0,
     )
@@ -245,7 +245,7 @@ def symbols(box: Lockbox) -> list[tuple[Line2D, str]]:
     alternatives = [box.alternatives(name) for name in box.names]
     clauses = [clause for several in alternatives for clause in several]
     positions = [position for clause in clauses for position in clause.values()]
-    target = Line2D([], [], marker="s", color="white", markeredgecolor=ACCENT, linestyle="none", markersize=5)
+    target = Line2D([], [], marker="s", color="white", markeredgecolor=TARGET, linestyle="none", markersize=5)
     found: list[tuple[Line2D, str]] = [(target, "target")]
     if any(positions):
         found.append((_mark(INK), "has to be open"))

@@ -48,7 +48,7 @@ def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, 
         budget = max(len(one.curve.share) for one in result.conditions) - 1
         low, high = (curve[budget] for curve in (result.reference.random, result.reference.no_repeat))
         axes.axhspan(low, high, color=FAINT, alpha=0.13, linewidth=0, zorder=0)
-        labels.append(((low + high) / 2, "random agents", FAINT))
+        labels.append(((low + high) / 2, "chance", FAINT))
     if stars := published_success(result.conditions):
         published(axes, stars)
         for place in stars:
@@ -68,6 +68,6 @@ def _by_step(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummar
     if result.reference:
         low, high = (one[: budget + 1] for one in (result.reference.random, result.reference.no_repeat))
         axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
-        labels.append(((low[-1] + high[-1]) / 2, "random agents", FAINT))
+        labels.append(((low[-1] + high[-1]) / 2, "chance", FAINT))
     step_axis(axes, budget, "solved by this step")
     label_right(axes, labels)

@@ -17,13 +17,16 @@ import matplotlib as mpl
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.spec import spec_name
 
-__all__ = ["ACCENT", "SUBJECTS", "Dash", "Marker", "Style", "shifts", "styles"]
+__all__ = ["ACCENT", "SUBJECTS", "TARGET", "Dash", "Marker", "Style", "shifts", "styles"]
 
 Dash = str | tuple[int, tuple[float, ...]]
 Marker = str | tuple[int, int, int]
 
 SUBJECTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 """Colours by Okabe and Ito, whom people with any common colour vision can tell apart."""
+
+TARGET = SUBJECTS[0]
+"""The target joint of a box, in figures as on pages."""
 
 ACCENT = SUBJECTS[1]
 """The colour of loops, where one agent is shown by itself."""

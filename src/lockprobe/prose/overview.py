@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import ceil
+from typing import Literal
 
 from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
@@ -16,7 +17,7 @@ from lockprobe.formatting import percent
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 
-__all__ = ["effects_answer", "effects_needed", "flips_answer", "flips_needed", "modality_answer"]
+__all__ = ["effects_answer", "effects_needed", "flips_answer", "flips_needed", "modality_answer", "trial_said"]
 
 NARROW = 0.1
 """Half the width of an interval that would decide whether an effect is small; ours, chosen by eye."""
@@ -30,6 +31,18 @@ _DOES: dict[CourseKind, str] = {
     "rises and falls": "first {raise_} and then {lower} the success of {who}",
     "falls and rises": "first {lower} and then {raise_} the success of {who}",
 }
+
+
+_VARIED = {
+    "flips": "After each step it is told what happened. The flip rate is how often that report is false.",
+    "modalities": "After each step it is shown, or told, how the joints stand.",
+    "conditions": "After each step it is told what happened. Conditions change what it is told, asked or does.",
+}
+
+
+def trial_said(budget: int, varied: Literal["flips", "modalities", "conditions"]) -> str:
+    """What happens in a trial of so many steps, and what is varied."""
+    return f"In a trial an agent has {budget} steps to open a box whose joints lock each other. {_VARIED[varied]}"
 
 
 def flips_answer(summary: StudySummary) -> str:
@@ -132,8 +145,8 @@ def _needed(intervals: Iterable[tuple[float, float, int]], axis: Axis | None = N
         return ""
     where = f"at each {axis.name}" if axis else "under each condition"
     return (
-        f"About {_rounded(most[0])} trials {where} instead of {most[1]} would tell an effect to within "
-        f"{100 * NARROW:.0f} points."
+        f"To know the change to within {100 * NARROW:.0f} points either way takes about {_rounded(most[0])} trials "
+        f"{where}; this study has {most[1]}."
     )
 
 

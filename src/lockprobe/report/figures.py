@@ -54,9 +54,9 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Share of trials solved by flip rate (with one rate: by step), each agent named where its line ends. Grey: "
-        "between random agents with and without immediate repeats; hollow stars: the paper's text.",
-        "Intervals are Wilson's, 95 %; agents to compare with are thin and have none.",
+        "Share of trials solved; each agent is named where its line ends, and thin lines are baselines. The grey band "
+        "is chance: random agents that repeat a joint at once, or never do; stars are the paper's language model.",
+        "Upright bars are 95 % intervals (Wilson).",
     ),
     "box": _BOX,
     "forks": _FORKS,
@@ -144,11 +144,6 @@ CAPTIONS = {
 """The caption of every figure, by file name."""
 
 CONDITION_CAPTIONS = {
-    "overview": Caption(
-        "Share of trials solved by flip rate (with one rate: by step), each agent named where its line ends. Grey: "
-        "between random agents with and without immediate repeats; hollow stars: the paper's text.",
-        "Intervals are Wilson's, 95 %; agents to compare with are thin and have none.",
-    ),
     "box": _BOX,
     "forks": _FORKS,
     "why": Caption(

@@ -13,7 +13,14 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.prose.doses import at_dose
-from lockprobe.prose.overview import effects_answer, effects_needed, flips_answer, flips_needed, modality_answer
+from lockprobe.prose.overview import (
+    effects_answer,
+    effects_needed,
+    flips_answer,
+    flips_needed,
+    modality_answer,
+    trial_said,
+)
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.described import DescribedResult
 
@@ -38,6 +45,7 @@ class Overview(DescribedResult):
     """The first screen of a report."""
 
     question: str = Field(description="What the study asks.")
+    trial: str = Field(description="What happens in a trial, and what is varied.")
     answer: str = Field(description="What it found, in one sentence.")
     needed: str = Field(description="What would decide what is open; empty where nothing is.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
@@ -50,6 +58,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
     box, several = settings.get("box", {}).get("name", "a lockbox"), len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     subjects = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
+    budget = settings.get("max_steps", 20)
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
@@ -62,6 +71,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         answer = ""
     return Overview(
         question=question,
+        trial=trial_said(budget, "modalities" if modal else "flips"),
         answer=answer or flips_answer(summary),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
@@ -78,7 +88,9 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
         change, against = "0", "it ignores reports"
     elif contrast is not None:
         gap = contrast.difference
-        change, against = f"{bracketed(gap.value, gap.low, gap.high)} points", at_dose(contrast.other.p, agent.axis)
+        change = f"{bracketed(gap.value, gap.low, gap.high)} points"
+        which = "" if contrast.choices == 1 else "largest " if contrast.farthest else "clearest "
+        against = f"{which}change, {at_dose(contrast.other.p, agent.axis)}"
     return KeyNumbers(
         agent=agent.name,
         success=share(found.value, found.low, found.high),
@@ -119,6 +131,7 @@ def condition_overview(
         question, answer = f"What do {len(settings['conditions'])} conditions do to how agents open {box}?", ""
     return Overview(
         question=question,
+        trial=trial_said(settings.get("max_steps", 20), "conditions"),
         answer=answer or effects_answer(found),
         needed="" if whys else effects_needed(found),
         figure="why" if whys else "effects" if rows else "",
@@ -135,7 +148,7 @@ def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
         success=share(truth.value, truth.low, truth.high),
         where="solved under true reports",
         change=f"{bracketed(change.value, change.low, change.high)} points",
-        against="under false reports",
+        against="change under false reports",
         chance=_chance(reference),
     )
 
@@ -149,6 +162,6 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
         success=percent(gap.first.value),
         where=f"solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
-        against=f"under {clearest.condition}",
+        against=f"{'clearest ' * (len(found.effects) > 1)}change, under {clearest.condition}",
         chance=_chance(reference),
     )

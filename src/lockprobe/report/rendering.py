@@ -45,7 +45,7 @@ def _templates() -> Any:
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
     environment.globals["unnamed"] = UNNAMED
-    environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable}
+    environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable, "specs": _specs}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 
@@ -72,3 +72,10 @@ def _breakable(name: str) -> Any:
     from markupsafe import Markup
 
     return Markup(re.sub(r"(:|/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
+
+
+def _specs(text: str) -> Any:
+    """A sentence with its specs in the letters of code."""
+    from markupsafe import Markup
+
+    return Markup(re.sub(r"\S+:[^\s,;]*[\w)]", lambda spec: f"<code>{spec[0]}</code>", str(_shown(text))))  # noqa: S704

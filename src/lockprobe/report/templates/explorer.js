@@ -29,7 +29,7 @@
   const number = (trial) => (trial.person ? `person ${trial.person}, ` : "") + `repetition ${trial.r}, trial ${trial.n}`;
   const short = (name) => (name.length > 16 ? `${name.slice(0, 15)}…` : name);
 
-  // A panel: sliders go up, knobs turn; blue is the target, a frame the attempt, red what was told falsely.
+  // A panel: sliders go right, knobs turn; blue is the target, a frame the attempt, red what was told falsely.
   const WIDE = 96, HIGH = 104;
   const panel = (trial, bits, truth, tried, says) => {
     const count = trial.panel.length;
@@ -38,14 +38,14 @@
       const open = bits[place] === "1", x = place * WIDE + WIDE / 2;
       const off = truth && bits[place] !== truth[place];
       const group = drawn("g", { class: `${joint === trial.goal ? "goal" : ""}${off ? " off" : ""}${bits === "-" ? " unknown" : ""}` });
-      if (joint === tried) group.append(drawn("rect", { x: x - 30, y: 3, width: 60, height: 74, rx: 8, class: "tried" }));
+      if (joint === tried) group.append(drawn("rect", { x: x - 36, y: 6, width: 72, height: 68, rx: 8, class: "tried" }));
       if (data.turning[joint]) {
         const [dx, dy] = open ? [20, 0] : [0, -20];
         group.append(drawn("circle", { cx: x, cy: 40, r: 24, class: "slot" }));
         group.append(drawn("line", { x1: x, y1: 40, x2: x + dx, y2: 40 + dy, class: "hand" }));
       } else {
-        group.append(drawn("rect", { x: x - 9, y: 12, width: 18, height: 56, rx: 9, class: "slot" }));
-        group.append(drawn("circle", { cx: x, cy: open ? 22 : 58, r: 8, class: "handle" }));
+        group.append(drawn("rect", { x: x - 28, y: 31, width: 56, height: 18, rx: 9, class: "slot" }));
+        group.append(drawn("rect", { x: open ? x + 5 : x - 26, y: 33, width: 21, height: 14, rx: 6, class: "handle" }));
       }
       const label = drawn("text", { x, y: 94, "text-anchor": "middle" });
       label.textContent = short(data.joints[joint]);
@@ -79,9 +79,10 @@
       line.append(`Step ${index + 1}: ${data.joints[did]}${chosen}. In truth it ${trial.moved[index] === "1" ? "moved" : "was blocked"}; told: `);
       line.append(make("b", false_ ? "off" : "", `${outcome[trial.told[index]]}${false_ ? ", which is false" : ""}`), ". ");
       const claim = trial.said[index + 1];
-      if (claim === "1" || claim === "0") line.append(`The agent then said that it ${claim === "1" ? "moved" : "was blocked"}. `);
-      if (trial.loop[index] !== " ") line.append(`In loop ${trial.loop[index]}. `);
-      if (step === parted) line.append(make("b", "", "Here the two trials part. "));
+      if (claim === trial.told[index] && claim !== "-") line.append("Asked about it, the agent repeated the report. ");
+      else if (claim === "1" || claim === "0") line.append(make("b", "off", `Asked about it, the agent said ${outcome[claim]}: it misread the report. `));
+      if (trial.loop[index] !== " ") line.append(`This step belongs to action loop ${trial.loop[index]}. `);
+      if (step === parted) line.append(make("b", "", "From here the two trials differ. "));
       if (ended || index + 1 === trial.did.length) line.append(make("b", "", trial.solved ? "Solved." : "Not solved within the budget."));
     }
     place.replaceChildren(pair, line);
@@ -118,7 +119,7 @@
   const agent = chooser("Agent", indexes, data.agents);
   const condition = chooser("Condition", [], []);
   const which = chooser("Trial", [], []);
-  const other = chooser("Next to", [], []);
+  const other = chooser("Compare with", [], []);
   const controls = make("div", "controls");
   controls.append(agent.label, condition.label, which.label, other.label);
   const slider = make("input");
@@ -131,7 +132,7 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Numbers are joints from left to right. Bold: it moved; red: told falsely; double line: in a loop; blue frame: the two trials part. Keys: ← → Home End.");
+  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Bold: it moved. Red: the report was false. Blue: the target. Double line below: the step repeats others, an action loop. Dashed frame: from here the two trials differ. Keys: ← → Home End.");
   home.append(controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;
@@ -161,7 +162,7 @@
       side.append(make("h3", "", `${one.a === trial.a ? data.conditions[one.c] : data.agents[one.a]}: ${one.solved ? "solved" : "not solved"} in ${one.did.length} steps`), strips[i], places[i]);
       return side;
     }));
-    note.textContent = second ? (parted ? `Both trials have the same luck. Their actions part at step ${parted}.` : "Both trials have the same luck and the same actions.") : "";
+    note.textContent = second ? (parted ? `Both trials draw the same random numbers. Their actions first differ at step ${parted}.` : "Both trials draw the same random numbers, and their actions are the same.") : "";
     go(Math.min(step, longest));
   };
   const fillOthers = () => {
