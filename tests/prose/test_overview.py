@@ -9,7 +9,7 @@ from builders import make_trial, play_study, small_study
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
-from lockprobe.prose.overview import effects_answer, effects_needed, flips_answer, flips_needed
+from lockprobe.prose.overview import effects_answer, effects_needed, flips_answer, flips_needed, not_above_chance
 
 SOLVED, UNSOLVED = [3, 2, 1, 0], [1] * 20
 
@@ -100,3 +100,11 @@ def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
     assert effects_needed([effects(("x", 0.1, False))]) == (
         "To know the change to within 10 points either way takes about 200 trials under each condition; this study has 50."
     )
+
+
+def test_agents_near_chance_are_said_to_be():
+    """Random agents without immediate repeats solve 69 % of chain-4 in 20 steps."""
+    assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
+    said = "{} not shown to solve more than random agents when told the truth."
+    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a is")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a and b are")

@@ -17,7 +17,15 @@ from lockprobe.formatting import percent
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 
-__all__ = ["effects_answer", "effects_needed", "flips_answer", "flips_needed", "modality_answer", "trial_said"]
+__all__ = [
+    "effects_answer",
+    "effects_needed",
+    "flips_answer",
+    "flips_needed",
+    "modality_answer",
+    "not_above_chance",
+    "trial_said",
+]
 
 NARROW = 0.1
 """Half the width of an interval that would decide whether an effect is small; ours, chosen by eye."""
@@ -126,6 +134,26 @@ def _listed(names: Sequence[str], last: str = "and") -> str:
         names = [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} others"]
     *most, end = names
     return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def not_above_chance(summary: StudySummary) -> str:
+    """Which agents are not shown to beat random agents without immediate repeats, under their first condition."""
+    if summary.reference is None:
+        return ""
+    counted = [
+        (agent, first)
+        for agent in summary.subjects
+        if (first := next((one for one in agent.conditions if one.success.n), None)) is not None
+    ]
+    weak = [
+        subject_of(agent).name
+        for agent, first in counted
+        if first.success.low <= summary.reference.no_repeat[len(first.curve.share) - 1]
+    ]
+    if not weak:
+        return ""
+    where = at_dose(counted[0][1].p, summary.axis)
+    return f"{_listed(weak)} {'is' if len(weak) == 1 else 'are'} not shown to solve more than random agents {where}."
 
 
 def flips_needed(summary: StudySummary) -> str:

@@ -19,6 +19,7 @@ from lockprobe.prose.overview import (
     flips_answer,
     flips_needed,
     modality_answer,
+    not_above_chance,
     trial_said,
 )
 from lockprobe.prose.why import mechanism_said
@@ -47,6 +48,7 @@ class Overview(DescribedResult):
     question: str = Field(description="What the study asks.")
     trial: str = Field(description="What happens in a trial, and what is varied.")
     answer: str = Field(description="What it found, in one sentence.")
+    chance: str = Field(default="", description="Which agents are not shown to beat random agents; empty if all do.")
     needed: str = Field(description="What would decide what is open; empty where nothing is.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
     numbers: list[KeyNumbers]
@@ -73,6 +75,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         question=question,
         trial=trial_said(budget, "modalities" if modal else "flips"),
         answer=answer or flips_answer(summary),
+        chance=not_above_chance(summary),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         numbers=[_numbers(agent, summary.reference) for agent in subjects[:_ROWS]],
@@ -94,7 +97,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
     return KeyNumbers(
         agent=agent.name,
         success=share(found.value, found.low, found.high),
-        where=f"solved {at_dose(first.p, agent.axis)}",
+        where=f"of {found.n} trials solved {at_dose(first.p, agent.axis)}",
         change=change,
         against=against,
         chance=_chance(reference),
@@ -146,7 +149,7 @@ def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
     return KeyNumbers(
         agent=found.agent,
         success=share(truth.value, truth.low, truth.high),
-        where="solved under true reports",
+        where=f"of {truth.n} trials solved under true reports",
         change=f"{bracketed(change.value, change.low, change.high)} points",
         against="change under false reports",
         chance=_chance(reference),
@@ -160,7 +163,7 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
     return KeyNumbers(
         agent=found.agent,
         success=percent(gap.first.value),
-        where=f"solved under {found.control}",
+        where=f"of {gap.first.n} trials solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
         against=f"{'clearest ' * (len(found.effects) > 1)}change, under {clearest.condition}",
         chance=_chance(reference),

@@ -132,7 +132,7 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Bold: it moved. Red: the report was false. Blue: the target. Double line below: the step repeats others, an action loop. Dashed frame: from here the two trials differ. Keys: ← → Home End.");
+  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Bold: it moved. Red: the report was false; where positions are told, a false one spoils the next comparison of its joint too. Blue: the target. Double line below: the step repeats others, an action loop. Dashed frame: from here the two trials differ. Keys: ← → Home End.");
   home.append(controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;
