@@ -7,7 +7,8 @@ import typer
 from provider_server import completion, truthful
 
 from lockprobe import load
-from lockprobe.cli.run import NO_VALID_TRIAL, run
+from lockprobe.cli.run import run
+from lockprobe.cli.run_study import NO_VALID_TRIAL
 from lockprobe.cli.status import status
 from lockprobe.errors import BadValue
 

@@ -16,7 +16,8 @@ from lockprobe import load
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import Plain
-from lockprobe.cli.run import ALL_BROKE, BUDGET_REACHED, run
+from lockprobe.cli.run import run
+from lockprobe.cli.run_study import ALL_BROKE, BUDGET_REACHED
 from lockprobe.errors import BadValue
 from lockprobe.model_call import Call, Usage
 from lockprobe.studies.call_log import read_calls
@@ -332,6 +333,6 @@ def test_strategies_come_after_people_or_before_them(tmp_path):
 def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):
     (tmp_path / "S").mkdir()
     with pytest.raises(
-        BadValue, match=r"expected one of flips, modalities, why, or FILE.toml; to go on, .* --out .*S$"
+        BadValue, match=r"expected one of flips, modalities, why, suite-1, or FILE.toml; to go on, .* --out .*S$"
     ):
         run(str(tmp_path / "S"))

@@ -20,7 +20,7 @@ from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain, count
-from lockprobe.cli.run import ALL_BROKE, BUDGET_REACHED
+from lockprobe.cli.run_study import ALL_BROKE, BUDGET_REACHED
 from lockprobe.errors import BudgetReached
 from lockprobe.formatting import p_cell, percent
 from lockprobe.prose.branch import found_said, size_said, value_said

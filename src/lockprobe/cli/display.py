@@ -133,14 +133,15 @@ class JsonLines(Plain):
 
     def reported(self, path: Path | None) -> None:
         """The report is written; without a path there is none."""
-        self.event("report", path=None if path is None else str(path), **self._cost())
+        if self._report is not None:
+            self.event("report", path=None if path is None else str(path), **self._cost())
 
 
 class LiveDisplay(Plain):
     """A table that stays in place, with the latest step of every trial that is being played."""
 
     def __init__(
-        self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool = True
+        self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True
     ) -> None:
         super().__init__(batch=batch, budget=budget, report=report)
         self._console = console
@@ -197,7 +198,9 @@ class LiveDisplay(Plain):
 
 
 @contextmanager
-def watch(*, json: bool, batch: bool = False, budget: Budget | None = None, report: bool = True) -> Iterator[Plain]:
+def watch(
+    *, json: bool, batch: bool = False, budget: Budget | None = None, report: bool | None = True
+) -> Iterator[Plain]:
     """The display that fits the output: JSON lines, plain lines, or a live table on a terminal."""
     if json:
         yield JsonLines(batch=batch, budget=budget, report=report)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json as json_
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.estimate import Estimate, estimates
+from lockprobe.studies.estimate import Estimate, estimates, together
 from lockprobe.studies.journal import load
 from lockprobe.studies.spending import Spending, hosted
 from lockprobe.studies.spending import dollars as in_words
@@ -113,18 +113,22 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
     }
 
 
-def print_estimates(study: Study, directory: Path, *, batch: bool, json: bool) -> None:
-    """Say what the trials that a study owes would cost, without touching its directory."""
-    done = {trial.key: trial for trial in load(directory)} if (directory / "trials.jsonl").is_file() else {}
-    found = estimates(study, done, read_calls(directory), batch=batch)
+def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json: bool) -> None:
+    """Say what the trials that studies owe would cost together, without touching their directories."""
+    found = together(one for study, directory in studies for one in _estimates(study, directory, batch=batch))
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
-    elif not hosted(study):
+    elif not any(hosted(study) for study, _ in studies):
         print("Nothing: no agent of this study asks a provider.")
     elif not found:
         print("Nothing: no trial that asks a provider is owed.")
     for line in (line for one in found if not json for line in estimate_lines(one)):
         print(line)
+
+
+def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
+    done = {trial.key: trial for trial in load(directory)} if (directory / "trials.jsonl").is_file() else {}
+    return estimates(study, done, read_calls(directory), batch=batch)
 
 
 def spent_in_words(spent: Spending) -> str:

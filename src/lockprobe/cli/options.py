@@ -47,7 +47,7 @@ def _directory(path: str) -> Path:
     return Path(path)
 
 
-Name = Annotated[str, typer.Argument(metavar="flips|modalities|why|FILE.toml", help=_STUDY)]
+Name = Annotated[str, typer.Argument(metavar="flips|modalities|why|suite-1|FILE.toml", help=_STUDY)]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help="Directory of the study.")]
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]

@@ -99,9 +99,12 @@ def _when(study: Study, owed: int) -> str:
 
 
 class Plain:
-    """Prints lines: the first trial's steps of every slow agent, then how it goes."""
+    """Prints lines: the first trial's steps of every slow agent, then how it goes.
 
-    def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool = True) -> None:
+    ``report`` is None for a study that is part of something larger, which reports it.
+    """
+
+    def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True) -> None:
         self.tally = Tally()
         self._batch, self._budget, self._report = batch, budget, report
         self._journal: Journal | None = None
@@ -259,7 +262,7 @@ class Plain:
         self._spent()
         if self._report:
             self.say("No report: no trial has ended" if path is None else f"Report: {path}")
-        elif self._journal is not None:
+        elif self._report is not None and self._journal is not None:
             self.say(f"No report, as asked; lockprobe report {self._journal.directory} writes it")
 
 

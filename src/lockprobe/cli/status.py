@@ -23,17 +23,29 @@ from lockprobe.studies.records import read_records
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
+from lockprobe.studies.suites import is_suite, read_suite, suite_directories
 from lockprobe.studies.valid_conditions import Invalid, invalid_conditions
 from lockprobe.terminal_text import printable
 
 __all__ = ["status"]
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; of a suite one for each study, in a line.")]
 
 
 def status(directory: Directory, json: AsJson = False) -> None:
-    """What is done, owed and failed (by boundary), what it took, and what it has cost."""
+    """What is done, owed and failed (by boundary), what it took, and what it has cost; of a suite, study by study."""
+    if not is_suite(directory):
+        _status(directory, json=json)
+        return
+    suite = read_suite(directory)
+    for i, name in enumerate(suite_directories(directory, suite)):
+        if i and not json:
+            print()
+        _status(directory / name, json=json)
+
+
+def _status(directory: Path, *, json: bool) -> None:
     study = read_study(directory)
     everything, left_out = read_records(directory)
     trials = [trial for trial in everything if study.asks_for(trial)]

@@ -10,12 +10,14 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli.printing import time_left
+from lockprobe.report.suite_verification import verify_suite
 from lockprobe.report.verification import verify as verify_study
+from lockprobe.studies.suites import is_suite
 from lockprobe.terminal_text import printable
 
 __all__ = ["verify"]
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 
 _NAMED = 5
@@ -23,19 +25,21 @@ _NAMED = 5
 
 
 def verify(directory: Directory, json: AsJson = False) -> None:
-    """Recompute a study from its records: checksums, settings, luck, choices of strategies, and results.json.
+    """Recompute a study or a suite from its records: checksums, settings, luck, choices of strategies, and results.
 
     Ends with 1 if anything does not hold. What models and people answered is taken from the records.
     """
-    checks = verify_study(directory, tell=time_left("trials"))
-    holds = all(check.holds for check in checks)
+    check = verify_suite if is_suite(directory) else verify_study
+    checks = check(directory, tell=time_left("trials"))
+    holds = all(one.holds for one in checks)
     if json:
-        print(json_.dumps({"holds": holds, "checks": [asdict(check) for check in checks]}))
+        print(json_.dumps({"holds": holds, "checks": [asdict(one) for one in checks]}))
     else:
-        for check in checks:
-            print(f"{'holds' if check.holds else 'FAILS'}  {check.name:9} {printable(check.said)}")
-            for name in check.failed[:_NAMED]:
-                print(f"                 {printable(name)}")
-            if len(check.failed) > _NAMED:
-                print(f"                 and {len(check.failed) - _NAMED} more (--json)")
+        wide = max(len(one.name) for one in checks)
+        for one in checks:
+            print(f"{'holds' if one.holds else 'FAILS'}  {one.name:{wide}}  {printable(one.said)}")
+            for name in one.failed[:_NAMED]:
+                print(f"{'':{wide + 9}}{printable(name)}")
+            if len(one.failed) > _NAMED:
+                print(f"{'':{wide + 9}}and {len(one.failed) - _NAMED} more (--json)")
     raise typer.Exit(0 if holds else 1)

@@ -10,6 +10,7 @@ from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDiffer
 from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
+from lockprobe.analysis.suite_scores import SuiteScore
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.lockbox.box import Lockbox
@@ -25,6 +26,7 @@ __all__ = [
     "drawings",
     "fork_pictures",
     "series_captions",
+    "suite_picture",
 ]
 
 Pictures = dict[str, dict[str, bytes]]
@@ -207,6 +209,15 @@ def comparison_picture(found: Sequence[StudyDifference], names: Mapping[Side, st
     from lockprobe.figures.study_comparison import comparison_drawing
 
     figure = comparison_drawing(found, names)
+    return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
+
+
+def suite_picture(entries: Sequence[tuple[str, SuiteScore]]) -> dict[str, bytes]:
+    """The figure of the scores of a suite as PNG and SVG; at least one agent."""
+    from lockprobe import figures
+    from lockprobe.figures.suite import suite_drawing
+
+    figure = suite_drawing(entries)
     return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 

@@ -29,7 +29,7 @@ from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.play import play_timed
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["Check", "verify"]
+__all__ = ["Check", "check_file", "verify"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,23 +170,27 @@ def _differs(trial: Trial, again: Trial) -> str | None:
 
 def _results(directory: Path) -> Check:
     """Whether ``results.json`` is what the records give."""
-    path = directory / "results.json"
+    return check_file("results", directory / "results.json", lambda: results(directory).plain())
+
+
+def check_file(name: str, path: Path, compute: Callable[[], Mapping[str, Any]]) -> Check:
+    """Whether a file of results, if there is one, holds what is computed from the records."""
     try:
         written = json.loads(path.read_text("utf-8"))
     except FileNotFoundError:
-        return Check(name="results", holds=True, said="there is no results.json to compare")
+        return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
     except ValueError as error:
-        return Check(name="results", holds=False, said=f"results.json is damaged ({error})")
+        return Check(name=name, holds=False, said=f"{path.name} is damaged ({error})")
     try:
-        found = results(directory).plain()
+        found = compute()
     except UserMistake as error:
-        return Check(name="results", holds=False, said=str(error))
+        return Check(name=name, holds=False, said=str(error))
     if isinstance(written, dict) and written.get("lockprobe") != found["lockprobe"]:
         release = written.get("lockprobe")
-        return Check(name="results", holds=False, said=f"results.json is of release {release}: lockprobe report first")
+        return Check(name=name, holds=False, said=f"{path.name} is of release {release}: lockprobe report first")
     different = tuple(_different(written, found))
-    said = f"{len(different)} values of results.json differ" if different else "results.json is what the records give"
-    return Check(name="results", holds=not different, said=said, failed=different)
+    said = f"{len(different)} values of {path.name} differ" if different else f"{path.name} is what the records give"
+    return Check(name=name, holds=not different, said=said, failed=different)
 
 
 def _different(written: Any, found: Any, where: str = "") -> Iterator[str]:

@@ -21,7 +21,7 @@ from lockprobe.studies.request_sizes import PromptSizes, Request
 from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
 
-__all__ = ["Estimate", "estimates", "most_of_one_call"]
+__all__ = ["Estimate", "estimates", "most_of_one_call", "together"]
 
 _REASONING = 1000
 """Tokens of reasoning before a reply where nothing has been played; models differ by more than tenfold."""
@@ -84,6 +84,29 @@ def estimates(
             agent.note(call)
     found = (agent.estimate(batch=batch) for agent in agents)
     return [estimate for estimate in found if estimate.trials]
+
+
+def together(found: Iterable[Estimate]) -> list[Estimate]:
+    """The estimates of several studies added up, one for each agent."""
+    sums: dict[str, Estimate] = {}
+    for one in found:
+        first = sums.get(one.agent)
+        sums[one.agent] = one if first is None else _added(first, one)
+    return list(sums.values())
+
+
+def _added(first: Estimate, second: Estimate) -> Estimate:
+    read = [one.expected.input_tokens for one in (first, second)]
+    repeated = first.repeated * read[0] + second.repeated * read[1]
+    return replace(
+        first,
+        trials=first.trials + second.trials,
+        rests_on=first.rests_on + second.rests_on,
+        expected=first.expected + second.expected,
+        full=first.full + second.full,
+        most=first.most + second.most,
+        repeated=repeated / sum(read) if sum(read) else 0.0,
+    )
 
 
 def most_of_one_call(study: Study, agent: str) -> float:

@@ -1,0 +1,113 @@
+"""A suite on the command line: its studies one after the other, then its page."""
+
+from __future__ import annotations
+
+import json as json_
+from collections.abc import Mapping
+from pathlib import Path
+from typing import cast
+
+import typer
+
+from lockprobe.cli.format_cost import print_estimates
+from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
+from lockprobe.errors import BadValue
+from lockprobe.report.suite import SuiteResults, suite_results
+from lockprobe.report.suite_page import score_table, write_suite
+from lockprobe.studies import paper
+from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.runner import Limits
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.spending import Ledger
+from lockprobe.studies.study import joined_agents
+from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
+from lockprobe.terminal_text import printable
+
+__all__ = ["report_suite", "run_suite"]
+
+_CHOSEN = ("agent",)
+"""Options of a study that a suite leaves to its user."""
+
+
+def run_suite(
+    suite: Suite,
+    asked: Mapping[str, object],
+    out: Path | None,
+    limits: Limits,
+    *,
+    budget: float | None,
+    again: str | None,
+    estimate: bool,
+    report: bool,
+    json: bool,
+) -> None:
+    """Play what agents owe of a suite, and write its page.
+
+    Raises:
+        BadValue: If an option is given that the suite fixes.
+    """
+    for name, value in asked.items():
+        if name not in _CHOSEN:
+            raise BadValue(name, value, f"nothing: {suite.name} is fixed but for --agent")
+    directory = out or Path("lockprobe-runs") / suite.name
+    studies = suite_studies(suite, _agents(suite, directory, cast("list[str] | None", asked.get("agent"))))
+    if estimate:
+        parts = [(study, directory / name) for name, study in studies.items()]
+        return print_estimates(parts, batch=limits.access.batch, json=json)
+    if again is not None and not is_suite(directory):
+        raise BadValue("again", again, "the directory of a suite that has been played")
+    begin_suite(directory, suite)
+    status = 0
+    for name, study in studies.items():
+        allowed = allowed_budget(study, budget, directory / name)
+        if allowed is not None:
+            allowed.spent += _spent(directory, suite, without=name)
+        found = play_study(study, directory / name, limits, allowed, again=again, report=None, json=json)
+        status = max(status, found)
+        if found == BUDGET_REACHED:
+            break
+    if report:
+        report_suite(directory, json=json)
+    if status:
+        raise typer.Exit(status)
+    return None
+
+
+def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str, ...]:
+    """Those asked for; else those that the directory has; else those of the first command."""
+    if asked:
+        return tuple(asked)
+    there: tuple[str, ...] = ()
+    for name in suite_directories(directory, suite):
+        there = joined_agents(there, read_study(directory / name).agents)
+    return there or ("llm:local", paper.LEARNER, *paper.REFERENCES)
+
+
+def _spent(directory: Path, suite: Suite, *, without: str) -> float:
+    """What the other studies of a suite have cost at most, in US dollars; a budget has no calls without a price."""
+    spent = 0.0
+    for name in suite_directories(directory, suite):
+        if name != without:
+            found = Ledger(read_study(directory / name), read_calls(directory / name)).total
+            spent += (found.dollars or 0.0) + (found.dollars_unknown or 0.0)
+    return spent
+
+
+def report_suite(directory: Path, *, json: bool) -> None:
+    """Write the scores and the page of a suite's directory, and print the scores."""
+    found = suite_results(directory)
+    page = write_suite(found, directory)
+    if json:
+        print(json_.dumps({"event": "suite", **found.plain(), "page": str(page)}, allow_nan=False), flush=True)
+        return
+    _print(found)
+    print(f"Suite: {page}")
+
+
+def _print(found: SuiteResults) -> None:
+    rows = score_table(found)
+    table = new_table(*rows[0])
+    for row in rows[1:]:
+        table.add_row(*(printable(cell) for cell in row))
+    print_table(table)

@@ -1,0 +1,162 @@
+"""The scores of a suite, computed from the records of its studies: ``suite.json`` and its page."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from lockprobe.analysis.modalities import spoken
+from lockprobe.analysis.suite_scores import LevelTrials, SuiteScore, suite_score
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.solve import optimum, random_success
+from lockprobe.record import Trial
+from lockprobe.report.opened import OpenedStudy, open_study
+from lockprobe.report.schema import plain_json
+from lockprobe.studies import paper
+from lockprobe.studies.suites import Suite, read_suite, suite_directories
+from lockprobe.trial_json import trial_to_json
+
+__all__ = ["Entry", "Level", "SuiteResults", "suite_results"]
+
+_VERSION = 1
+"""Version of the layout of :meth:`SuiteResults.plain`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Level:
+    """One level of a suite.
+
+    Attributes:
+        box: Name of its box.
+        joints: Number of joints.
+        optimum: Fewest steps that open it.
+        chance: Success of a uniformly random agent within the budget, exact, [0, 1].
+        judged: Whether an ideal observer judges actions on it.
+    """
+
+    box: str
+    joints: int
+    optimum: int | None
+    chance: float
+    judged: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """An agent of a suite, shown the boxes in one way.
+
+    Attributes:
+        agent: Agent spec.
+        modality: How the boxes were shown.
+        shown: The same in words, if it looks at pictures; else empty.
+        planned: Trials planned.
+        scores: Its scores.
+    """
+
+    agent: str
+    modality: str
+    shown: str
+    planned: int
+    scores: SuiteScore
+
+    @property
+    def name(self) -> str:
+        """Its spec, and what it is shown in brackets."""
+        return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def partial(self) -> bool:
+        """Whether trials are missing."""
+        return self.scores.trials + self.scores.broken < self.planned
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuiteResults:
+    """What a suite's directory holds.
+
+    Attributes:
+        suite: Which suite.
+        levels: Its levels, from easy to hard.
+        entries: The agents, the most competent first; those without a competence last.
+        records: SHA-256 of the records of each study, in the order of their keys, by the name of its directory.
+    """
+
+    suite: Suite
+    levels: tuple[Level, ...]
+    entries: tuple[Entry, ...]
+    records: dict[str, str]
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        entries = [
+            {"agent": one.agent, "modality": one.modality, "planned": one.planned, **asdict(one.scores)}
+            for one in self.entries
+        ]
+        found: dict[str, Any] = plain_json(
+            {
+                "suite": self.suite.name,
+                "version": _VERSION,
+                "lockprobe": version("lockprobe"),
+                "levels": [asdict(level) for level in self.levels],
+                "agents": entries,
+                "records": self.records,
+            }
+        )
+        return found
+
+
+def suite_results(directory: Path) -> SuiteResults:
+    """Compute the scores of a suite's directory from its records.
+
+    Raises:
+        BadFile: If it is not one, or a record is damaged.
+    """
+    suite = read_suite(directory)
+    studies = {name: open_study(directory / name) for name in suite_directories(directory, suite)}
+    levels = tuple(_level(name, judged=name in suite.judged) for name in suite.boxes)
+    cells = dict.fromkeys(
+        (agent, modality, name.removeprefix(study.study.box.name))
+        for name, study in studies.items()
+        for agent in study.study.agents
+        for modality in study.study.modalities
+    )
+    entries = [
+        _entry(agent, modality, suite, {level: studies.get(f"{level.box}{ending}") for level in levels})
+        for agent, modality, ending in cells
+    ]
+    entries.sort(key=lambda one: -one.scores.competence.value if one.scores.competence else 1.0)
+    return SuiteResults(
+        suite=suite,
+        levels=levels,
+        entries=tuple(entries),
+        records={name: _digest(study.trials) for name, study in studies.items()},
+    )
+
+
+def _level(name: str, *, judged: bool) -> Level:
+    found = box(name)
+    chance = random_success(found, paper.MAX_STEPS)
+    return Level(box=name, joints=len(found.joints), optimum=optimum(found), chance=chance, judged=judged)
+
+
+def _entry(agent: str, modality: str, suite: Suite, studies: dict[Level, OpenedStudy | None]) -> Entry:
+    found, pictures = list[LevelTrials](), False
+    for level, opened in studies.items():
+        trials = () if opened is None else opened.trials
+        own = [one for one in trials if (one.agent, one.modality) == (agent, modality)]
+        told, misled = ([one for one in own if bool(one.p) == false] for false in (False, True))
+        found.append(LevelTrials(box=level.box, chance=level.chance, told=told, misled=misled, judged=level.judged))
+        pictures = pictures or (opened is not None and opened.study.has_pictures)
+    planned = len(studies) * len(suite.p) * (suite.looks if pictures else suite.trials)
+    shown = spoken(modality) if pictures else ""
+    return Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=suite_score(found))
+
+
+def _digest(trials: Sequence[Trial]) -> str:
+    """A checksum that does not depend on the order in which trials were played."""
+    lines = (trial_to_json(trial) for trial in sorted(trials, key=lambda trial: trial.key))
+    return hashlib.sha256(b"\n".join(lines)).hexdigest()

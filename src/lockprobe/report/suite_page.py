@@ -1,0 +1,104 @@
+"""``suite.html`` and ``suite.json``: the scores of a suite on one self-contained page without scripts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from lockprobe.analysis.suite_scores import Score
+from lockprobe.errors import BadFile
+from lockprobe.formatting import NONE, bracketed, percent, share
+from lockprobe.prose.suite import suite_said
+from lockprobe.report.figures import Caption, suite_picture
+from lockprobe.report.format import TextTable, share_cell
+from lockprobe.report.rendering import image, rendered
+from lockprobe.report.suite import SuiteResults
+from lockprobe.storage.atomic_file import write_files
+from lockprobe.studies.suites import SCORES
+
+__all__ = ["PAGE", "level_table", "score_table", "write_suite"]
+
+PAGE = "suite.html"
+
+_CAPTION = Caption(
+    "Five scores of each agent, the most competent on top. Bars are 95 % intervals; the short upright lines in the "
+    "last panel are the rationality of random choices in the same situations.",
+)
+
+
+def write_suite(found: SuiteResults, directory: Path) -> Path:
+    """Write scores and page together.
+
+    Args:
+        found: The scores.
+        directory: The directory of the suite.
+
+    Returns:
+        Where the page is.
+
+    Raises:
+        BadFile: If they cannot be written.
+    """
+    shown = [(one.name, one.scores) for one in found.entries]
+    page = rendered(
+        "suite",
+        content=found,
+        said=suite_said(shown),
+        lockprobe=found.plain()["lockprobe"],
+        images={"scores": image(suite_picture(shown)["svg"])} if shown else {},
+        caption=_CAPTION,
+        tables={"scores": score_table(found), "levels": level_table(found), "boxes": _box_table(found)},
+    )
+    scores = json.dumps(found.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    try:
+        write_files({directory / SCORES: scores, directory / PAGE: page})
+    except OSError as error:
+        raise BadFile(directory, f"cannot be written ({error.strerror})") from error
+    return directory / PAGE
+
+
+def score_table(found: SuiteResults) -> TextTable:
+    """The five scores of every agent."""
+    rows = [["agent", "competence", "robustness", "misreading", "loops", "rationality", "trials"]]
+    for one in found.entries:
+        scores = one.scores
+        judged = scores.rationality
+        optimal = NONE if judged is None else share(judged.value, judged.low, judged.high)
+        trials = f"{scores.trials} of {one.planned}" if one.partial or scores.broken else str(scores.trials)
+        rows.append(
+            [
+                one.name,
+                _share(scores.competence),
+                _points(scores.robustness),
+                _share(scores.misreading),
+                _points(scores.loops),
+                optimal if judged is None else f"{optimal}, chance {percent(judged.chance)}",
+                trials,
+            ]
+        )
+    return rows
+
+
+def _share(found: Score | None) -> str:
+    return NONE if found is None else share(found.value, found.low, found.high)
+
+
+def _points(found: Score | None) -> str:
+    return NONE if found is None else bracketed(found.value, found.low, found.high)
+
+
+def level_table(found: SuiteResults) -> TextTable:
+    """Success of every agent at every level, with true and with false reports."""
+    rows = [["agent", "reports", *(level.box for level in found.levels)]]
+    for one in found.entries:
+        for name, shares in (
+            ("true", [level.told for level in one.scores.levels]),
+            ("false at 0.4", [level.misled for level in one.scores.levels]),
+        ):
+            rows.append([one.name, name, *(share_cell(share) for share in shares)])
+    return rows
+
+
+def _box_table(found: SuiteResults) -> TextTable:
+    head = ["box", "joints", "fewest steps", "solved by chance"]
+    return [head, *([one.box, str(one.joints), str(one.optimum), percent(one.chance, 1)] for one in found.levels)]

@@ -1,0 +1,66 @@
+"""Verification of a suite: each of its studies, whether they are the studies of the suite, and the scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from lockprobe.errors import LockprobeError
+from lockprobe.report.suite import suite_results
+from lockprobe.report.verification import Check, check_file, verify
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.suites import SCORES, Suite, read_suite, suite_directories, suite_study
+
+__all__ = ["verify_suite"]
+
+
+def verify_suite(directory: Path, *, tell: Callable[[int, int], None] = lambda done, of: None) -> tuple[Check, ...]:
+    """Recompute a suite from its records, and hold its directory against that.
+
+    Args:
+        directory: The directory of a suite.
+        tell: Called with the number of trials of a study played again, and of all of it.
+
+    Returns:
+        The checks in order, those of a study with its name before them.
+    """
+    try:
+        suite = read_suite(directory)
+    except LockprobeError as error:
+        return (Check(name="suite", holds=False, said=str(error)),)
+    names = suite_directories(directory, suite)
+    studies = (
+        replace(check, name=f"{name}: {check.name}") for name in names for check in verify(directory / name, tell=tell)
+    )
+    scores = check_file("scores", directory / SCORES, lambda: suite_results(directory).plain())
+    return (_definition(directory, suite, names), *studies, scores)
+
+
+def _definition(directory: Path, suite: Suite, names: list[str]) -> Check:
+    """Whether the studies are those of the suite, with the same agents at every level."""
+    wrong = tuple(_unlike(directory, suite, names))
+    said = f"{len(wrong)} faults in the studies" if wrong else f"the studies are those of {suite.name}"
+    return Check(name="suite", holds=not wrong, said=said, failed=wrong)
+
+
+def _unlike(directory: Path, suite: Suite, names: list[str]) -> Iterator[str]:
+    if not names:
+        yield "there is no study"
+    agents: dict[str, set[str]] = {}
+    for name in names:
+        try:
+            found = read_study(directory / name)
+        except LockprobeError as error:
+            yield str(error)
+            continue
+        if found.settings() != suite_study(suite, name, found.agents).settings():
+            yield f"{name}: its settings are not those of {suite.name}"
+        ending = next(name.removeprefix(box) for box in suite.boxes if name.startswith(box))
+        agents.setdefault(ending, set()).add(" ".join(found.agents))
+    for ending, players in agents.items():
+        for box in suite.boxes:
+            if f"{box}{ending}" not in names:
+                yield f"{box}{ending}: there is no such study"
+        if len(players) > 1:
+            yield f"the levels{ending} have different agents: {'; '.join(sorted(players))}"

@@ -1,0 +1,185 @@
+"""Suites: fixed, versioned sets of studies, each at one level of difficulty, whose scores people can quote.
+
+A suite never changes once it is published; another set gets another number. ``suite-1`` has four boxes of the paper's
+size, four joints: a box with a distractor, the default chain, a chain whose first joint has to be closed again, and
+Chinese rings. A uniformly random agent solves 57, 39, 23 and 1.6 % of them within 20 steps, exactly; the shortest plans
+have 3, 4, 5 and 8 steps. The panel is dealt anew in every trial, so that places on the panel tell nothing. Half of the
+trials have true reports, half a flip rate of 0.4, at which the paper reports the highest success (Sec. 3.2). The choice
+of boxes and numbers of trials is ours.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.interventions.condition import flips
+from lockprobe.lockbox.families import box
+from lockprobe.record import STATES
+from lockprobe.spec import PEOPLE
+from lockprobe.storage.atomic_file import write_file
+from lockprobe.studies import paper
+from lockprobe.studies.directory import SETTINGS
+from lockprobe.studies.study import Study
+
+__all__ = [
+    "SCORES",
+    "SUITES",
+    "Suite",
+    "begin_suite",
+    "is_suite",
+    "read_suite",
+    "suite_directories",
+    "suite_studies",
+    "suite_study",
+]
+
+SCORES = "suite.json"
+"""The file of a suite's directory: which suite it is and, once trials have ended, its scores."""
+
+_PICTURES = "-pictures"
+"""How the names of directories end whose agents look at pictures."""
+
+_LARGEST = 2**24
+"""Bytes of the file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Suite:
+    """A fixed set of studies.
+
+    Attributes:
+        name: Its name with its version.
+        boxes: One box for each level, from easy to hard.
+        judged: The boxes on which an ideal observer judges actions: those that its prior holds.
+        p: Flip rates: the truth, and the rate of false reports.
+        trials: Trials of a level and flip rate, for agents that read reports.
+        looks: The same in each modality, for agents that look at pictures; the whole is as long.
+        seed: Seed of everything.
+    """
+
+    name: str
+    boxes: tuple[str, ...]
+    judged: tuple[str, ...]
+    p: tuple[float, float]
+    trials: int
+    looks: int
+    seed: int
+
+    @property
+    def size(self) -> int:
+        """Trials that an agent plays."""
+        return len(self.boxes) * len(self.p) * self.trials
+
+
+SUITES: Mapping[str, Suite] = {
+    "suite-1": Suite(
+        name="suite-1",
+        boxes=("fork", "chain-4", "reset", "gray-code-4"),
+        judged=("chain-4",),
+        p=(0.0, 0.4),
+        trials=36,
+        looks=12,
+        seed=1,
+    )
+}
+"""The suites by name."""
+
+
+def suite_studies(suite: Suite, agents: Sequence[str]) -> dict[str, Study]:
+    """The studies of a suite by the name of their directory, level by level.
+
+    Agents that look at pictures play studies of their own, in the paper's three modalities.
+
+    Args:
+        suite: The suite.
+        agents: Agent specs.
+
+    Raises:
+        UnknownName: If there is no such agent.
+        BadValue: If there is none, people are among them, or one stands there twice.
+    """
+    if PEOPLE in agents:
+        raise BadValue("agent", PEOPLE, f"an agent that runs by itself: people do not play {suite.name}")
+    if not agents:
+        raise BadValue("agent", list(agents), "at least one")
+    looks = {agent: resolve(agent).senses == "pictures" for agent in agents}
+    groups = [("", [one for one in agents if not looks[one]]), (_PICTURES, [one for one in agents if looks[one]])]
+    return {
+        (directory := f"{name}{ending}"): suite_study(suite, directory, players)
+        for name in suite.boxes
+        for ending, players in groups
+        if players
+    }
+
+
+def suite_study(suite: Suite, directory: str, agents: Sequence[str]) -> Study:
+    """One study of a suite, by the name of its directory; the agents are not looked up."""
+    name, pictures = directory.removesuffix(_PICTURES), directory.endswith(_PICTURES)
+    return Study(
+        name=f"{suite.name}-{name}",
+        agents=tuple(agents),
+        box=box(name),
+        conditions=flips(suite.p, "transient", paper.MODALITIES if pictures else [STATES]),
+        repetitions=1,
+        trials=suite.looks if pictures else suite.trials,
+        max_steps=paper.MAX_STEPS,
+        seed=suite.seed,
+        plant=paper.ROBOT if pictures else "symbolic",
+        layout="shuffled",
+    )
+
+
+def is_suite(directory: Path) -> bool:
+    """Whether a directory is that of a suite."""
+    return (directory / SCORES).is_file() and not (directory / SETTINGS).exists()
+
+
+def read_suite(directory: Path) -> Suite:
+    """The suite that is played in a directory.
+
+    Raises:
+        BadFile: If it holds none, or one that this release does not know.
+    """
+    path = directory / SCORES
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise BadFile(path, f"it has more than {_LARGEST} bytes")
+        found = json.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise BadFile(path, f"it is damaged ({error})") from None
+    name = found.get("suite") if isinstance(found, dict) else None
+    if not isinstance(name, str) or name not in SUITES:
+        raise BadFile(path, str(UnknownName("suite", str(name)[:60], SUITES)))
+    return SUITES[name]
+
+
+def begin_suite(directory: Path, suite: Suite) -> None:
+    """Make the directory of a suite, unless it is there.
+
+    Raises:
+        BadFile: If it holds a study or another suite, or cannot be written.
+    """
+    if (directory / SETTINGS).exists():
+        raise BadFile(directory, f"it holds a study; {suite.name} needs a directory that has none")
+    if is_suite(directory):
+        if (there := read_suite(directory)) != suite:
+            raise BadFile(directory, f"it holds {there.name}, not {suite.name}")
+        return
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        write_file(directory / SCORES, json.dumps({"suite": suite.name}) + "\n")
+    except OSError as error:
+        raise BadFile(directory, f"cannot be written ({error.strerror})") from error
+
+
+def suite_directories(directory: Path, suite: Suite) -> list[str]:
+    """The names of the directories of its studies that are there, level by level."""
+    names = [f"{name}{ending}" for name in suite.boxes for ending in ("", _PICTURES)]
+    return [name for name in names if (directory / name / SETTINGS).exists()]

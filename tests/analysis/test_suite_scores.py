@@ -1,0 +1,90 @@
+"""The five scores of a suite: their zero and their one, their formulas, and how often their intervals hold the truth."""
+
+from statistics import fmean
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.analysis.behaviour import behaviour
+from lockprobe.analysis.proportions import paired, proportion
+from lockprobe.analysis.rationality import rationality
+from lockprobe.analysis.suite_scores import LevelTrials, suite_score
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.solve import random_success
+
+CHANCE = random_success(box("chain-4"), 20)
+UNSOLVED = (1,) * 20
+
+
+def level(told, misled=(), *, chance=CHANCE, judged=True):
+    """A level with so many trials solved and unsolved, or with these trials."""
+    made = [
+        part if not all(isinstance(one, int) for one in part)
+        else [make_trial(SOLUTION if i < part[0] else UNSOLVED, p=p, trial=i + 1) for i in range(sum(part))]
+        for p, part in ((0.0, told), (0.4, misled))
+    ]  # fmt: skip
+    return LevelTrials(box="chain-4", chance=chance, told=made[0], misled=made[1], judged=judged)
+
+
+def test_competence_is_0_at_chance_and_1_where_every_box_is_opened():
+    assert suite_score([level((6, 0))] * 2).competence.value == 1
+    assert suite_score([level((1, 1), chance=0.5)]).competence.value == 0
+    assert suite_score([level((0, 4), chance=0.5)]).competence.value == -1
+
+
+@given(solved=st.lists(st.integers(0, 12), min_size=1, max_size=4), chance=st.floats(0, 0.9))
+def test_levels_have_equal_weight_and_one_level_has_wilsons_interval(solved, chance):
+    found = suite_score([level((k, 12 - k), chance=chance) for k in solved]).competence
+    assert found.value == pytest.approx((fmean(solved) / 12 - chance) / (1 - chance))
+    ends = [proportion(k, 12) for k in solved]
+    spread = [sum((one.value - one.low) ** 2 for one in ends), sum((one.high - one.value) ** 2 for one in ends)]
+    reach = [np.sqrt(total) / len(solved) / (1 - chance) for total in spread]
+    assert (found.value - found.low, found.high - found.value) == pytest.approx(reach)
+
+
+def test_robustness_is_the_change_of_the_competence_in_pairs_of_trials():
+    one, other = level((6, 2), (3, 5)), level((4, 4), (5, 3))
+    found = suite_score([one, other]).robustness
+    told, misled = (
+        suite_score([level(part, chance=CHANCE) for part in parts]).competence.value
+        for parts in (((6, 2), (4, 4)), ((3, 5), (5, 3)))
+    )
+    assert found.value == pytest.approx(misled - told)
+    alone = suite_score([one]).robustness
+    pairs = paired(np.arange(8) < 6, np.arange(8) < 3)
+    assert (alone.low, alone.high) == pytest.approx((pairs.low / (1 - CHANCE), pairs.high / (1 - CHANCE)))
+
+
+def test_loops_and_rationality_are_those_of_the_trials_told_the_truth():
+    told = [make_trial([0, 1, 2] * 6, trial=1), make_trial([1, 1, 2, 0, 3, 2, 1, 0], trial=2)]
+    found = suite_score([level(told, [make_trial([0, 1, 2] * 6, p=0.4)])])
+    seen = behaviour(told)
+    assert found.loops.value == pytest.approx(seen.loops.value - seen.chance_uniform)
+    judged = rationality(told)[0]
+    assert found.rationality.value == pytest.approx(judged.optimal.value)
+    assert (found.rationality.low, found.rationality.high) == pytest.approx((judged.optimal.low, judged.optimal.high))
+    assert found.rationality.chance == pytest.approx(judged.by_chance["optimal"])
+    assert found.rationality.actions == 26
+
+
+def test_only_levels_that_the_prior_holds_are_judged():
+    both = suite_score([level((2, 2)), level((4, 0), judged=False)])
+    assert both.rationality == suite_score([level((2, 2))]).rationality
+    assert suite_score([level((2, 2), judged=False)]).rationality is None
+
+
+def test_misreading_is_of_all_claims_under_both_kinds_of_reports():
+    told = [make_trial([0, 1, 2], claims=[None, "moved", "blocked"], trial=1)]
+    misled = [make_trial([0, 1, 2], p=0.4, false_at=[1], claims=[None, "moved", "moved"], trial=1)]
+    assert suite_score([level(told, misled)]).misreading.value == pytest.approx(2 / 4)
+    assert suite_score([level((2, 2), (2, 2))]).misreading is None
+
+
+def test_a_level_without_a_trial_that_ended_leaves_no_score_and_broken_trials_count_apart():
+    found = suite_score([level((3, 1), (2, 2)), level([make_trial([0], broken="model")], [])])
+    assert (found.competence, found.robustness, found.loops, found.rationality) == (None, None, None, None)
+    assert (found.trials, found.broken) == (8, 1)
+    assert [one.told.n for one in found.levels] == [4, 0]

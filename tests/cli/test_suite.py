@@ -1,0 +1,72 @@
+"""``lockprobe run suite-1`` as it is typed."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from lockprobe.studies.suites import SUITES
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch, tmp_path):
+    monkeypatch.setitem(SUITES, "suite-1", replace(SUITES["suite-1"], trials=2))
+    monkeypatch.chdir(tmp_path)
+
+
+def test_it_is_played_reported_added_to_and_verified(lockprobe, tmp_path):
+    status, said, _ = lockprobe("run", "suite-1", "--agent", "random")
+    assert status == 0
+    lines = said.splitlines()
+    assert lines[-1] == "Suite: lockprobe-runs/suite-1/suite.html"
+    assert lines[-3].split()[:2] == ["agent", "competence"]
+    assert "No report" not in said
+    directory = tmp_path / "lockprobe-runs" / "suite-1"
+    first = (directory / "suite.json").read_bytes()
+    assert lockprobe("run", "suite-1")[0] == 0  # the same agents, nothing owed
+    assert (directory / "suite.json").read_bytes() == first
+    status, said, _ = lockprobe("run", "suite-1", "--agent", "human-inspired", "--json")
+    last = json.loads(said.splitlines()[-1])
+    assert (status, last["event"], last["page"]) == (0, "suite", "lockprobe-runs/suite-1/suite.html")
+    assert sorted(one["agent"] for one in last["agents"]) == ["human-inspired", "random"]
+    assert lockprobe("verify", directory)[0] == 0
+    status, said, _ = lockprobe("status", directory, "--json")
+    assert [json.loads(line)["trials"] for line in said.splitlines()] == [8] * 4
+    assert lockprobe("status", directory)[1].count("study ") == 4
+    assert lockprobe("report", directory)[1].splitlines()[-1] == f"Suite: {directory / 'suite.html'}"
+
+
+def test_an_estimate_is_of_all_levels_together(lockprobe):
+    status, said, _ = lockprobe("run", "suite-1", "--agent", "llm:openai/gpt-4o-mini", "--estimate", "--json")
+    (found,) = json.loads(said)["estimate"]
+    assert (status, found["trials"]) == (0, SUITES["suite-1"].looks * 3 * 8)
+    assert found["most"]["dollars"] > found["expected"]["dollars"] > 0
+    assert lockprobe("run", "suite-1", "--agent", "random", "--estimate")[1].startswith("Nothing: no agent")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "refused"),
+    [
+        (["--trials", "3"], "trials: got 3, expected nothing: suite-1 is fixed but for --agent"),
+        (["--box", "chain-5"], "box: got 'chain-5', expected nothing: suite-1 is fixed but for --agent"),
+        (["--agent", "participant"], "people do not play suite-1"),
+        (["--again", "reply"], "again: got 'reply', expected the directory of a suite that has been played"),
+    ],
+)
+def test_mistakes_are_one_line(lockprobe, tmp_path, arguments, refused):
+    arguments = arguments if "--agent" in arguments else [*arguments, "--agent", "random"]
+    status, _, said = lockprobe("run", "suite-1", *arguments)
+    assert (status, len(said.splitlines())) == (2, 1)
+    assert refused in said
+    assert not (tmp_path / "lockprobe-runs").exists()
+
+
+def test_a_suite_and_a_study_do_not_share_a_directory(lockprobe, tmp_path):
+    assert lockprobe("run", "suite-1", "--agent", "random", "--out", "a", "--no-report")[0] == 0
+    status, _, said = lockprobe("run", "flips", "--agent", "random", "--out", "a")
+    assert (status, said.strip()) == (2, "lockprobe: a: it holds suite-1; flips needs another directory")
+    lockprobe("run", "flips", "--agent", "random", "--p", "0", "--trials", "1", "--out", "b", "--no-report")
+    status, _, said = lockprobe("run", "suite-1", "--agent", "random", "--out", "b")
+    assert (status, "it holds a study" in said) == (2, True)
+    status, _, said = lockprobe("report", "a", "--watch")
+    assert (status, len(said.splitlines())) == (2, 1)

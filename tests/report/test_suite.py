@@ -1,0 +1,150 @@
+"""Scores, page and verification of a suite's directory."""
+
+import json
+import re
+import shutil
+from dataclasses import replace
+
+import pytest
+from builders import play_study, write_study
+
+from lockprobe.analysis.suite_scores import LevelTrials, suite_score
+from lockprobe.errors import BadFile
+from lockprobe.lockbox.families import box
+from lockprobe.lockbox.solve import random_success
+from lockprobe.report.suite import suite_results
+from lockprobe.report.suite_page import level_table, score_table, write_suite
+from lockprobe.report.suite_verification import verify_suite
+from lockprobe.studies.suites import SUITES, begin_suite, suite_studies
+
+SMALL = replace(SUITES["suite-1"], trials=3)
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    monkeypatch.setitem(SUITES, "suite-1", SMALL)
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("suites") / "suite"
+    begin_suite(directory, SMALL)
+    for name, study in suite_studies(SMALL, ["random", "human-inspired"]).items():
+        write_study(directory / name, study)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setitem(SUITES, "suite-1", SMALL)
+        write_suite(suite_results(directory), directory)
+    return directory
+
+
+@pytest.fixture
+def directory(played, tmp_path):
+    return shutil.copytree(played, tmp_path / "suite")
+
+
+def failing(directory):
+    return [check.name for check in verify_suite(directory) if not check.holds]
+
+
+def test_scores_are_those_of_the_trials_the_most_competent_first(played):
+    found = suite_results(played)
+    assert [(one.name, one.planned, one.partial) for one in found.entries] == [
+        ("human-inspired", 24, False),
+        ("random", 24, False),
+    ]
+    levels = []
+    for name, study in suite_studies(SMALL, ["random"]).items():
+        trials = play_study(study)
+        told, misled = ([one for one in trials if one.p == p] for p in (0.0, 0.4))
+        chance = random_success(box(name), 20)
+        levels.append(LevelTrials(box=name, chance=chance, told=told, misled=misled, judged=name == "chain-4"))
+    assert found.entries[1].scores == suite_score(levels)
+
+
+def test_the_file_holds_every_number_and_the_page_shows_it(played):
+    found, written = suite_results(played), json.loads((played / "suite.json").read_text())
+    assert written == found.plain()
+    assert written["agents"][0]["competence"]["value"] == found.entries[0].scores.competence.value
+    page = (played / "suite.html").read_text("utf-8")
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", page))
+    for cell in {cell for table in (score_table(found), level_table(found)) for row in table for cell in row}:
+        assert cell in text
+    assert "<script" not in page
+    assert page.count("<img") == 1
+
+
+def test_a_part_of_a_suite_says_so(tmp_path):
+    begin_suite(tmp_path / "new", SMALL)
+    nothing = write_suite(suite_results(tmp_path / "new"), tmp_path / "new").read_text("utf-8")
+    assert "No agent has finished trials at every level yet." in nothing
+    studies = suite_studies(SMALL, ["random"])
+    for name in ("fork", "reset"):
+        write_study(tmp_path / "new" / name, studies[name])
+    found = suite_results(tmp_path / "new")
+    assert (found.entries[0].partial, found.entries[0].scores.competence) == (True, None)
+    assert "12 of 24 trials of random" in write_suite(found, tmp_path / "new").read_text("utf-8")
+
+
+def test_agents_that_look_have_scores_of_each_modality(tmp_path):
+    begin_suite(tmp_path, SMALL)
+    study = suite_studies(SMALL, ["viewer"])["fork-pictures"]
+    write_study(tmp_path / "fork-pictures", study, [])
+    assert [one.name for one in suite_results(tmp_path).entries] == [
+        "viewer (RGB)", "viewer (RGB-D)", "viewer (ground-truth states)",
+    ]  # fmt: skip
+
+
+def test_names_of_agents_are_text(tmp_path):
+    begin_suite(tmp_path, SMALL)
+    for name, study in suite_studies(SMALL, ["random"]).items():
+        hostile = replace(study, agents=("python:a:<script>alert(1)</script>",))
+        trials = [replace(one, agent=hostile.agents[0]) for one in play_study(study)]
+        renamed = [replace(one, key=one.key.replace("/random/", f"/{hostile.agents[0]}/")) for one in trials]
+        write_study(tmp_path / name, hostile, renamed)
+    found = suite_results(tmp_path)
+    assert found.entries[0].scores.trials == 24
+    assert "<script" not in write_suite(found, tmp_path).read_text("utf-8")
+
+
+def test_what_was_played_holds(directory):
+    assert failing(directory) == []
+    assert len(verify_suite(directory)) == 2 + 4 * 6
+
+
+def test_an_altered_score_is_found(directory):
+    path = directory / "suite.json"
+    path.write_text(path.read_text().replace('"trials": 24', '"trials": 25', 1))
+    (found,) = [check for check in verify_suite(directory) if not check.holds]
+    assert (found.name, found.failed) == ("scores", ("agents[0].trials",))
+
+
+def test_a_dropped_trial_and_an_edited_record_are_found(directory):
+    path = directory / "reset" / "trials.jsonl"
+    lines = path.read_text("utf-8").splitlines(keepends=True)
+    path.write_text("".join(lines[1:]), "utf-8")
+    assert failing(directory) == ["reset: complete", "scores"]
+    path.write_text("".join(lines).replace('"ending":"budget"', '"ending":"solved"', 1), "utf-8")
+    assert failing(directory)[0] == "reset: records"
+
+
+@pytest.mark.parametrize(("setting", "value"), [("seed", 2), ("trials", 2), ("max_steps", 30)])
+def test_a_study_of_other_settings_is_found(directory, setting, value):
+    path = directory / "fork" / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {setting: value}))
+    assert failing(directory)[0] == "suite"
+
+
+def test_a_level_that_is_missing_or_has_other_agents_is_found(directory):
+    shutil.rmtree(directory / "fork")
+    assert failing(directory) == ["suite", "scores"]
+    write_study(directory / "fork", suite_studies(SMALL, ["random"])["fork"])
+    (first, *_) = verify_suite(directory)
+    assert first.failed == ("the levels have different agents: random; random human-inspired",)
+
+
+def test_what_cannot_be_read_ends_in_a_line(directory):
+    (directory / "suite.json").write_text("{")
+    (only,) = verify_suite(directory)
+    assert "damaged" in only.said
+    with pytest.raises(BadFile, match="damaged"):
+        suite_results(directory)
