@@ -34,7 +34,7 @@ from lockprobe.protocols import Agent
 from lockprobe.spec import PEOPLE, Spec, spec_kind, with_options
 from lockprobe.terminal_text import printable
 
-__all__ = ["AgentSource", "Engine", "known_specs", "recomputes", "resolve"]
+__all__ = ["AgentSource", "Engine", "description", "known_specs", "recomputes", "resolve"]
 
 Engine = Literal["inline", "process", "network", "person"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
@@ -59,12 +59,13 @@ _OTHERS = {
     "ideal-observer": "Concludes all that can be from what it was told, and plans by it. "
     "Options: prior, noise, plan, persistence.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
-    "cognitive:CHARACTER": f"A softmax memory with settings of its own. Characters: {', '.join(CHARACTERS)}.",
+    "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "world:NAME": f"An agent of known mechanism, to test causal analyses on. Names: {', '.join(WORLDS)}.",
     "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
     "Names: novice, apprentice, adept, or the file that lockprobe learn wrote.",
-    "viewer[:STRATEGY]": "Reads pictures, misreads included, and plays any strategy above by what it read; "
-    f"{_VIEWED} by itself. Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
+    "viewer[:STRATEGY]": "Reads pictures and plays any strategy above by what it read. "
+    f"It can misread; its strategy is {_VIEWED} unless you name one. "
+    f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
@@ -97,6 +98,21 @@ class AgentSource:
 def known_specs() -> dict[str, str]:
     """Every form of spec that Lockprobe has itself, and what it is."""
     return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
+
+
+def description(spec: str) -> str:
+    """What an agent that ships is, in one sentence; empty for hosted models, people and agents of others.
+
+    >>> description("learner:novice?temperature=0")
+    'A small network that learned to open unknown boxes.'
+    """
+    form, kinds = Spec.parse(spec), dict[str, str]()
+    if form.kind in (PEOPLE, "python"):
+        return ""
+    for name, said in known_specs().items():
+        kinds[name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER")] = said
+    found = kinds.get(form.full_name) or kinds.get(form.kind, "")
+    return f"{found.partition('. ')[0].removesuffix('.')}." if found else ""
 
 
 def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:

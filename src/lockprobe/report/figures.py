@@ -56,8 +56,8 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Share of trials solved; each agent is named where its line ends, and thin lines are baselines. The grey band "
-        "is chance: random agents that repeat a joint at once, or never do; stars are the paper's language model.",
+        "Share of trials solved; thin lines are baselines. The grey band is chance: random agents that repeat a joint "
+        "at once, or never do; stars are the paper's language model.",
         "Upright bars are 95 % intervals (Wilson).",
     ),
     "box": _BOX,

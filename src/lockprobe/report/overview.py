@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import Field
 
+from lockprobe.agents.catalogue import description
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
@@ -35,6 +36,7 @@ class KeyNumbers(DescribedResult):
     """The three numbers of one agent, as text with 95 % intervals."""
 
     agent: str
+    what: str
     success: str
     where: str
     change: str
@@ -96,6 +98,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
         against = f"{which}change, {at_dose(contrast.other.p, agent.axis)}"
     return KeyNumbers(
         agent=agent.name,
+        what=description(agent.agent),
         success=share(found.value, found.low, found.high),
         where=f"of {found.n} trials solved {at_dose(first.p, agent.axis)}",
         change=change,
@@ -148,6 +151,7 @@ def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
     truth, change = next(one.success for one in found.arms if one.arm == "truth"), found.change
     return KeyNumbers(
         agent=found.agent,
+        what=description(found.agent),
         success=share(truth.value, truth.low, truth.high),
         where=f"of {truth.n} trials solved under true reports",
         change=f"{bracketed(change.value, change.low, change.high)} points",
@@ -162,6 +166,7 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
     gap = clearest.difference
     return KeyNumbers(
         agent=found.agent,
+        what=description(found.agent),
         success=percent(gap.first.value),
         where=f"of {gap.first.n} trials solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
