@@ -10,7 +10,7 @@ from scipy.stats import ttest_1samp
 import lockprobe
 from lockprobe.analysis.agent_comparison.paired import block_mean
 from lockprobe.analysis.series import SeriesArm
-from lockprobe.analysis.why import ARMS, MARGIN, arms_of, verdict, why
+from lockprobe.analysis.why import ARMS, MARGIN, ON_REQUEST, arms_of, verdict, why
 from lockprobe.interventions.condition import read_condition
 
 BLOCKS = 60
@@ -131,3 +131,16 @@ def test_equivalence_is_two_one_sided_t_tests():
     two = ttest_1samp(differences, MARGIN, alternative="less").pvalue
     assert found.equivalence == pytest.approx(max(one, two), abs=0.02)  # ours counts one more pair that differs
     assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.05)
+
+
+def test_lies_in_loops_are_compared_with_as_many_lies_elsewhere(loop_breaker):
+    """Two arms on request; here their trials are those of other arms, so that the difference is known."""
+    asked = [read_condition(ON_REQUEST[arm].format(p=0.4), f"my {arm}") for arm in ON_REQUEST]
+    trials = loop_breaker | {"my lie in loops": loop_breaker["lie"], "my self-yoked": loop_breaker["remark"]}
+    found = why(trials, as_arms([*conditions(), *asked]))
+    solved = {arm: np.array([trial.solved for trial in loop_breaker[arm]], float) for arm in ("lie", "remark")}
+    assert found.contingent.value == pytest.approx((solved["lie"] - solved["remark"]).mean())
+    assert {"lie in loops", "self-yoked"} <= {one.arm for one in found.arms}
+    assert why(loop_breaker, as_arms(conditions())).contingent is None
+    alone = why(trials, as_arms([*conditions(), asked[0]]))
+    assert alone.contingent is None

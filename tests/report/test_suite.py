@@ -4,12 +4,14 @@ import json
 import re
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from builders import play_study, write_study
 
 from lockprobe.analysis.suite_scores import LevelTrials, suite_score
 from lockprobe.errors import BadFile
+from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_success
 from lockprobe.report.suite import suite_results
@@ -148,3 +150,31 @@ def test_what_cannot_be_read_ends_in_a_line(directory):
     assert "damaged" in only.said
     with pytest.raises(BadFile, match="damaged"):
         suite_results(directory)
+
+
+def test_the_table_of_agents_that_ship_is_that_of_the_file_next_to_it():
+    docs = Path(__file__).parents[2] / "docs"
+    scores, page = json.loads((docs / "suite-1.json").read_text("utf-8")), (docs / "suite.md").read_text("utf-8")
+    for one in scores["agents"]:
+        cells = [_cell(one[name], form) for name, form in FORMS.items()]
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{one['agent']}`") and cells[0] in line]
+        assert [cell.partition(" (")[0] for cell in row.strip("| ").split(" | ")[1:]] == cells
+        assert f"({percent(one['rationality']['chance'])})" in row
+
+
+FORMS = {"competence": share, "robustness": bracketed, "misreading": share, "loops": bracketed, "rationality": share}
+
+
+def _cell(found, form):
+    return NONE if found is None else form(found["value"], found["low"], found["high"])
+
+
+def test_a_row_of_that_table_is_played_again(monkeypatch, tmp_path):
+    monkeypatch.setitem(SUITES, "suite-1", replace(SMALL, trials=36))
+    begin_suite(tmp_path, SUITES["suite-1"])
+    for name, study in suite_studies(SUITES["suite-1"], ["round-robin"]).items():
+        write_study(tmp_path / name, study)
+    (now,) = suite_results(tmp_path).plain()["agents"]
+    docs = json.loads((Path(__file__).parents[2] / "docs" / "suite-1.json").read_text("utf-8"))
+    (then,) = [one for one in docs["agents"] if one["agent"] == "round-robin"]
+    assert json.dumps(now) == json.dumps(then)

@@ -31,11 +31,11 @@ def test_it_never_changes():
 
 PUBLISHED = {
     "fork": "19bf2eb9b5f0",
-    "chain-4": "0d7d5ac08a38",
-    "reset": "7655cb2ab047",
-    "gray-code-4": "593df47a9a16",
+    "chain-4": "e657ad6b3fbd",
+    "reset": "65446625ef45",
+    "gray-code-4": "f80bdf42505f",
     "fork-pictures": "5e0ba771e892",
-    "gray-code-4-pictures": "bf071ce1fe8e",
+    "gray-code-4-pictures": "7b29b5472dc9",
 }
 
 

@@ -26,7 +26,7 @@ from lockprobe.analysis.series import SeriesArm
 from lockprobe.record import Trial
 from lockprobe.spec import Spec, split_specs
 
-__all__ = ["ARMS", "MARGIN", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "verdict_of", "why"]
+__all__ = ["ARMS", "MARGIN", "ON_REQUEST", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "verdict_of", "why"]
 
 ARMS: Mapping[str, str] = {
     "truth": "truth",
@@ -41,6 +41,13 @@ ARMS: Mapping[str, str] = {
 }
 """Arm -> its condition at the rate p: a report is inverted; inverted and corrected; told twice, truly; followed by an
 irrelevant sentence; missing; another joint is attempted than chosen; a sentence names an action loop."""
+
+ON_REQUEST: Mapping[str, str] = {
+    "lie in loops": "flip?p={p:g}&while=looping",
+    "self-yoked": "yoked?p={p:g}&how=looping",
+}
+"""Two more arms, which are named as conditions: a report is inverted only where the agent is in an action loop; as many
+reports of the same agent are inverted at random steps. They tell the least of all arms (``docs/why.md``)."""
 
 MARGIN = 0.1
 """Changes of success of at most 10 points count as none, chosen by eye."""
@@ -58,7 +65,7 @@ class ArmEffect:
     """Success in one arm, and against the arm with true reports.
 
     Attributes:
-        arm: As in :data:`ARMS`.
+        arm: As in :data:`ARMS` and :data:`ON_REQUEST`.
         condition: The name of the condition in the study.
         success: Share solved.
         change: Success less success under true reports, over blocks, [-1, 1]; None for the true reports. Its P value is
@@ -86,6 +93,7 @@ class Why:
         falsity: False less true report, over both arms without and with a remark; None without these arms.
         disturbance: With less without a remark, over true and false reports; None without these arms.
         interaction: The effect of a lie with a remark less that without; None without these arms.
+        contingent: Lies in loops less as many lies at random steps; None without these arms.
         equivalence: P value of two one-sided tests that lies change success by the margin or more, [0, 1].
         margin: The margin, (0, 1).
         verdict: What is concluded.
@@ -104,6 +112,7 @@ class Why:
     disturbance: BlockMean | None
     interaction: BlockMean | None
     equivalence: float
+    contingent: BlockMean | None = None
     margin: float = MARGIN
     verdict: Verdict = field(init=False)
     needed: int
@@ -126,7 +135,7 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
     for one in conditions:
         if len(one.specs) == 1 and (spec := Spec.parse(one.specs[0])).full_name == "flip":
             rate = float(spec.options["p"])
-            wanted = {arm: _acting(_specs(spec.format(p=rate))) for arm, spec in ARMS.items()}
+            wanted = {arm: _acting(_specs(spec.format(p=rate))) for arm, spec in {**ARMS, **ON_REQUEST}.items()}
             there = {arm: found[acting] for arm, acting in wanted.items() if acting in found}
             if rate > 0 and there.keys() >= {"truth", "lie", "retracted"}:
                 return rate, there
@@ -180,6 +189,7 @@ def why(
         disturbs=_mean(retracted - truth),
         **_crossed(*four) if len(four) == 4 else {"falsity": None, "disturbance": None, "interaction": None},
         equivalence=_equivalence(change, margin),
+        contingent=_mean(solved["lie in loops"] - solved["self-yoked"]) if solved.keys() >= ON_REQUEST.keys() else None,
         margin=margin,
         needed=_needed(change, margin),
     )

@@ -24,6 +24,7 @@ from lockprobe.plants.twin_settings import RendererChoice, TwinSettings
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot, Trial
 from lockprobe.studies.study import Study
+from lockprobe.studies.yoking import as_recorded
 
 if TYPE_CHECKING:
     from lockprobe.plants.rendering.renderer import Renderer
@@ -70,7 +71,7 @@ def plan_of(study: Study, trial: Trial) -> Plan:
         if plan.key == trial.key:
             if (plan.box.names, Names(plan).labels) != (trial.joints, trial.labels):
                 break
-            return plan
+            return as_recorded(plan, trial)
     raise BadFile("study.json", f"its settings do not describe the trial {trial.key}")
 
 

@@ -81,7 +81,26 @@ def _single(agent: AgentSummary) -> str:
     if (kind := _course(agent)) in _DOES:
         does = _DOES[kind].format(raise_="raise", lower="lower", who=who.name)
         return f"{cause_first(agent.axis)} {does}; no single {agent.axis.name} is shown to."
-    return f"No effect of {cause(agent.axis)} on the success of {who.name} is detectable: {solved}."
+    return f"{_open_question([agent], who.name)}: {solved}."
+
+
+def _open_question(agents: Sequence[AgentSummary], names: str) -> str:
+    """That nothing is shown, and whether that leaves the question open."""
+    no_effect = f"o effect of {cause(agents[0].axis)} on the success of {names} is detectable"
+    return f"Inconclusive: n{no_effect}" if _open(agents) else f"N{no_effect}"
+
+
+def _open(agents: Sequence[AgentSummary]) -> bool:
+    """Whether intervals hold changes that are not small."""
+    return _reach(agents) > 100 * NARROW
+
+
+def _reach(agents: Sequence[AgentSummary]) -> int:
+    """The largest change in an interval, in points; 0 without a contrast."""
+    ends = (
+        end for one in agents if one.contrast for end in (one.contrast.difference.low, one.contrast.difference.high)
+    )
+    return round(100 * max(map(abs, ends), default=0.0))
 
 
 def _at(contrast: Contrast, axis: Axis) -> str:
@@ -114,7 +133,8 @@ def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
     ]
     hidden = [agent for agent in heeding if _course(agent) not in _DOES]
     if not parts:
-        return f"No effect of {cause(axis)} on the success of {_names(hidden, 'or')} is detectable."
+        left = f", and changes of up to {_reach(hidden)} points are not excluded" if _open(hidden) else ""
+        return f"{_open_question(hidden, _names(hidden, 'or'))}{left}."
     if hidden:
         parts.append(f"are not shown to change that of {_names(hidden, 'or')}")
     return f"{cause_first(axis)} {'; they '.join(parts)}."
@@ -222,7 +242,7 @@ def effects_answer(found: Sequence[Effects]) -> str:
     ]
     if not parts:
         conditions = _listed([one.condition for one in only.effects], "or")
-        return f"No effect of {conditions} on the success of {only.agent} is detectable."
+        return f"Inconclusive: no effect of {conditions} on the success of {only.agent} is detectable."
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} is detectable" if rest else ""
     return f"{' and '.join(parts)} the success of {only.agent}{others}."

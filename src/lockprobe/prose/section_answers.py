@@ -25,11 +25,11 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     where = at_dose(first, summary.axis)
     found = {
         "side": _best(summary),
-        "speed": _said(agents, "Between chance (0) and the shortest plan (1)", _relative),
-        "loops": _said(agents, f"Trials with an action loop {where}", _loops),
-        "rational": _said(agents, f"Optimal actions {where}", _optimal),
+        "speed": _said(agents, "From chance (0) to the shortest plan (1)", _relative),
+        "loops": _said(agents, f"Trials with a loop {where}", _loops),
+        "rational": _said(agents, where.capitalize(), _optimal),
         "tests": _tests(agents),
-        "said": _said(agents, f"Misread reports {where}", _misread) or "No agent said what its actions did.",
+        "said": _said(agents, where.capitalize(), _misread) or "No agent said what its actions did.",
         "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
     }
     return {section: said for section, said in found.items() if said}

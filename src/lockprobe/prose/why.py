@@ -22,6 +22,8 @@ _ARMS = {
     "withheld": "there is no report",
     "tremble": "another joint than the chosen one is attempted, and truly reported",
     "nudge": "a sentence names every action loop; reports are true",
+    "lie in loops": "the report is inverted where the attempt continues an action loop",
+    "self-yoked": "as many reports are inverted as under lie in loops, at random steps",
 }
 
 

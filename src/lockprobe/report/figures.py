@@ -56,9 +56,9 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Share of trials solved; thin lines are baselines. The grey band is chance: random agents that repeat a joint "
-        "at once, or never do; stars are the paper's language model.",
-        "Upright bars are 95 % intervals (Wilson).",
+        "Trials solved; thin lines are baselines, stars the paper's language model. Grey is chance, from random agents "
+        "that may repeat a joint at once to those that never do.",
+        "Bars are 95 % intervals (Wilson).",
     ),
     "box": _BOX,
     "forks": _FORKS,

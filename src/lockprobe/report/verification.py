@@ -27,6 +27,7 @@ from lockprobe.storage.jsonl import has_checksum, whole_lines
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.play import play_timed
+from lockprobe.studies.yoking import bound
 from lockprobe.trial_json import trial_to_json
 
 __all__ = ["Check", "check_file", "verify"]
@@ -106,8 +107,9 @@ def _complete(opened: OpenedStudy) -> Check:
 def _replayed(opened: OpenedStudy, tell: Callable[[int, int], None]) -> Iterator[Check]:
     """Whether truth and reports follow from the choices, and choices from the agents that ship."""
     wrong, other, asked = list[str](), list[str](), 0
+    by_key = {trial.key: trial for trial in opened.trials}
     for done, trial in enumerate(opened.trials, 1):
-        plan, again = _plan(opened, trial), None
+        plan, again = _plan(opened, trial, by_key), None
         if recomputes(trial.agent):
             asked += 1
             again = replace(asyncio.run(_played(plan, resolve(plan.agent).make())), replays=trial.replays)
@@ -133,10 +135,11 @@ def _replayed(opened: OpenedStudy, tell: Callable[[int, int], None]) -> Iterator
     yield Check(name="choices", holds=not other, said=f"{said} when they are asked again{taken}", failed=tuple(other))
 
 
-def _plan(opened: OpenedStudy, trial: Trial) -> Plan:
+def _plan(opened: OpenedStudy, trial: Trial, trials: Mapping[str, Trial]) -> Plan:
     condition = opened.study.condition_of(trial)
     assert condition is not None  # only trials that the settings ask for are opened
-    return opened.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+    plan = opened.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+    return bound(plan, opened.study, trials) or plan
 
 
 class _Recorded:

@@ -29,7 +29,9 @@ class EstimateResult(DescribedResult):
 class ArmResult(DescribedResult):
     """One arm of a study of why false reports change success."""
 
-    arm: str = Field(description="truth, lie, retracted, confirmed, remark, lie + remark, withheld, tremble or nudge.")
+    arm: str = Field(
+        description="truth, lie, retracted, confirmed, remark, lie + remark, withheld, tremble, nudge or on request."
+    )
     condition: str = Field(description="Name of the condition.")
     what: str
     trials: Counted = Field(description="Trials that ended as solved or out of budget.")
@@ -55,6 +57,7 @@ class WhyResult(DescribedResult):
     falsity: EstimateResult | None = Field(description="False less true reports, without and with a remark.")
     disturbance: EstimateResult | None = Field(description="With less without a remark, for true and false reports.")
     interaction: EstimateResult | None = Field(description="The effect of a lie with a remark less that without.")
+    contingent: EstimateResult | None = Field(description="Lies in loops less as many lies at random steps.")
     margin: float = Field(description="Changes up to here count as none.")
     equivalence: Share = Field(description="P value of two one-sided tests of a change of the margin or more.")
     needed: Counted = Field(description="Blocks that find a change of the margin with a power of 80 %.")
@@ -112,6 +115,7 @@ def estimate_table(rows: Sequence[WhyResult]) -> TextTable:
         ("falsity", "half of (lie - truth) + (lie + remark - remark)", "falsity"),
         ("disturbance", "half of (remark - truth) + (lie + remark - lie)", "disturbance"),
         ("interaction", "(lie + remark - remark) - (lie - truth)", "interaction"),
+        ("that they come in loops", "lie in loops - self-yoked", "contingent"),
     )
     return [head] + [
         [row.agent, name, arms, bracketed(one.value, one.low, one.high), p_cell(one.p_value), str(one.blocks)]

@@ -29,6 +29,7 @@ from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records import load
 from lockprobe.studies.runner import Limits, Observer, run
 from lockprobe.studies.study import Study
+from lockprobe.studies.yoking import as_recorded
 
 __all__ = [
     "ACTS",
@@ -136,8 +137,8 @@ class Branching:
 
     def _plan(self, trial: Trial, name: ForkName) -> Plan:
         condition = _condition(self.study, trial)
-        acting, changed = _changed(condition, name.arm, name.at, _label(trial, name.arm))
-        plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+        plan = as_recorded(self.study.plan(trial.agent, condition, trial.repetition, trial.trial), trial)
+        acting, changed = _changed(plan.condition, name.arm, name.at, _label(trial, name.arm))
         fork = Fork(name=name, acting=acting, recorded=trial.steps)
         return replace(plan, key=str(name), condition=changed, named=True, fork=fork)
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -35,6 +35,7 @@ from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.play import own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
+from lockprobe.studies.yoking import bound, is_yoked
 from lockprobe.trial import here
 
 __all__ = ["Limits", "Observer", "Silent", "owe_anew", "play_in_lanes", "run", "run_study"]
@@ -142,11 +143,20 @@ def run(
             continue
         observer.agent(source, len(owed[source.spec]))
         try:
-            _play(study, source, owed[source.spec], journal, limits, observer, known)
+            for plans_now in _rounds(study, owed[source.spec], journal):
+                _play(study, source, plans_now, journal, limits, observer, known)
         except BudgetReached as reached:
             spent = reached
     if spent is not None:
         raise spent
+
+
+def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
+    """First the plans that follow no other trial, then those whose other trial has been played."""
+    yield [plan for plan in plans if not is_yoked(plan.condition)]
+    if followers := [plan for plan in plans if is_yoked(plan.condition)]:
+        there = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
+        yield [plan for one in followers if (plan := bound(one, study, there)) is not None]
 
 
 def _play(
@@ -159,6 +169,8 @@ def _play(
     known: Sequence[Trial],
 ) -> None:
     """Play what is owed of one agent."""
+    if not plans:
+        return
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
     finish = _Finish(source.spec, journal, observer, lanes, known)

@@ -36,6 +36,7 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
 from lockprobe.studies.trial_options import trial_options
 from lockprobe.studies.why import AGENTS, EXTENT, arm_conditions
+from lockprobe.studies.yoking import check_sources
 
 __all__ = ["STUDIES", "study", "trial_study"]
 
@@ -86,6 +87,7 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
             agents = _swept_agents(agents, spec)
     planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent)
     planned.check_agents()
+    check_sources(planned.conditions)
     _check_kept(planned.box)
     return planned
 

@@ -59,7 +59,7 @@ class Suite:
         p: Flip rates: the truth, and the rate of false reports.
         trials: Trials of a level and flip rate, for agents that read reports.
         looks: The same in each modality, for agents that look at pictures; the whole is as long.
-        seed: Seed of everything.
+        seed: Seed of the first level; each further level has the next one, so that levels are independent samples.
     """
 
     name: str
@@ -128,7 +128,7 @@ def suite_study(suite: Suite, directory: str, agents: Sequence[str]) -> Study:
         repetitions=1,
         trials=suite.looks if pictures else suite.trials,
         max_steps=paper.MAX_STEPS,
-        seed=suite.seed,
+        seed=suite.seed + suite.boxes.index(name),
         plant=paper.ROBOT if pictures else "symbolic",
         layout="shuffled",
     )

@@ -80,8 +80,8 @@
       line.append(make("b", false_ ? "off" : "", `${outcome[trial.told[index]]}${false_ ? ", which is false" : ""}`), ". ");
       const claim = trial.said[index + 1];
       if (claim === trial.told[index] && claim !== "-") line.append("Asked about it, the agent repeated the report. ");
-      else if (claim === "1" || claim === "0") line.append(make("b", "off", `Asked about it, the agent said ${outcome[claim]}: it misread the report. `));
-      if (trial.loop[index] !== " ") line.append(`This step belongs to action loop ${trial.loop[index]}. `);
+      else if (claim === "1" || claim === "0") line.append(make("b", "off", `Asked about it, the agent said ${outcome[claim]}: it misread the report${claim === trial.moved[index] ? ", and is right by that" : ""}. `));
+      if (trial.loop[index] !== " ") line.append(`This step is part of an action loop (${trial.loop[index]}). `);
       if (step === parted) line.append(make("b", "", "From here the two trials differ. "));
       if (ended || index + 1 === trial.did.length) line.append(make("b", "", trial.solved ? "Solved." : "Not solved within the budget."));
     }
@@ -132,7 +132,7 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Bold: it moved. Red: the report was false; where positions are told, a false one spoils the next comparison of its joint too. Blue: the target. Double line below: the step repeats others, an action loop. Dashed frame: from here the two trials differ. Keys: ← → Home End.");
+  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false; where positions are told, the report after a false one seems false too. Blue: the target. Double line below: part of an action loop. Dashed frame: from here the two trials differ; on the panel, the joint attempted. Keys: ← → Home End.");
   home.append(controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;

@@ -1,0 +1,106 @@
+"""Trials that follow another trial of the same agent: false reports as many as it had, at random steps.
+
+The intervention ``yoked?how=looping`` controls for the number of false reports under ``flip?while=looping``, which
+depends on what the agent does. Its trial can be played only after that one, and takes the number from its record. A
+yoked control can still differ from its source by chance alone (Church, Psychological Review 71, 1964): it is an extra
+of the study ``why``, not its evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from lockprobe.analysis.excursion import flipped
+from lockprobe.errors import BadValue
+from lockprobe.interventions.condition import Condition
+from lockprobe.interventions.yoked import Yoked
+from lockprobe.plan import Plan
+from lockprobe.record import Trial
+from lockprobe.spec import Spec
+from lockprobe.studies.study import Study
+
+__all__ = ["as_recorded", "bound", "check_sources", "is_yoked"]
+
+
+def is_yoked(condition: Condition) -> bool:
+    """Whether its trials follow another trial of the same agent, and do not know its number of false reports yet."""
+    return any(_rate(spec) is not None for spec in condition.specs)
+
+
+def _rate(spec: str) -> float | None:
+    """The rate of the source, if an intervention is yoked to its agent's own trial."""
+    found = Spec.parse(spec, "intervention")
+    if found.full_name != Yoked.name or found.options.get("how") != "looping" or "at" in found.options:
+        return None
+    return float(found.options.get("p", "0"))
+
+
+def _source_of(condition: Condition, conditions: Sequence[Condition]) -> Condition | None:
+    """The condition that it follows: the same, with a flip while the agent is in a loop in place of what is yoked."""
+    wanted = [_source(spec) for spec in condition.specs]
+    for one in conditions:
+        if one.modality == condition.modality and [_options(spec) for spec in one.specs] == wanted:
+            return one
+    return None
+
+
+def _source(spec: str) -> tuple[str, dict[str, str]]:
+    rate = _rate(spec)
+    return _options(spec) if rate is None else ("flip", {"p": f"{rate:g}", "while": "looping"})
+
+
+def _options(spec: str) -> tuple[str, dict[str, str]]:
+    found = Spec.parse(spec, "intervention")
+    return found.full_name, dict(found.options)
+
+
+def check_sources(conditions: Sequence[Condition]) -> None:
+    """Refuse conditions that follow one that a study does not have.
+
+    Raises:
+        BadValue: If there is one.
+    """
+    for one in conditions:
+        if is_yoked(one) and _source_of(one, conditions) is None:
+            rate = next(rate for spec in one.specs if (rate := _rate(spec)) is not None)
+            needed = f"with the condition flip?p={rate:g}&while=looping in the same study, whose trials it follows"
+            raise BadValue("condition", one.label, needed)
+
+
+def bound(plan: Plan, study: Study, trials: Mapping[str, Trial]) -> Plan | None:
+    """The plan with the steps of its false reports; None as long as the trial that it follows is owed.
+
+    Args:
+        plan: Of a condition that is yoked; any other stays as it is.
+        study: The study.
+        trials: Its trials on record, by key.
+    """
+    if not is_yoked(plan.condition):
+        return plan
+    source = _source_of(plan.condition, study.conditions)
+    assert source is not None  # a study has it
+    followed = trials.get(study.plan(plan.agent, source, plan.repetition, plan.trial).key)
+    if followed is None or followed.owed_again:
+        return None
+    steps = max(0, len(followed.steps) - 1)  # nobody acts on the last report
+    lies = sum(flipped(followed, i) for i in range(steps))
+    drawn = plan.stream("yoked").permutation(steps)[:lies] + 1
+    return _with_steps(plan, tuple(sorted(drawn.tolist())))
+
+
+def as_recorded(plan: Plan, trial: Trial) -> Plan:
+    """The plan with the steps of the false reports that its own record names."""
+    if not is_yoked(plan.condition):
+        return plan
+    steps = next(str(channel["at"]) for channel in trial.channels if channel.get("how") == "looping")
+    return _with_steps(plan, tuple(map(int, steps.split(";"))))
+
+
+def _with_steps(plan: Plan, steps: tuple[int, ...]) -> Plan:
+    made = plan.condition.made()
+    acting = (
+        replace(one, at=steps or (0,)) if isinstance(one, Yoked) and one.how == "looping" else one for one in made
+    )
+    condition = replace(plan.condition, interventions=tuple(acting), name=plan.condition.label)
+    return replace(plan, condition=condition)
