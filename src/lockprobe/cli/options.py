@@ -24,6 +24,7 @@ __all__ = [
     "Name",
     "Out",
     "Retries",
+    "ShardOf",
     "Timeout",
     "Workers",
     "WriteReport",
@@ -37,6 +38,7 @@ _ESTIMATE = "Only estimate the cost; call no model and write nothing."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _AGAIN = "reply: replay trials that ended without a usable reply; the earlier records stay in the file (nothing)."
 _RETRIES = "How often a request without an answer is made again."
+_SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 _WORKERS = "Processes for local models and simulated plants (one per core)."
 
 
@@ -52,6 +54,7 @@ Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
+ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
 Retries = Annotated[int, typer.Option(help=_RETRIES)]
 Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]

@@ -146,8 +146,11 @@ class Plain:
         self.say(f"Records: {journal.directory} (the same command resumes it)")
         if self._report:
             self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")
-        if owed < run:
-            self.say(f"{run - owed} of {run} trials are done already; {owed} are owed")
+        done = sum(not trial.owed_again for trial in journal.trials.values() if not trial.player)
+        if done:
+            self.say(f"{done} of {run} trials are done already; {owed} are owed")
+        elif owed < run:
+            self.say(f"{owed} of {run} trials are played here")
         self._costs(study, journal)
 
     def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:

@@ -20,10 +20,12 @@ from lockprobe.record import STATES
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
+from lockprobe.studies.shard import Shard
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file
 from lockprobe.studies.studyfile import STUDIES, study
 from lockprobe.studies.suites import SUITES, is_suite, read_suite
+from lockprobe.studies.yoking import is_yoked
 
 __all__ = ["run"]
 
@@ -34,6 +36,7 @@ def run(
     asked: Mapping[str, object],
     out: options.Out = None,
     workers: options.Workers = None,
+    shard: options.ShardOf = None,
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
@@ -61,16 +64,21 @@ def run(
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
+    part = None if shard is None else Shard.parse(shard)
     if what in SUITES:
         suite = SUITES[what]
+        if part is not None:
+            raise BadValue("shard", shard, f"none with {what}, whose studies are small")
         return run_suite(
             suite, asked, out, limits, budget=budget, again=again, estimate=estimate, report=report, json=json
         )
     planned, directory = _planned(what, asked, out)
+    if part is not None and (followers := [one.label for one in planned.conditions if is_yoked(one)]):
+        raise BadValue("shard", shard, f"none with {followers[0]}, whose trials follow trials of other parts")
     if estimate:
         return print_estimates([(planned, directory)], batch=batch, json=json)
     allowed = allowed_budget(planned, budget, directory)
-    if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
+    if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
         raise typer.Exit(status)
     return None
 

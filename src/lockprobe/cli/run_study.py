@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import typer
@@ -12,10 +13,12 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.plan import Plan
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, owe_anew
 from lockprobe.studies.runner import run as play_trials
+from lockprobe.studies.shard import Shard
 from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import invalid_conditions
@@ -39,6 +42,7 @@ def play_study(
     limits: Limits,
     budget: Budget | None,
     *,
+    shard: Shard | None = None,
     again: str | None = None,
     report: bool | None = True,
     json: bool = False,
@@ -50,6 +54,7 @@ def play_study(
         directory: Where it is, or will be.
         limits: How much is played at once.
         budget: What it may spend.
+        shard: The part of the trials that is played; None for all.
         again: Which finished trials are replayed; see ``lockprobe run --again``.
         report: Whether its report is written meanwhile and at its end; None if it is part of something larger.
         json: Whether events are printed as JSON.
@@ -67,7 +72,7 @@ def play_study(
             observer.owed_anew(owe_anew(journal, planned, again))
         live = LiveReport(observer, directory if report else None)
         try:
-            play_trials(planned, journal, limits=limits, observer=live)
+            play_trials(planned, journal, limits=limits, observer=live, plans=_plans(planned, shard))
         except KeyboardInterrupt:
             observer.interrupted(directory)
             raise
@@ -83,6 +88,12 @@ def play_study(
     live.end()
     observer.reported(_report(directory) if report and (journal.trials or not status) else None)
     return status
+
+
+def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan]] | None:
+    if shard is None:
+        return None
+    return lambda agent: [plan for plan in planned.plans(agent) if shard.has(plan.key)]
 
 
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:

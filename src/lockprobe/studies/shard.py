@@ -1,0 +1,55 @@
+"""A part of a study's trials, so that several machines play one study without talking to each other."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from typing import Self
+
+from lockprobe.errors import BadValue
+
+__all__ = ["Shard"]
+
+_MOST = 100_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shard:
+    """One of several parts. Every trial is in exactly one, by a hash of its key, whatever else is played or done.
+
+    A shard is no setting of a study: ``lockprobe import`` joins the directories of all shards.
+
+    Attributes:
+        number: Which part, from 1.
+        of: Number of parts.
+
+    Raises:
+        BadValue: If there is no such part.
+    """
+
+    number: int
+    of: int
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.number <= self.of <= _MOST:
+            raise BadValue("shard", str(self), f"i/n with i from 1 to n, and n of at most {_MOST}")
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The shard of a text such as ``3/16``.
+
+        >>> Shard.parse("3/16").of
+        16
+        """
+        found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+        if found is None:
+            raise BadValue("shard", text, "i/n, for example 3/16 for the third of 16 parts")
+        return cls(number=int(found[1]), of=int(found[2]))
+
+    def has(self, key: str) -> bool:
+        """Whether a trial is in this part, by its key."""
+        return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) % self.of == self.number - 1

@@ -1,0 +1,46 @@
+"""``lockprobe run --shard`` as it is typed, and ``lockprobe import`` after it."""
+
+import pytest
+
+from lockprobe.studies.journal import load
+
+
+def test_joined_they_are_the_study_byte_for_byte(lockprobe, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = (
+        "run",
+        "flips",
+        "--agent",
+        "human-inspired",
+        "--agent",
+        "random",
+        "--p",
+        "0,0.4",
+        "--trials",
+        "3",
+        "--no-report",
+    )
+    for number in (1, 2, 3):
+        status, said, _ = lockprobe(*asked, "--shard", f"{number}/3", "--out", f"part-{number}")
+        assert status == 0
+        played = len(load(tmp_path / f"part-{number}"))
+        assert f"{played} of 36 trials are played here" in said.splitlines()
+        assert lockprobe(*asked, "--shard", f"{number}/3", "--out", f"part-{number}")[0] == 0
+        assert len(load(tmp_path / f"part-{number}")) == played
+    lockprobe("import", "joined", "part-1", "part-2", "part-3")
+    lockprobe(*asked, "--out", "whole")
+    joined, whole = (
+        sorted((tmp_path / name / "trials.jsonl").read_bytes().splitlines()) for name in ("joined", "whole")
+    )
+    assert joined == whole
+    assert len(whole) == 36
+
+
+@pytest.mark.parametrize(
+    "study", [["suite-1"], ["flips", "--condition", "flip?p=1&while=looping", "--condition", "yoked?p=1&how=looping"]]
+)
+def test_what_cannot_be_divided_is_refused(lockprobe, tmp_path, monkeypatch, study):
+    monkeypatch.chdir(tmp_path)
+    status, _, said = lockprobe("run", *study, "--agent", "random", "--shard", "1/2")
+    assert (status, len(said.splitlines())) == (2, 1)
+    assert "shard: got '1/2', expected none with" in said
