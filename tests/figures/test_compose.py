@@ -28,7 +28,7 @@ CASES = (
     "people at one p",
     "few people",
 )
-NAMES = ["overview", "fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected", "rationality"]
+NAMES = ["overview", "overview-column", "fig3", "fig3-corrected", "fig3-by-p", "fig4", "fig4-corrected", "rationality"]
 NAMES += ["fig5a", "fig5a-corrected", "fig5b", "fig5b-corrected"]
 
 

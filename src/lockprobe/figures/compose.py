@@ -52,8 +52,8 @@ _COLUMN = 3.5
 _HEIGHT = 2.9
 """Height of a panel in inches."""
 
-_SCREEN = (5.6, 3.1)
-"""Size of the figure of the first screen in inches."""
+_SCREEN = (5.6, 3.15)
+"""Size of the figure of the first screen in inches: as wide for its height as a slide."""
 
 _CHARACTER, _LINE = 0.077, 0.165
 """Width of a character of the small text and height of a line, in inches, generously."""
@@ -92,7 +92,8 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
     steps = [draw_relative_steps] if compared(result) else []
     drawn: dict[str, Callable[[], Figure]] = {
-        "overview": lambda: _wide(draw_overview, result),
+        "overview": lambda: _overview(result, _SCREEN),
+        "overview-column": lambda: _overview(result, (_COLUMN, _HEIGHT)),
         "people": lambda: single(draw_people, result, *steps),
         "side-by-side": lambda: single(
             draw_differences, result, *(draw for draw, _ in sides[1:]), heights=[inches for _, inches in sides]
@@ -173,10 +174,10 @@ def single(
     return _sheet((draw, *below), [result], heights, "")
 
 
-def _wide(draw: Callable[[Axes, StudySummary], None], result: StudySummary) -> Figure:
-    """One picture for a screen, without a legend."""
-    figure = Figure(figsize=_SCREEN, layout=ConstrainedLayoutEngine(w_pad=0.06))
-    draw(figure.subplots(), result)
+def _overview(result: StudySummary, size: tuple[float, float]) -> Figure:
+    """The figure of the first screen in a size in inches, without a legend."""
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.06))
+    draw_overview(figure.subplots(), result)
     return figure
 
 

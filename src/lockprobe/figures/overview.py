@@ -52,7 +52,7 @@ def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, 
     if stars := published_success(result.conditions):
         published(axes, stars)
         for place in stars:
-            axes.annotate("paper", place, (0, 7), textcoords="offset points", ha="center", fontsize=SMALL, color=FAINT)
+            axes.annotate("paper", place, (6, 0), textcoords="offset points", va="center", fontsize=SMALL, color=FAINT)
     label_right(axes, labels)
 
 

@@ -33,7 +33,7 @@ Pictures = dict[str, dict[str, bytes]]
 
 _LONGEST = (
     *("fig5b-corrected", "rationality", "fig5a-corrected", "fig5b", "fig4-corrected", "courses", "fig5a", "fig3-by-p"),
-    *("side-by-side", "fig3-corrected", "fig4", "people", "fig3", "overview"),
+    *("side-by-side", "fig3-corrected", "fig4", "people", "fig3", "overview", "overview-column"),
 )
 """All figures, what takes longest to draw first: with one panel for each agent, those with the most marks."""
 
