@@ -1,8 +1,10 @@
 """The issue's figures on whole studies, through runner and journal."""
 
+import _thread
 import asyncio
 import re
 import threading
+import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -483,3 +485,47 @@ def test_another_boundary_is_refused(tmp_path):
         pytest.raises(BadValue, match="expected reply; what broke elsewhere"),
     ):
         owe_anew(journal, STUDY, "model")
+
+
+def in_event_loop(call):
+    """What a call gives in a thread that runs an event loop, as a notebook's does."""
+
+    async def cell():
+        return call()
+
+    loop = asyncio.new_event_loop()  # asyncio.run would take Ctrl-C itself
+    try:
+        return loop.run_until_complete(cell())
+    finally:
+        loop.close()
+
+
+def test_a_study_is_played_in_a_notebook_as_anywhere_else(tmp_path):
+    planned = study(StudyOptions(agent=["human-inspired", "random"], p=[0, 0.4], trials=3, repetitions=1))
+    trials = in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell"))
+    assert trials == runner.run_study(planned, tmp_path / "script")
+    with pytest.raises(SettingsChanged):
+        in_event_loop(lambda: runner.run_study(replace(planned, seed=2), tmp_path / "cell"))
+
+
+def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path, monkeypatch):
+    planned = study(StudyOptions(agent=["random"], p=[0, 0.4], trials=50, repetitions=1))
+    step, seen = runner._Stoppable.step, set()
+
+    def interrupted(self, key, at):
+        seen.add(key)
+        if len(seen) == 5:
+            _thread.interrupt_main()
+            until = time.monotonic() + 10
+            while not self.stopped and time.monotonic() < until:
+                time.sleep(0.01)
+        step(self, key, at)
+
+    monkeypatch.setattr(runner._Stoppable, "step", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell"))
+    assert len(load(tmp_path / "cell")) == 4
+    monkeypatch.undo()
+    assert in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell")) == runner.run_study(
+        planned, tmp_path / "script"
+    )

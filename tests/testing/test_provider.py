@@ -1,5 +1,6 @@
 """The scripted provider answers as it is told, keeps what it was asked, and brings nothing heavy along."""
 
+import asyncio
 import json
 import os
 import subprocess
@@ -124,3 +125,17 @@ def test_it_needs_nothing_but_the_standard_library():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[] False"
+
+
+def test_a_hosted_model_plays_in_a_notebook(tmp_path):
+    """A notebook's thread runs an event loop: neither the provider nor the study may need one there."""
+    planned = lockprobe.study(agent=["llm:openai-api/scripted/model"], p=[0, 0.4], trials=1, repetitions=1)
+
+    async def cell():
+        with ScriptedProvider() as provider:
+            trials = lockprobe.run_study(planned, tmp_path)
+        return trials, len(provider.requests)
+
+    trials, requests = asyncio.run(cell())
+    assert [trial.error for trial in trials] == [None, None]
+    assert requests == sum(len(trial.steps) for trial in trials)

@@ -55,6 +55,9 @@ _HEIGHT = 2.9
 _SCREEN = (5.6, 3.15)
 """Size of the figure of the first screen in inches: as wide for its height as a slide."""
 
+_TICKS = 3
+"""Ticks of that figure in a column."""
+
 _CHARACTER, _LINE = 0.077, 0.165
 """Width of a character of the small text and height of a line, in inches, generously."""
 
@@ -177,7 +180,12 @@ def single(
 def _overview(result: StudySummary, size: tuple[float, float]) -> Figure:
     """The figure of the first screen in a size in inches, without a legend."""
     figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.06))
-    draw_overview(figure.subplots(), result)
+    axes = figure.subplots()
+    draw_overview(axes, result)
+    if size[0] <= _COLUMN:  # the names of agents take half of it
+        every = -(-len(axes.get_xticks()) // _TICKS)
+        labels = [label.get_text() for label in axes.get_xticklabels()]
+        axes.set_xticks(axes.get_xticks()[::every], labels[::every])
     return figure
 
 

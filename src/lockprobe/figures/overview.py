@@ -51,8 +51,13 @@ def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, 
         labels.append(((low + high) / 2, "chance", FAINT))
     if stars := published_success(result.conditions):
         published(axes, stars)
+        middle = sum(axes.get_xlim()) / 2
         for place in stars:
-            axes.annotate("paper", place, (6, 0), textcoords="offset points", va="center", fontsize=SMALL, color=FAINT)
+            side = 1 if place[0] < middle else -1
+            axes.annotate(
+                "paper", place, (6 * side, 0), textcoords="offset points", va="center",
+                ha="left" if side > 0 else "right", fontsize=SMALL, color=FAINT,
+            )  # fmt: skip
     label_right(axes, labels)
 
 

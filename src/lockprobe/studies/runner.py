@@ -15,6 +15,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -47,6 +48,9 @@ _AT_THE_END = 2
 """By the number of connections, the last trials that are all opened at once. In simulations with latencies as providers
 have them it leaves 2 % of the bound unused at 32 connections, where opening none more leaves 9 % and opening all at
 once from the start leaves 1 %, but has no trial finished until the very end."""
+
+_INTERRUPTIBLE = 0.1
+"""Seconds after which a thread that waits for another one notices an interrupt at the latest."""
 
 _PLANT_FACTS = ("engine", "renderer")
 """Of a plant, what its spec does not say and its pictures depend on."""
@@ -185,12 +189,50 @@ def _play(
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
     """Play a study, or resume it, in a directory, and return all its trials.
 
+    It also works in a notebook, whose thread already runs an event loop: the study is then played in another thread.
+
     Raises:
         UserMistake: As :func:`run`, and if the directory holds another study.
+        KeyboardInterrupt: On Ctrl-C or an interrupted notebook cell; whatever was finished is on disk.
     """
     with Journal.open(directory, study) as journal:
-        run(study, journal, limits=limits)
+        if _in_event_loop():
+            _run_in_thread(study, journal, limits)
+        else:
+            run(study, journal, limits=limits)
     return load(directory)
+
+
+def _in_event_loop() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+def _run_in_thread(study: Study, journal: Journal, limits: Limits | None) -> None:
+    """Run a study in another thread and wait for it. An interrupt here ends it at its next step."""
+    stoppable = _Stoppable()
+    with ThreadPoolExecutor(max_workers=1, thread_name_prefix="study") as thread:
+        played = thread.submit(run, study, journal, limits=limits, observer=stoppable)
+        try:
+            while not played.done():
+                wait((played,), timeout=_INTERRUPTIBLE)
+        finally:
+            stoppable.stopped = True
+        played.result()
+
+
+class _Stoppable(Silent):
+    """An observer through which another thread ends a run."""
+
+    def __init__(self) -> None:
+        self.stopped = False
+
+    def step(self, key: str, step: Step) -> None:
+        if self.stopped:
+            raise KeyboardInterrupt
 
 
 class _Finish:

@@ -18,7 +18,7 @@ import json
 import os
 import re
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from types import TracebackType
 from typing import Any, Self
 
@@ -89,7 +89,7 @@ class ScriptedProvider:
         self._loop = asyncio.new_event_loop()
         ready, self._end = threading.Event(), self._loop.create_future()
         serving = self.serve(lambda url: ready.set(), self._end)
-        self._thread = threading.Thread(target=self._loop.run_until_complete, args=(serving,), daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(serving,), daemon=True)
         self._thread.start()
         ready.wait()
         here = {f"{self._name.upper()}_BASE_URL": self.url, f"{self._name.upper()}_API_KEY": "nobody-asks-for-one"}
@@ -107,10 +107,14 @@ class ScriptedProvider:
                 os.environ[name] = value
         self._loop.call_soon_threadsafe(self._end.set_result, None)
         self._thread.join()
-        self._loop.run_until_complete(_tidy())
-        self._loop.close()
         if self._raised is not None and error is None:
             raise self._raised
+
+    def _run(self, serving: Coroutine[Any, Any, None]) -> None:
+        """Serve in a thread: the caller's may run an event loop, as a notebook's does."""
+        self._loop.run_until_complete(serving)
+        self._loop.run_until_complete(_tidy())
+        self._loop.close()
 
     async def serve(self, started: Callable[[str], None], until: asyncio.Future[Any]) -> None:
         """Serve on a free port until ``until`` is done; ``started`` is called with the base URL."""

@@ -36,7 +36,7 @@ RENDERERS: tuple[RendererName, ...] = get_args(RendererName)
 """All renderers, in the order in which ``auto`` tries them."""
 
 _REMEDIES: dict[RendererName, str] = {
-    "egl": "install libEGL and Mesa's drivers (Debian: libegl1 libgl1-mesa-dri), or take renderer=rays",
+    "egl": "install libEGL and Mesa's drivers (Debian: libegl1 libopengl0 libgl1-mesa-dri), or take renderer=rays",
     "osmesa": "install libOSMesa (Debian: libosmesa6), or take renderer=rays",
     "rays": "pip install 'lockprobe[twin]'",
 }
