@@ -36,6 +36,7 @@ NEEDS = {
     "film": (f"replay S {KEY} --out f.mp4",),
     "parquet": ("export S --format parquet --out e.parquet",),
     "web": ("serve flips --out P",),
+    "mcp": ("mcp flips --isolation none",),
 }
 """Extra -> commands that cannot be had without it."""
 

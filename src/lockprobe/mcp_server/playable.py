@@ -1,0 +1,27 @@
+"""Which conditions a client with tools can play: what is told, what is done, and what is said with a report."""
+
+from __future__ import annotations
+
+from lockprobe.errors import BadValue
+from lockprobe.interventions.catalogue import place_of, spec_of
+from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.study import Study
+
+__all__ = ["SAID", "check_playable"]
+
+SAID = ("nudge", "remark", "warn", "prompt")
+"""Interventions in what is asked that change words alone; others ask for what the tools have no argument for."""
+
+
+def check_playable(study: Study) -> None:
+    """Refuse conditions that cannot act on a client, because it keeps the conversation itself.
+
+    Raises:
+        BadValue: If a condition changes what is remembered, or asks for more than a joint, a claim and a hypothesis.
+    """
+    for condition in study.conditions:
+        for one in interventions_for(condition):
+            place = place_of(type(one))
+            if place == "remembered" or (place == "asked" and getattr(one, "name", "") not in SAID):
+                expected = f"what is told or done, or {', '.join(SAID)}: a client keeps its conversation itself"
+                raise BadValue("condition", spec_of(one), expected)
