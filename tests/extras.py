@@ -40,7 +40,7 @@ NEEDS = {
 }
 """Extra -> commands that cannot be had without it."""
 
-WITHIN = {"film": {"twin", "film"}}
+WITHIN = {"film": {"twin", "film"}, "mcp": {"web", "mcp"}}
 """Extra -> the extras that it brings, where that is more than itself."""
 
 

@@ -73,7 +73,7 @@ class Wire:
 @contextmanager
 def served(directory, project, options):
     """A server in a process of its own: its address, and the header with the token."""
-    asked = ["mcp", "flips", *options, "--agent-name", "scripted", "--isolation", "none", "--out", str(directory)]
+    asked = ["mcp", "flips", "--isolation", "none", *options, "--agent-name", "scripted", "--out", str(directory)]
     process = forked.start(
         [*asked, "--transport", "http", "--port", "0", "--json"],
         first=FIRST, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=project,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json as jsonlib
 import logging
 import os
 import secrets
@@ -70,10 +71,14 @@ def mcp(
     over_http = None if client_user is None else named_client(client_user)
     client = client_of_stdio() if transport == "stdio" else over_http
     found = check_isolation(directory, isolation, client)
-    os.umask(0o077)  # what is made from here on is for this user alone
+    token = _token() if transport == "http" else ""
     logging.basicConfig(stream=sys.stderr, level=logging.ERROR, format="lockprobe: %(message)s")
     given = SessionOptions(transport=transport, isolation=found, trials_each=trials_each)
-    asyncio.run(_serve(planned, agent, directory, given, port, json=json))
+    before = os.umask(0o077)  # what is made from here on is for this user alone
+    try:
+        asyncio.run(_serve(planned, agent, directory, given, port, token, json=json))
+    finally:
+        os.umask(before)
 
 
 def records_directory(planned: Study) -> Path:
@@ -82,7 +87,22 @@ def records_directory(planned: Study) -> Path:
     return data / "lockprobe" / f"{planned.name}-{planned.identity}"
 
 
-async def _serve(planned: Study, agent: str, directory: Path, given: SessionOptions, port: int, *, json: bool) -> None:
+def _token() -> str:
+    """The token of HTTP clients: that of the environment, or a new one.
+
+    Raises:
+        BadValue: If that of the environment is too easy to guess.
+    """
+    from lockprobe.mcp_server.http import TOKEN, check_token
+
+    if own := os.environ.get(TOKEN, ""):
+        check_token(own)
+    return own or secrets.token_urlsafe(24)
+
+
+async def _serve(
+    planned: Study, agent: str, directory: Path, given: SessionOptions, port: int, token: str, *, json: bool
+) -> None:
     async with ToolSession.open(directory, planned, agent, given) as session:
         said = f"{agent} plays {planned.name}: {session.owed} of {planned.size} trials are owed"
         print(printable(said), file=sys.stderr, flush=True)  # and not where the records lie: a client may read this
@@ -90,30 +110,23 @@ async def _serve(planned: Study, agent: str, directory: Path, given: SessionOpti
             from lockprobe.mcp_server.stdio import serve_stdio
 
             await serve_stdio(session)
-        else:
-            await _serve_http(session, directory, port, json=json)
-
-
-async def _serve_http(session: ToolSession, directory: Path, port: int, *, json: bool) -> None:
-    from lockprobe.mcp_server.http import TOKEN, check_token, listen, serve_http
-
-    if own := os.environ.get(TOKEN, ""):
-        check_token(own)
-    token = own or secrets.token_urlsafe(24)
-
-    def announce(url: str) -> None:
-        if json:
-            import json as jsonlib
-
-            print(jsonlib.dumps({"url": url, "token": token, "directory": str(directory)}), flush=True)
             return
-        lines = (
-            f"Address  {url}",
-            f"Token    {f'that of {TOKEN}' if own else token}",
-            f"Kept in  {directory}",
-            "Ctrl-C ends; the same command goes on.",
-        )
-        print("\n".join(map(printable, lines)), flush=True)
+        from lockprobe.mcp_server.http import listen, serve_http
 
-    with listen(port) as listening:
-        await serve_http(session, listening, token, announce)
+        with listen(port) as listening:
+            await serve_http(session, listening, token, lambda url: _announce(url, token, directory, json=json))
+
+
+def _announce(url: str, token: str, directory: Path, *, json: bool) -> None:
+    from lockprobe.mcp_server.http import TOKEN
+
+    if json:
+        print(jsonlib.dumps({"url": url, "token": token, "directory": str(directory)}), flush=True)
+        return
+    lines = (
+        f"Address  {url}",
+        f"Token    {f'that of {TOKEN}' if os.environ.get(TOKEN) else token}",
+        f"Kept in  {directory}",
+        "Ctrl-C ends; the same command goes on.",
+    )
+    print("\n".join(map(printable, lines)), flush=True)
