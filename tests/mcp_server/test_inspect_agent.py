@@ -1,5 +1,7 @@
 """Inspect's ReAct agent plays a study with the tools of the server; the model is scripted."""
 
+from pathlib import Path
+
 import forked
 import pytest
 
@@ -13,10 +15,12 @@ from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
 
+TESTS = Path(__file__).parents[1]
 OPTIONS = ["--p", "0.3", "--trials", "2", "--repetitions", "1", "--max-steps", "8"]
 
 AGENT = """
 import asyncio, sys
+sys.path.insert(0, sys.argv.pop())
 from inspect_ai import Task, eval
 from inspect_ai.agent import react
 from inspect_ai.dataset import Sample
@@ -57,12 +61,11 @@ print(log.status, log.samples[0].output.completion if log.status == "success" el
 """
 
 
-def test_the_react_agent_plays_a_study(tmp_path, monkeypatch):
+def test_the_react_agent_plays_a_study(tmp_path):
     (tmp_path / "project").mkdir()
-    monkeypatch.setenv("PYTHONPATH", str(forked.Path(forked.__file__).parent))
     with served(tmp_path / "S", tmp_path / "project", OPTIONS) as (url, headers):
-        done = forked.run([url, headers["Authorization"], tmp_path / "logs"], script=AGENT)
-    said = done.stdout.split()
+        done = forked.run([url, headers["Authorization"], tmp_path / "logs", TESTS], script=AGENT)
+    said = done.stdout.split() or [done.stderr]
     assert (said[0], said[-1]) == ("success", "2"), done.stdout + done.stderr
     run_study(study("flips", agent=[SPEC], p=[0.3], trials=2, repetitions=1, max_steps=8), tmp_path / "alone")
     assert plain_records(tmp_path / "S") == plain_records(tmp_path / "alone")

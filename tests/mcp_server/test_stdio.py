@@ -4,6 +4,8 @@ import asyncio
 import json
 import os
 import random
+import signal
+import subprocess
 import sys
 import threading
 import time
@@ -12,12 +14,14 @@ import pytest
 
 pytest.importorskip("mcp")
 
+import forked
 from killed import KILLS
 from mcp import Client
 from mcp.client.stdio import StdioServerParameters
-from mcp_wire import Wire
+from mcp_wire import FIRST, Wire
 from tool_player import AGENT, SPEC, Player, plain_records
 
+from lockprobe.mcp_server.stdio import LONGEST_LINE, _lines
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
@@ -166,3 +170,39 @@ def test_the_own_client_of_the_sdk_plays_it(tmp_path, project, alone):
     assert asyncio.run(play()) == 6
     assert plain_records(out) == alone
     assert {trial.agent for trial in load(out)} == {AGENT}
+
+
+def test_ctrl_c_ends_a_server_whose_client_is_silent(tmp_path, project):
+    wire = Wire(*asked(tmp_path / "S"), cwd=project)
+    player = Player(wire.call)
+    asyncio.run(player.begin())
+    wire.process.send_signal(signal.SIGINT)
+    assert wire.process.wait(20) == 130
+    wire.go()
+
+
+@pytest.mark.parametrize("parts", [1, 3, 1000])
+def test_messages_are_lines_however_they_arrive(parts):
+    said = b"one\n\ntwo\n" + b"x" * (3 * LONGEST_LINE) + b"\nthree\n" + b"torn"
+
+    async def read():
+        reader = asyncio.StreamReader()
+        size = len(said) // parts + 1
+        for begin in range(0, len(said), size):
+            reader.feed_data(said[begin : begin + size])
+        reader.feed_eof()
+        return [line async for line in _lines(reader)]
+
+    assert asyncio.run(read()) == ["one", "", "two", "x" * LONGEST_LINE, "three"]
+
+
+def test_standard_input_is_no_file(tmp_path, project):
+    (tmp_path / "file").write_text("{}\n")
+    with (tmp_path / "file").open() as file:
+        done = forked.start(
+            ["mcp", *asked(tmp_path / "S")], first=FIRST, stdin=file, stderr=subprocess.PIPE, cwd=project
+        )
+        assert done.wait(60) == 2
+        assert "a pipe from the client" in done.stderr.read()
+        done.stderr.close()
+    assert not (tmp_path / "S").exists()

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.record import Outcome
+from lockprobe.storage.atomic_file import sync_directory
 from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.directory import ATTEMPTS
 from lockprobe.studies.paused_trial import Attempted
@@ -57,29 +58,35 @@ _adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
 class AttemptLog:
     """The open log of one study. Use :meth:`open`, under the lock of the study."""
 
-    def __init__(self, file: LineFile) -> None:
-        self._file = file
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: LineFile | None = None
         self._begun: dict[str, int] = {}
         self._attempts: dict[str, list[Attempted]] = {}
 
     @classmethod
     @contextmanager
     def open(cls, directory: Path) -> Iterator[AttemptLog]:
-        """Open the log of a study directory, new or to go on; a line that a crash tore is cut off.
+        """Open the log of a study directory, to go on or, with the first line, new; a torn line is cut off.
 
         Raises:
             BadFile: If a line within it is damaged, or it cannot be written.
         """
-        path = directory / ATTEMPTS
-        with closing(LineFile(path)) as file:
-            file.cut_torn_tail()
-            log = cls(file)
-            for number, line in whole_lines(path):
-                try:
-                    log._follow(_adapter.validate_json(without_checksum(line)))
-                except (ValidationError, BadValue):
-                    raise BadFile(path, f"line {number}: damaged") from None
+        log = cls(directory / ATTEMPTS)
+        with closing(log):
+            if log._path.exists():
+                log._opened().cut_torn_tail()
+                for number, line in whole_lines(log._path):
+                    try:
+                        log._follow(_adapter.validate_json(without_checksum(line)))
+                    except (ValidationError, BadValue):
+                        raise BadFile(log._path, f"line {number}: damaged") from None
             yield log
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
 
     def attempts(self, key: str) -> tuple[Attempted, ...]:
         """The steps of a trial so far."""
@@ -110,8 +117,17 @@ class AttemptLog:
         self._write(_Broke(key=key))
 
     def _write(self, line: _Begun | _Did | _Broke) -> None:
-        self._file.append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
+        self._opened().append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
         self._follow(line)
+
+    def _opened(self) -> LineFile:
+        """The open file, made if it is not there."""
+        if self._file is None:
+            new = not self._path.exists()
+            self._file = LineFile(self._path)
+            if new:
+                sync_directory(self._path.parent)
+        return self._file
 
     def _follow(self, line: _Begun | _Did | _Broke) -> None:
         if isinstance(line, _Begun):

@@ -32,8 +32,6 @@ _SAID: Mapping[Outcome, str] = {
 
 _GONE = "(pictures no longer shown)"
 
-_PICTURES = {"rgb": "The picture shows the box.", "rgbd": "The pictures show the box: its colours, then its depth."}
-
 
 def reply_form(*, assessment: bool) -> str:
     """How to reply with the tool ``attempt``, as a sentence of the instruction."""
@@ -85,11 +83,8 @@ def begun(situation: Situation) -> str:
 
 
 def observation(situation: Situation) -> str:
-    """What is told now, in words; a sentence about the pictures where they are shown."""
-    percept = situation.percept
-    shown = sum(picture.shown for picture in percept.pictures)
-    seen = _PICTURES["rgbd" if shown > 1 else "rgb"] if shown else ""
-    return " ".join(filter(None, (percept.text, seen, situation.briefing.remark)))
+    """What is told now, in words. Of pictures the words say what they are."""
+    return " ".join(filter(None, (situation.percept.text, situation.briefing.remark)))
 
 
 def _so_far(situation: Situation, first: Percept) -> str:
