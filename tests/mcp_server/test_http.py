@@ -63,6 +63,19 @@ def test_clients_one_after_another_play_a_study(tmp_path, mode):
     assert [trial.facts["transport"] for trial in load(out)] == ["http"] * 3
 
 
+def test_attempts_that_are_sent_at_once_are_one_step(tmp_path):
+    (tmp_path / "project").mkdir()
+
+    async def some(one):
+        await one.begin()
+        got = await asyncio.gather(*(one.call("attempt", {"joint": joint}) for joint in "ABCD"))
+        assert len([text for text in got if text is not None]) == 1
+
+    with served(tmp_path / "S", tmp_path / "project", OPTIONS) as (url, headers):
+        player(url, headers, some)
+    assert (tmp_path / "S" / "attempts.jsonl").read_text().count('"kind":"attempt"') == 1
+
+
 def post(url, headers, body, **more):
     own = {"Accept": "application/json, text/event-stream", "Content-Type": "application/json"}
     content = body if isinstance(body, bytes) else json.dumps(body).encode()
