@@ -23,5 +23,9 @@ def test_what_is_remembered_or_asked_for_cannot(condition):
         check_playable(study("flips", agent=["random"], condition=[condition]))
 
 
+def test_the_study_of_controls_can_be_played():
+    check_playable(study("why", agent=["random"]))
+
+
 def test_those_that_change_words_alone_exist_and_are_asked():
     assert {place_of(shipped()[name]) for name in SAID} == {"asked"}

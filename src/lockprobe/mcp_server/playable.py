@@ -9,7 +9,7 @@ from lockprobe.studies.study import Study
 
 __all__ = ["SAID", "check_playable"]
 
-SAID = ("nudge", "remark", "warn", "prompt")
+SAID = ("nudge", "remark", "distract", "warn", "prompt")
 """Interventions in what is asked that change words alone; others ask for what the tools have no argument for."""
 
 
