@@ -1,11 +1,13 @@
 """What a client reads is what other agents read, but for how to reply."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from lockprobe.agents.prompt import conversation, example
 from lockprobe.mcp_server.wording import CLAIMS, begun, observation, reply_form, tool_schema, wording
+from lockprobe.record import Briefing, Percept
 
 
 @pytest.mark.parametrize("assessment", [True, False])
@@ -30,6 +32,12 @@ def test_a_trial_that_goes_on_tells_its_steps_and_then_what_is_told_now():
 @pytest.mark.parametrize(("pictures", "said"), [(1, "shown a picture of the box"), (2, "one of its depth")])
 def test_pictures_are_announced(pictures, said):
     assert said in begun(example(pictures))
+
+
+def test_a_report_that_is_dropped_is_no_empty_text():
+    assert observation(replace(example(), percept=Percept(joint="B"))) == "(no report)"
+    nudged = replace(example(), percept=Percept(joint="B"), briefing=Briefing(remark="Note."))
+    assert observation(nudged) == "Note."
 
 
 def test_the_schema_asks_for_what_the_chat_protocol_asks_for():

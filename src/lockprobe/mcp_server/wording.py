@@ -13,7 +13,17 @@ from lockprobe.agents.prompt import INSTRUCTIONS, fingerprint, instructions
 from lockprobe.plan import LABELS
 from lockprobe.record import Outcome, Percept, Situation
 
-__all__ = ["CLAIMS", "LONGEST_HYPOTHESIS", "OVER", "begun", "observation", "reply_form", "tool_schema", "wording"]
+__all__ = [
+    "CLAIMS",
+    "LONGEST_HYPOTHESIS",
+    "NO_REPORT",
+    "OVER",
+    "begun",
+    "observation",
+    "reply_form",
+    "tool_schema",
+    "wording",
+]
 
 CLAIMS: Mapping[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
 """What ``last_action`` may be; ``none`` in the first step only."""
@@ -22,6 +32,9 @@ LONGEST_HYPOTHESIS = 4000
 """Characters, as in the chat protocol."""
 
 OVER = "The trial is over."
+
+NO_REPORT = "(no report)"
+"""What is told where an intervention leaves nothing to be told."""
 
 _CLAIM = 'last_action is what your last action did, "moved" or "did not move"; leave it out in the first step.'
 
@@ -64,7 +77,7 @@ def tool_schema(joints: int, *, assessment: bool) -> dict[str, object]:
 def wording(joints: int, *, assessment: bool) -> str:
     """Twelve hexadecimal digits that change with any word of the instruction and the tools, for the record."""
     schema = json.dumps(tool_schema(joints, assessment=assessment))
-    return fingerprint(INSTRUCTIONS, reply_form(assessment=assessment), schema, OVER)
+    return fingerprint(INSTRUCTIONS, reply_form(assessment=assessment), schema, OVER, NO_REPORT)
 
 
 def begun(situation: Situation) -> str:
@@ -83,8 +96,8 @@ def begun(situation: Situation) -> str:
 
 
 def observation(situation: Situation) -> str:
-    """What is told now, in words. Of pictures the words say what they are."""
-    return " ".join(filter(None, (situation.percept.text, situation.briefing.remark)))
+    """What is told now, in words. Of pictures the words say what they are. Providers refuse results without words."""
+    return " ".join(filter(None, (situation.percept.text, situation.briefing.remark))) or NO_REPORT
 
 
 def _so_far(situation: Situation, first: Percept) -> str:
