@@ -36,10 +36,11 @@ NEEDS = {
     "film": (f"replay S {KEY} --out f.mp4",),
     "parquet": ("export S --format parquet --out e.parquet",),
     "web": ("serve flips --out P",),
+    "mcp": ("mcp flips --isolation none",),
 }
 """Extra -> commands that cannot be had without it."""
 
-WITHIN = {"film": {"twin", "film"}}
+WITHIN = {"film": {"twin", "film"}, "mcp": {"web", "mcp"}}
 """Extra -> the extras that it brings, where that is more than itself."""
 
 

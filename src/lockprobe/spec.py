@@ -17,6 +17,7 @@ from urllib.parse import parse_qsl, urlencode
 from lockprobe.errors import BadValue, UnknownName
 
 __all__ = [
+    "MCP",
     "PEOPLE",
     "Option",
     "Spec",
@@ -35,6 +36,9 @@ Made = TypeVar("Made")
 
 PEOPLE = "participant"
 """The spec that stands for all people in a study; one of them is ``participant:ID``."""
+
+MCP = "mcp"
+"""The kind of the specs of agents that connect to ``lockprobe mcp``: ``mcp:NAME``."""
 
 
 @dataclass(frozen=True, slots=True)

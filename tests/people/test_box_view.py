@@ -10,9 +10,9 @@ from seen import PhotographedPlant
 from lockprobe.interventions.condition import flips
 from lockprobe.people.box_view import box_to_show, panel_to_show, view_of_modality
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.paused_trial import PausedTrial
 from lockprobe.plan import Names
 from lockprobe.plants import catalogue
+from lockprobe.studies.paused_trial import PausedTrial
 
 STUDY = people_study(layout="shuffled", flip="sticky", modalities=("symbolic",))
 PLAN = STUDY.plan("participant", STUDY.condition(0.4), 1, 3)

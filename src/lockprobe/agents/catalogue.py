@@ -3,8 +3,9 @@
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``learner:NAME|FILE`` (a network that the project trains), ``viewer[:STRATEGY]`` (reads pictures
 and plays a strategy by them), ``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file),
-``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant`` (people), ``python:module:Name`` (your class),
-and what installed packages add by an entry point in the group ``lockprobe.agents``. Options follow a question mark:
+``llm:PROVIDER/MODEL`` (any model name of Inspect AI), ``participant`` (people), ``mcp:NAME`` (an agent with tools),
+``python:module:Name`` (your class), and what installed packages add by an entry point in the group
+``lockprobe.agents``. Options follow a question mark:
 ``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
 ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
@@ -22,23 +23,25 @@ from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
+from lockprobe.agents.mcp_client import check_client
 from lockprobe.agents.modalities import Senses
 from lockprobe.agents.model_access import Access
-from lockprobe.agents.participant import Participant, check_participant
+from lockprobe.agents.outside import OutsideAgent
+from lockprobe.agents.participant import check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.agents.worlds import WORLDS
 from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Agent
-from lockprobe.spec import PEOPLE, Spec, spec_kind, with_options
+from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.terminal_text import printable
 
 __all__ = ["AgentSource", "Engine", "description", "known_specs", "recomputes", "resolve"]
 
-Engine = Literal["inline", "process", "network", "person"]
+Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
-person, who is waited for on a page and never by a run."""
+person or a client with tools, who are waited for by a server and never by a run."""
 
 _STRATEGIES: dict[str, Callable[[], Agent]] = {
     "random": RandomAgent,
@@ -71,6 +74,7 @@ _OTHERS = {
     "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
+    "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
 
@@ -233,7 +237,12 @@ def _viewer(spec: Spec, access: Access) -> AgentSource:
 
 def _people(spec: Spec, access: Access) -> AgentSource:
     check_participant(str(spec))
-    return AgentSource(spec=str(spec), engine="person", senses="pictures", make=Participant)
+    return AgentSource(spec=str(spec), engine="person", senses="pictures", make=OutsideAgent)
+
+
+def _client(spec: Spec, access: Access) -> AgentSource:
+    check_client(str(spec))
+    return AgentSource(spec=str(spec), engine="client", senses="pictures", make=OutsideAgent)
 
 
 def _hosted() -> ModuleType:
@@ -268,6 +277,7 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
 _SOURCES: dict[str, Callable[[Spec, Access], AgentSource]] = {
     "viewer": _viewer,
     PEOPLE: _people,
+    MCP: _client,
     "llm": _language_model,
 }
 """The other kinds of agents that Lockprobe has itself."""

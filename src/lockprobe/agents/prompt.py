@@ -122,7 +122,13 @@ class Reply(BaseModel):
 
 
 def instructions(
-    task: Task, *, positions: bool, outcomes: bool = True, pictures: int = 0, briefing: Briefing = _USUAL
+    task: Task,
+    *,
+    positions: bool,
+    outcomes: bool = True,
+    pictures: int = 0,
+    briefing: Briefing = _USUAL,
+    reply: str = "",
 ) -> str:
     """The instruction at the start of a trial.
 
@@ -133,6 +139,7 @@ def instructions(
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
         briefing: Another instruction than the usual one, if any, and what else is asked and warned of.
+        reply: How to reply; empty for one JSON object.
     """
     observation = (
         _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions, outcomes or not positions]
@@ -145,7 +152,7 @@ def instructions(
         budget=task.budget,
         names="" if pictures else ", 0 and 1",
         observation=f"{observation} {warning}".rstrip(),
-        reply=f"Reply with one JSON object and nothing else:\n{_object(task, briefing)}",
+        reply=reply or f"Reply with one JSON object and nothing else:\n{_object(task, briefing)}",
     )
     return text if warning in text else f"{text} {warning}"
 

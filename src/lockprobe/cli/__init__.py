@@ -29,6 +29,7 @@ COMMANDS = {
     "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
     "branch": ("branch", "branch", "What one report did: forks of recorded trials."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
+    "mcp": ("mcp", "mcp", "Let an agent with tools play a study (Model Context Protocol)."),
     "loops": ("loops", "loops", "Action loops in sequences, one per line."),
     "chance": ("chance", "chance", "The chance level of an action loop."),
     "detectors": ("detectors", "detectors", "Other loop detectors, and how often each is wrong."),

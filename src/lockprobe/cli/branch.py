@@ -157,7 +157,7 @@ class _Watched:
         lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
         why = [
             f"{count(left.errors, 'trial')} ended as error" * bool(left.errors),
-            f"{count(left.people, 'trial')} of people, who cannot be asked again" * bool(left.people),
+            f"{count(left.people, 'trial')} of people or clients, who cannot be asked again" * bool(left.people),
             f"{count(left.short, 'trial')} without such a place" * bool(left.short),
         ]
         if any(why):

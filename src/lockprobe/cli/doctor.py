@@ -44,6 +44,7 @@ def examine() -> Iterator[Finding]:
     yield _embedded()
     yield _package("inspect_ai", "inspect-ai", "hosted models", "pip install 'lockprobe[providers]'")
     yield _package("starlette", "starlette", "participants' page", "pip install 'lockprobe[web]'")
+    yield _package("mcp", "mcp", "agents with tools", "pip install 'lockprobe[mcp]'")
     yield _physical()
     if importlib.util.find_spec("mujoco") is not None:
         yield from _renderers()

@@ -11,11 +11,11 @@ from lockprobe.lockbox.box import Joint, JointKind, Lockbox
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.paused_trial import PausedTrial
 from lockprobe.people.scenes import BoxPanel
 from lockprobe.plan import Names, Plan
 from lockprobe.seeds import integer_seed
 from lockprobe.spec import PEOPLE
+from lockprobe.studies.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
 from lockprobe.trial import Executor, here
 

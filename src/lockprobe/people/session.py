@@ -12,13 +12,13 @@ from lockprobe.people.box_view import box_to_show, is_asked, view_of_modality
 from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Entry, Released, diary_path
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
-from lockprobe.people.paused_trial import PausedTrial
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Attempt, Next, fits
 from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOver
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Trial
 from lockprobe.studies.journal import Timing
+from lockprobe.studies.paused_trial import Attempted, PausedTrial
 from lockprobe.studies.picture_store import ALBUM
 
 __all__ = ["Session"]
@@ -218,8 +218,9 @@ class Session:
     async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
         plan, facts = self._plan(box)
         pictures = self._opened.directory / ALBUM if box else None
+        steps = [Attempted(did.act.joint, did.act.claimed, did.told) for did in played if isinstance(did.act, Attempt)]
         try:
-            return await PausedTrial.begin(plan, played, facts=facts, pictures=pictures, place=self._opened.place)
+            return await PausedTrial.begin(plan, steps, facts=facts, pictures=pictures, place=self._opened.place)
         except BadValue as error:
             raise BadFile(self.path, str(error)) from None
 

@@ -22,6 +22,7 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plan import Fork, Plan
 from lockprobe.protocols import Intervention
 from lockprobe.record import Trial
+from lockprobe.spec import MCP, PEOPLE, spec_kind
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.journal import Journal
@@ -76,7 +77,7 @@ class Left:
 
     Attributes:
         errors: They ended as error.
-        people: A person played them, who cannot be asked again.
+        people: A person or a client with tools played them, who cannot be asked again.
         short: They end before the places asked for, or have none such.
     """
 
@@ -274,6 +275,11 @@ def read_forks(directory: Path | str) -> list[Trial]:
     return load(forks) if (forks / RECORDS).is_file() else []
 
 
+def _connects(agent: str) -> bool:
+    """Whether an agent is a person or a client: it comes by itself and cannot be asked."""
+    return spec_kind(agent) in (PEOPLE, MCP)
+
+
 def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
     if not keys:
         return dict(own)
@@ -289,15 +295,17 @@ def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
 def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], Left]:
     """The trials that can be forked, and why others cannot; a trial that is named has to be one that can."""
     errors = [trial for trial in chosen.values() if trial.ending == "error"]
-    people = [trial for trial in chosen.values() if trial.player and trial.ending != "error"]
-    whole = [trial for trial in chosen.values() if trial.ending != "error" and not trial.player]
+    ended = [trial for trial in chosen.values() if trial.ending != "error"]
+    people = [trial for trial in ended if _connects(trial.agent)]
+    whole = [trial for trial in ended if not _connects(trial.agent)]
     forked = {trial.key: trial for trial in whole if any(fork_steps(trial, rule) for rule in at)}
     if forked and not (named and len(chosen) == 1):
         return forked, Left(errors=len(errors), people=len(people), short=len(whole) - len(forked))
     if forked:
         return forked, Left()
     if people:
-        raise BadValue("trial", people[0].key, "a trial of an agent: people cannot be asked to play a part of it again")
+        expected = "a trial of an agent that is run: clients and people cannot be asked to play a part of it again"
+        raise BadValue("trial", people[0].key, expected)
     if errors:
         raise BadValue("trial", errors[0].key, "a trial that ended: this one ended as an error")
     longest = max((len(trial.steps) for trial in whole), default=0) - 1

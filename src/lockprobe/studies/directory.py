@@ -25,6 +25,7 @@ from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.study import LATER, Study, joined_agents
 
 __all__ = [
+    "ATTEMPTS",
     "PEOPLE_DIRECTORY",
     "RECORDS",
     "SETTINGS",
@@ -40,8 +41,11 @@ SETTINGS = "study.json"
 RECORDS = "trials.jsonl"
 TIMINGS = "timings.jsonl"
 
-_KEPT = (RECORDS, CALLS, ASKED)
-"""Files that hold finished trials or paid calls."""
+ATTEMPTS = "attempts.jsonl"
+"""Every attempt of a client with tools, before its report leaves; the server of clients writes it."""
+
+_KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
+"""Files that hold finished trials, paid calls or steps."""
 
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
 """Files that a start creates."""

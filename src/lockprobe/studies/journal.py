@@ -81,10 +81,12 @@ class Journal:
         trials: Finished and broken trials by key, without their steps where they were played just now.
         calls: What was asked of providers.
         left_out: What it holds in addition to these trials, as it was opened.
+        used: Set it to True when steps of a trial are on disk; then an error removes nothing.
     """
 
     def __init__(self, directory: Path, study: Study, records: LineFile, timings: LineFile, calls: Calls) -> None:
         trials, self.left_out = read_records(directory)
+        self.used = False
         self.directory = directory
         self.trials = {trial.key: trial for trial in trials}
         self.calls = calls
@@ -121,7 +123,7 @@ class Journal:
                 try:
                     yield journal
                 finally:
-                    here.used = journal._records.used or calls.used
+                    here.used = journal.used or journal._records.used or calls.used
                     journal._close()
 
     def owes(self, key: str) -> bool:

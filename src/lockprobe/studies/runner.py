@@ -133,7 +133,7 @@ def run(
     known = list(known)
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
-    sources = [source for source in sources if source.engine != "person"]  # they are invited, not run
+    sources = _run_here(sources)
     owed = {source.spec: [plan for plan in of(source.spec) if journal.owes(plan.key)] for source in sources}
     for source in sources:
         if owed[source.spec]:
@@ -161,6 +161,20 @@ def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[l
     if followers := [plan for plan in plans if is_yoked(plan.condition)]:
         there = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
         yield [plan for one in followers if (plan := bound(one, study, there)) is not None]
+
+
+def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:
+    """The agents without people, who are invited, and without clients, which connect; one of them alone is refused.
+
+    Raises:
+        BadValue: If all agents are clients.
+    """
+    found = [source for source in sources if source.engine not in ("person", "client")]
+    clients = [source.spec for source in sources if source.engine == "client"]
+    if clients and len(clients) == len(sources):
+        expected = "an agent that can be run; this one connects to the server that `lockprobe mcp` starts"
+        raise BadValue("agent", clients[0], expected)
+    return found
 
 
 def _play(

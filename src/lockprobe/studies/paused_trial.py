@@ -1,6 +1,6 @@
-"""A participant's trial, paused at each decision until the participant chooses.
+"""A trial that is paused at each decision until somebody outside decides: a participant, or a client with tools.
 
-A resumed trial first replays the steps in the diary. The same seed gives the same reports.
+A resumed trial first replays the steps that are on disk. The same seed gives the same reports.
 """
 
 from __future__ import annotations
@@ -9,40 +9,58 @@ import asyncio
 from collections.abc import Iterable, Mapping
 from contextlib import AsyncExitStack, suppress
 from pathlib import Path
+from typing import NamedTuple
 
-from lockprobe.agents.participant import Participant
+from lockprobe.agents.outside import OutsideAgent
 from lockprobe.errors import BadValue
-from lockprobe.people.diary import Did
-from lockprobe.people.responses import Attempt
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Outcome, Situation, Step, Trial
+from lockprobe.studies.journal import Timing
 from lockprobe.studies.play import play_timed
 from lockprobe.trial import Executor, here
 
-__all__ = ["PausedTrial"]
+__all__ = ["Attempted", "PausedTrial"]
+
+
+class Attempted(NamedTuple):
+    """A step that is on disk.
+
+    Attributes:
+        joint: Label of the joint chosen.
+        claimed: What was said of the action before.
+        told: The report that followed; empty with pictures.
+        hypothesis: How the box works, in the agent's words.
+    """
+
+    joint: str
+    claimed: Outcome | None = None
+    told: str = ""
+    hypothesis: str = ""
 
 
 class PausedTrial:
     """A trial that waits at each decision. Start it with :meth:`begin`; :meth:`close` releases its plant.
 
     Attributes:
-        situation: What the page may show now; None once the trial is over.
+        situation: What may be told or shown now; None once the trial is over.
         trial: Its record once it is over, else None.
+        timing: Its clock reading once it is over, from :meth:`begin` on, else None.
     """
 
     def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor) -> None:
         self.plan = plan
         self.situation: Situation | None = None
         self.trial: Trial | None = None
+        self.timing: Timing | None = None
         self._told: list[str] = []
-        self._person = Participant(facts)
-        self._loop = asyncio.create_task(play_timed(plan, self._person, self._note, pictures, place=place))
+        self._agent = OutsideAgent(facts)
+        self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, pictures, place=place))
 
     @classmethod
     async def begin(
         cls,
         plan: Plan,
-        played: Iterable[Did] = (),
+        played: Iterable[Attempted] = (),
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
@@ -52,8 +70,8 @@ class PausedTrial:
 
         Args:
             plan: The trial.
-            played: Its steps so far, from the diary.
-            facts: The settings of the page, for the record.
+            played: Its steps so far.
+            facts: How the agent is reached, for the record.
             pictures: Directory for pictures; None stores none.
             place: Where the plant runs.
 
@@ -65,9 +83,8 @@ class PausedTrial:
         async with AsyncExitStack() as undo:
             undo.push_async_callback(paused.close)
             await paused._wait()
-            for number, did in enumerate(played, 1):
-                if isinstance(did.act, Attempt):
-                    await paused._replay(number, did.act, did.told)
+            for number, step in enumerate(played, 1):
+                await paused._replay(number, step)
             undo.pop_all()
         return paused
 
@@ -76,15 +93,15 @@ class PausedTrial:
         """Whether neither the plant nor a channel has broken it so far."""
         return self.trial is None or self.trial.error is None
 
-    async def attempt(self, joint: str, claimed: Outcome | None = None) -> str:
+    async def attempt(self, joint: str, claimed: Outcome | None = None, hypothesis: str = "") -> str:
         """Attempt a joint and wait for the next decision or the end.
 
-        ``claimed`` is what the participant says of the step before. Returns the report of the attempt; empty with
-        pictures and where the trial broke.
+        ``claimed`` is what the agent says of the step before, ``hypothesis`` what it says of the box. Returns the
+        report of the attempt; empty with pictures and where the trial broke.
         """
         before = len(self._told)
         self.situation = None
-        self._person.say(joint, claimed)
+        self._agent.say(joint, claimed, hypothesis)
         await self._wait()
         return self._told[-1] if len(self._told) > before else ""
 
@@ -96,26 +113,26 @@ class PausedTrial:
         with suppress(asyncio.CancelledError):
             await self._loop
 
-    async def _replay(self, number: int, act: Attempt, shown: str) -> None:
+    async def _replay(self, number: int, step: Attempted) -> None:
         """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
         what = f"step {number} of {self.plan.key}"
-        if self.situation is None or act.joint not in self.situation.task.joints:
+        if self.situation is None or step.joint not in self.situation.task.joints:
             if self.sound:
-                raise BadValue(what, act.joint, "a step of this trial")
+                raise BadValue(what, step.joint, "a step of this trial")
             return
-        told = await self.attempt(act.joint, act.claimed)
-        if told != shown and self.sound:
-            raise BadValue(what, told, f"{shown!r}, as it was shown before")
+        told = await self.attempt(step.joint, step.claimed, step.hypothesis)
+        if told != step.told and self.sound:
+            raise BadValue(what, told, f"{step.told!r}, as it was shown before")
 
     async def _wait(self) -> None:
         """Wait until the loop asks or is over; pass on its exceptions."""
-        asked = asyncio.create_task(self._person.asked())
+        asked = asyncio.create_task(self._agent.asked())
         try:
             await asyncio.wait({asked, self._loop}, return_when=asyncio.FIRST_COMPLETED)
         finally:
             asked.cancel()
         if self._loop.done():
-            self.trial = self._loop.result()[0]
+            self.trial, self.timing = self._loop.result()
         else:
             self.situation = asked.result()
 

@@ -1,4 +1,4 @@
-"""A trial of a person waits at each decision, and goes on after it was let go of."""
+"""A trial waits at each decision, and goes on after it was let go of."""
 
 import asyncio
 from dataclasses import replace
@@ -10,25 +10,18 @@ from seen import PhotographedPlant
 from lockprobe.agents.participant import participant_spec
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import flips
-from lockprobe.people.diary import Did
-from lockprobe.people.paused_trial import PausedTrial
-from lockprobe.people.responses import Attempt
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.paused_trial import Attempted, PausedTrial
 
 STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.condition(0.4), 1, 2)
 
 
-def step_of(joint, claimed=None, told=""):
-    """A step as the diary holds it."""
-    return Did(at=1.0, turn=2, scene="box", act=Attempt(joint=joint, claimed=claimed, rt=1.0), told=told)
-
-
 def steps_of(trial):
-    """A trial as it would have been played at a page."""
+    """A trial as its steps are on disk."""
     labels = dict(zip(trial.joints, trial.labels, strict=True))
-    return [step_of(labels[step.joint], step.decision.claimed, step.told) for step in trial.steps]
+    return [Attempted(labels[step.joint], step.decision.claimed, step.told) for step in trial.steps]
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +44,7 @@ def test_it_goes_on_after_every_step(alone):
     async def each() -> None:
         for number in range(len(played) + 1):
             held = await PausedTrial.begin(PLAN, played[:number])
-            told = [await held.attempt(step.act.joint, step.act.claimed) for step in played[number:]]
+            told = [await held.attempt(step.joint, step.claimed) for step in played[number:]]
             assert told == [step.told for step in played[number:]]
             assert held.situation is None
             assert as_played(held.trial) == as_played(alone)
@@ -79,14 +72,14 @@ def test_it_shows_what_an_agent_would_be_given(alone):
 )
 def test_another_history_is_never_shown(alone, wrong):
     played = steps_of(alone)
-    said = {"joint": played[1].act.joint, "claimed": played[1].act.claimed, "told": played[1].told}
+    said = {"joint": played[1].joint, "claimed": played[1].claimed, "told": played[1].told}
     with pytest.raises(BadValue, match=r"step 2 of flips/participant/p=0\.4/rep=1/trial=2"):
-        asyncio.run(PausedTrial.begin(PLAN, [played[0], step_of(**(said | wrong)), *played[2:4]]))
+        asyncio.run(PausedTrial.begin(PLAN, [played[0], Attempted(**(said | wrong)), *played[2:4]]))
 
 
 def test_more_steps_than_there_were_are_refused(alone):
     with pytest.raises(BadValue, match="a step of this trial"):
-        asyncio.run(PausedTrial.begin(PLAN, [*steps_of(alone), step_of("A")]))
+        asyncio.run(PausedTrial.begin(PLAN, [*steps_of(alone), Attempted("A")]))
 
 
 class _Counted(SymbolicPlant):

@@ -1,0 +1,35 @@
+"""The spec of an agent that connects to ``lockprobe mcp``: ``mcp:NAME``. Whoever starts the server chooses the name."""
+
+from __future__ import annotations
+
+import re
+
+from lockprobe.errors import BadValue
+from lockprobe.spec import MCP
+
+__all__ = ["check_client", "client_spec"]
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+def client_spec(name: str) -> str:
+    """The agent spec of a name.
+
+    >>> client_spec("claude-code")
+    'mcp:claude-code'
+
+    Raises:
+        BadValue: As :func:`check_client`.
+    """
+    check_client(spec := f"{MCP}:{name}")
+    return spec
+
+
+def check_client(spec: str) -> None:
+    """Refuse a spec that names no client.
+
+    Raises:
+        BadValue: If it is not ``mcp:NAME``.
+    """
+    if not _NAME.fullmatch(spec.removeprefix(f"{MCP}:")) or ":" not in spec:
+        raise BadValue("agent", spec, f"{MCP}:NAME with at most 64 letters, digits, dots, hyphens and underscores")

@@ -1,0 +1,54 @@
+"""An agent outside of the loop: a person at a page, or a client with tools. Each decision arrives when it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lockprobe.record import Decision, Fact, Outcome, Situation
+
+if TYPE_CHECKING:
+    import asyncio
+
+    import numpy as np
+
+__all__ = ["OutsideAgent"]
+
+
+class OutsideAgent:
+    """One trial of an agent that decides outside. The trial waits at each decision until :meth:`say` is called.
+
+    Args:
+        facts: How the agent was reached, for the record: a page, a connection. Nothing personal.
+    """
+
+    def __init__(self, facts: Mapping[str, Fact] | None = None) -> None:
+        import asyncio  # listing the agents needs none, and it takes long
+
+        self._facts = dict(facts or {})
+        self._asked: asyncio.Queue[Situation] = asyncio.Queue()
+        self._said: asyncio.Queue[Decision] = asyncio.Queue()
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """How the agent was reached."""
+        return self._facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Wait for the decision."""
+        self._asked.put_nowait(situation)
+        return await self._said.get()
+
+    async def asked(self) -> Situation:
+        """The situation of the next decision, as soon as the trial waits for it."""
+        return await self._asked.get()
+
+    def say(self, joint: str, claimed: Outcome | None = None, hypothesis: str = "") -> None:
+        """Decide.
+
+        Args:
+            joint: Label of the joint to attempt.
+            claimed: What the previous action did; None if nobody asked.
+            hypothesis: How the box works, in words.
+        """
+        self._said.put_nowait(Decision(joint=joint, claimed=claimed, hypothesis=hypothesis))

@@ -1,0 +1,132 @@
+"""``lockprobe mcp``: agents with tools play a study over the Model Context Protocol."""
+
+from __future__ import annotations
+
+import asyncio
+import json as jsonlib
+import logging
+import os
+import secrets
+import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from lockprobe.agents.mcp_client import client_spec
+from lockprobe.cli import options
+from lockprobe.errors import BadValue, Missing
+from lockprobe.mcp_server.isolation import Isolation, check_isolation, client_of_stdio, named_client
+from lockprobe.mcp_server.session import SessionOptions, ToolSession
+from lockprobe.studies.study import Study
+from lockprobe.studies.study_options import StudyOptions, read_options_file
+from lockprobe.studies.studyfile import study
+from lockprobe.terminal_text import printable
+
+__all__ = ["mcp", "records_directory"]
+
+_NAME = "The agent's name in the records: mcp:NAME. Another model or program gets another name."
+_OUT = "Directory of the records, outside of the working directory (~/.local/share/lockprobe/STUDY)."
+_TRANSPORT = "stdio: the client starts this command; http: clients connect to an address on this machine."
+_ISOLATION = (
+    "checked: refuse a client that could read the records; declared: you say that it has no way to them; "
+    "none: it could, and plays. Every record says which."
+)
+_USER = "The user as whom an HTTP client runs, by name or number, for --isolation checked."
+_EACH = "The most trials of one connection (any number)."
+_AS_JSON = "With --transport http, one JSON object: url, token, directory."
+
+TransportOption = Annotated[Literal["stdio", "http"], typer.Option(help=_TRANSPORT)]
+IsolationOption = Annotated[Isolation, typer.Option(help=_ISOLATION)]
+
+
+@options.with_study_options(without=("agent",))
+def mcp(
+    what: Annotated[str, typer.Argument(metavar="flips|modalities|why|FILE.toml", help="The study.")],
+    asked: Mapping[str, object],
+    agent_name: Annotated[str, typer.Option(metavar="NAME", help=_NAME)] = "agent",
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help=_OUT)] = None,
+    transport: TransportOption = "stdio",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="The port with http; 0 for any that is free.")] = 8766,
+    isolation: IsolationOption = "checked",
+    client_user: Annotated[str | None, typer.Option(metavar="USER", help=_USER)] = None,
+    trials_each: Annotated[int | None, typer.Option(min=1, metavar="N", help=_EACH)] = None,
+    json: Annotated[bool, typer.Option("--json", help=_AS_JSON)] = False,
+) -> None:
+    """Let an agent with tools play a study: it calls begin, attempt and observe over the Model Context Protocol.
+
+    Every trial is an ordinary record of the agent mcp:NAME, with the same luck as any other agent's. The same command
+    again goes on; a trial under way goes on at its step. lockprobe status and report read the directory.
+    """
+    if find_spec("mcp") is None or find_spec("uvicorn") is None:
+        raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")
+    if client_user is not None and transport == "stdio":
+        raise BadValue("client-user", client_user, "--transport http with it: over stdio the client is known")
+    agent = client_spec(agent_name)
+    request = read_options_file(Path(what)) if what.endswith(".toml") else StudyOptions(study=what)
+    planned = study(request, **{**asked, "agent": [agent]})
+    directory = out or records_directory(planned)
+    over_http = None if client_user is None else named_client(client_user)
+    client = client_of_stdio() if transport == "stdio" else over_http
+    found = check_isolation(directory, isolation, client)
+    token = _token() if transport == "http" else ""
+    logging.basicConfig(stream=sys.stderr, level=logging.ERROR, format="lockprobe: %(message)s")
+    given = SessionOptions(transport=transport, isolation=found, trials_each=trials_each)
+    before = os.umask(0o077)  # what is made from here on is for this user alone
+    try:
+        asyncio.run(_serve(planned, agent, directory, given, port, token, json=json))
+    finally:
+        os.umask(before)
+
+
+def records_directory(planned: Study) -> Path:
+    """Where the records of a study lie if nothing else is asked for: outside of any project."""
+    data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+    return data / "lockprobe" / f"{planned.name}-{planned.identity}"
+
+
+def _token() -> str:
+    """The token of HTTP clients: that of the environment, or a new one.
+
+    Raises:
+        BadValue: If that of the environment is too easy to guess.
+    """
+    from lockprobe.mcp_server.http import TOKEN, check_token
+
+    if own := os.environ.get(TOKEN, ""):
+        check_token(own)
+    return own or secrets.token_urlsafe(24)
+
+
+async def _serve(
+    planned: Study, agent: str, directory: Path, given: SessionOptions, port: int, token: str, *, json: bool
+) -> None:
+    async with ToolSession.open(directory, planned, agent, given) as session:
+        said = f"{agent} plays {planned.name}: {session.owed} of {planned.size} trials are owed"
+        print(printable(said), file=sys.stderr, flush=True)  # and not where the records lie: a client may read this
+        if given.transport == "stdio":
+            from lockprobe.mcp_server.stdio import serve_stdio
+
+            await serve_stdio(session)
+            return
+        from lockprobe.mcp_server.http import listen, serve_http
+
+        with listen(port) as listening:
+            await serve_http(session, listening, token, lambda url: _announce(url, token, directory, json=json))
+
+
+def _announce(url: str, token: str, directory: Path, *, json: bool) -> None:
+    from lockprobe.mcp_server.http import TOKEN
+
+    if json:
+        print(jsonlib.dumps({"url": url, "token": token, "directory": str(directory)}), flush=True)
+        return
+    lines = (
+        f"Address  {url}",
+        f"Token    {f'that of {TOKEN}' if os.environ.get(TOKEN) else token}",
+        f"Kept in  {directory}",
+        "Ctrl-C ends; the same command goes on.",
+    )
+    print("\n".join(map(printable, lines)), flush=True)

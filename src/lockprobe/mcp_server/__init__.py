@@ -1,0 +1,1 @@
+"""The lockbox as tools of the Model Context Protocol, one trial of a study after another."""

@@ -1,0 +1,140 @@
+"""The attempts of clients on disk: each is written before its report leaves, so that a killed server loses none.
+
+``attempts.jsonl`` lies next to the records. It has a line for every time a trial is begun or taken up again, one for
+every attempt, and one where a box broke. A finished trial is an ordinary record; its lines stay here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.record import Outcome
+from lockprobe.storage.atomic_file import sync_directory
+from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+from lockprobe.studies.directory import ATTEMPTS
+from lockprobe.studies.paused_trial import Attempted
+
+__all__ = ["AttemptLog"]
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    key: str
+
+
+class _Begun(_Line):
+    """A client began the trial, or took it up again."""
+
+    kind: Literal["begun"] = "begun"
+
+
+class _Did(_Line):
+    """One attempt, and the report that followed."""
+
+    kind: Literal["attempt"] = "attempt"
+    joint: str
+    claimed: Outcome | None = None
+    told: str = ""
+    hypothesis: str = ""
+
+
+class _Broke(_Line):
+    """The box broke: the trial is played again from its first step."""
+
+    kind: Literal["broke"] = "broke"
+
+
+_adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
+    Annotated[_Begun | _Did | _Broke, Field(discriminator="kind")]
+)
+
+
+class AttemptLog:
+    """The open log of one study. Use :meth:`open`, under the lock of the study."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: LineFile | None = None
+        self._begun: dict[str, int] = {}
+        self._attempts: dict[str, list[Attempted]] = {}
+
+    @classmethod
+    @contextmanager
+    def open(cls, directory: Path) -> Iterator[AttemptLog]:
+        """Open the log of a study directory, to go on or, with the first line, new; a torn line is cut off.
+
+        Raises:
+            BadFile: If a line within it is damaged, or it cannot be written.
+        """
+        log = cls(directory / ATTEMPTS)
+        with closing(log):
+            if log._path.exists():
+                log._opened().cut_torn_tail()
+                for number, line in whole_lines(log._path):
+                    try:
+                        log._follow(_adapter.validate_json(without_checksum(line)))
+                    except (ValidationError, BadValue):
+                        raise BadFile(log._path, f"line {number}: damaged") from None
+            yield log
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def attempts(self, key: str) -> tuple[Attempted, ...]:
+        """The steps of a trial so far."""
+        return tuple(self._attempts.get(key, ()))
+
+    def times_begun(self, key: str) -> int:
+        """How often a trial was begun or taken up again since its first step."""
+        return self._begun.get(key, 0)
+
+    def under_way(self, key: str) -> bool:
+        """Whether a trial was begun."""
+        return key in self._begun
+
+    def begin(self, key: str) -> None:
+        """Write that a client begins a trial or takes it up again.
+
+        Raises:
+            BadFile: If it cannot be written, here and below.
+        """
+        self._write(_Begun(key=key))
+
+    def attempt(self, key: str, step: Attempted) -> None:
+        """Write one attempt."""
+        self._write(_Did(key=key, **step._asdict()))
+
+    def broke(self, key: str) -> None:
+        """Write that the box broke."""
+        self._write(_Broke(key=key))
+
+    def _write(self, line: _Begun | _Did | _Broke) -> None:
+        self._opened().append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
+        self._follow(line)
+
+    def _opened(self) -> LineFile:
+        """The open file, made if it is not there."""
+        if self._file is None:
+            new = not self._path.exists()
+            self._file = LineFile(self._path)
+            if new:
+                sync_directory(self._path.parent)
+        return self._file
+
+    def _follow(self, line: _Begun | _Did | _Broke) -> None:
+        if isinstance(line, _Begun):
+            self._begun[line.key] = self._begun.get(line.key, 0) + 1
+        elif isinstance(line, _Did):
+            step = Attempted(line.joint, line.claimed, line.told, line.hypothesis)
+            self._attempts.setdefault(line.key, []).append(step)
+        else:
+            self._begun.pop(line.key, None)
+            self._attempts.pop(line.key, None)
