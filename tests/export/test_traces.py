@@ -32,7 +32,7 @@ def test_truth_stands_next_to_told_by_hand():
     root, *steps = spans_of(requests([make_trial(SOLUTION, p=0.4, false_at=[2])], "study"))
     assert [facts(step)["lockprobe.truth.moved"] for step in steps] == [True] * 4
     assert [facts(step)["lockprobe.told.moved"] for step in steps] == [True, False, True, True]
-    assert [facts(step)["lockprobe.truth.state"] for step in steps] == ["0000", "0001", "0011", "0111"]
+    assert [facts(step)["lockprobe.truth.state_before"] for step in steps] == ["0000", "0001", "0011", "0111"]
     assert {step["parentSpanId"] for step in steps} == {root["spanId"]}
     assert (facts(root)["lockprobe.solved"], facts(root)["lockprobe.p"]) == (True, 0.4)
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.export.hub_dataset import write_hub_dataset
 from lockprobe.export.send_traces import endpoint_of, send_traces
 from lockprobe.export.table_files import TableName, rows_of, write_rows, write_table
 from lockprobe.export.traces import EPOCH, requests, write_traces
@@ -26,7 +27,7 @@ __all__ = ["export", "refuse_study_file"]
 STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", CALLS, ASKED, "results.json")
 """Files of a study that no export replaces."""
 
-Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel"]
+Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel", "hf"]
 
 _OUT = (
     "File to write; standard output otherwise, or with -. Of logs a file for all agents, or a directory for one log of "
@@ -42,7 +43,7 @@ def export(
         Format,
         typer.Option(
             help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people; otel: "
-            "OpenTelemetry traces (OTLP/JSON)."
+            "OpenTelemetry traces (OTLP/JSON); hf: a directory for load_dataset."
         ),
     ] = "csv",
     table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: a row is a step, or a trial.")] = "steps",
@@ -65,9 +66,8 @@ def export(
     """
     if format != "psych-ds" and (everybody or platform_ids):
         raise BadValue("--format", format, "psych-ds, where --all and --with-platform-ids say something")
-    if format != "otel" and (endpoint is not None or start is not None):
-        raise BadValue("--format", format, "otel, where --endpoint and --start say something")
-    if format in ("eval", "psych-ds", "otel") and table != "steps":
+    _refuse_times(format, endpoint, start)
+    if format in ("eval", "psych-ds", "otel", "hf") and table != "steps":
         raise BadValue("--table", table, f"csv, jsonl or parquet as --format, since {format} is no single table")
     if format == "otel":
         _export_traces(directory, out, endpoint, start)
@@ -81,6 +81,8 @@ def export(
     refuse_study_file(out, directory)
     if format == "psych-ds":
         written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
+    elif format == "hf":
+        written = write_hub_dataset(load(directory), out)
     elif format == "eval":
         written = _write_logs(directory, out)
     else:
@@ -100,6 +102,11 @@ def refuse_study_file(out: Path, directory: Path) -> None:
     kept = (study / ALBUM, study / PEOPLE_DIRECTORY)
     if (file.parent == study and file.name in STUDY_FILES) or any(file.is_relative_to(place) for place in kept):
         raise BadFile(out, "a file of the study itself; choose another")
+
+
+def _refuse_times(format_: Format, endpoint: str | None, start: str | None) -> None:
+    if format_ != "otel" and (endpoint is not None or start is not None):
+        raise BadValue("--format", format_, "otel, where --endpoint and --start say something")
 
 
 def _export_traces(directory: Path, out: Path | None, endpoint: str | None, start: str | None) -> None:
