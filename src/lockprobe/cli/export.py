@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.export.hub_dataset import write_hub_dataset
+from lockprobe.export.send_traces import endpoint_of, send_traces
 from lockprobe.export.table_files import TableName, rows_of, write_rows, write_table
+from lockprobe.export.traces import EPOCH, requests, write_traces
 from lockprobe.export.write_dataset import write_dataset
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.step_times import times_of_steps
-from lockprobe.studies.call_log import ASKED, CALLS
+from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.journal import load, read_timings
 from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.settings import read_study
@@ -23,7 +27,7 @@ __all__ = ["export", "refuse_study_file"]
 STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", CALLS, ASKED, "results.json")
 """Files of a study that no export replaces."""
 
-Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds"]
+Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel", "hf"]
 
 _OUT = (
     "File to write; standard output otherwise, or with -. Of logs a file for all agents, or a directory for one log of "
@@ -37,7 +41,10 @@ def export(
     directory: Directory,
     format: Annotated[  # noqa: A002
         Format,
-        typer.Option(help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people."),
+        typer.Option(
+            help="csv, jsonl, parquet: a table; eval: a log for Inspect AI; psych-ds: a dataset of people; otel: "
+            "OpenTelemetry traces (OTLP/JSON); hf: a directory for load_dataset."
+        ),
     ] = "csv",
     table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: a row is a step, or a trial.")] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
@@ -46,15 +53,25 @@ def export(
         bool,
         typer.Option("--with-platform-ids", help="psych-ds: IDs of the recruitment platform too; they are personal."),
     ] = False,
+    endpoint: Annotated[
+        str | None, typer.Option(metavar="URL", help="otel: send the traces there (OTLP/HTTP with JSON), too.")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="TIME", help="otel: when the first trace starts; 2000-01-01T00:00:00Z if not.")
+    ] = None,
 ) -> None:
-    """Tables of steps or trials, truth and report; logs that Inspect AI's viewer reads; or a Psych-DS dataset.
+    """Tables of steps or trials, truth and report; logs for Inspect AI's viewer; a Psych-DS dataset; traces.
 
     Beside a table FILE its data dictionary is written, FILE-metadata.json: what stands in every column.
     """
     if format != "psych-ds" and (everybody or platform_ids):
         raise BadValue("--format", format, "psych-ds, where --all and --with-platform-ids say something")
-    if format in ("eval", "psych-ds") and table != "steps":
+    _refuse_times(format, endpoint, start)
+    if format in ("eval", "psych-ds", "otel", "hf") and table != "steps":
         raise BadValue("--table", table, f"csv, jsonl or parquet as --format, since {format} is no single table")
+    if format == "otel":
+        _export_traces(directory, out, endpoint, start)
+        return
     if out is None or str(out) == "-":
         if format not in ("csv", "jsonl"):
             raise BadValue("--out", None, f"a file or a directory to write, since {format} is no text")
@@ -64,6 +81,8 @@ def export(
     refuse_study_file(out, directory)
     if format == "psych-ds":
         written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
+    elif format == "hf":
+        written = write_hub_dataset(load(directory), out)
     elif format == "eval":
         written = _write_logs(directory, out)
     else:
@@ -83,6 +102,42 @@ def refuse_study_file(out: Path, directory: Path) -> None:
     kept = (study / ALBUM, study / PEOPLE_DIRECTORY)
     if (file.parent == study and file.name in STUDY_FILES) or any(file.is_relative_to(place) for place in kept):
         raise BadFile(out, "a file of the study itself; choose another")
+
+
+def _refuse_times(format_: Format, endpoint: str | None, start: str | None) -> None:
+    if format_ != "otel" and (endpoint is not None or start is not None):
+        raise BadValue("--format", format_, "otel, where --endpoint and --start say something")
+
+
+def _export_traces(directory: Path, out: Path | None, endpoint: str | None, start: str | None) -> None:
+    if (out is None and endpoint is None) or str(out) == "-":
+        raise BadValue("--out", None if out is None else str(out), "a file to write, or --endpoint URL to send to")
+    if out is not None:
+        refuse_study_file(out, directory)
+    if endpoint is not None:
+        endpoint = endpoint_of(endpoint)
+    begins = EPOCH if start is None else _nanoseconds(start)
+    study = read_study(directory).record_identity
+    trials, calls = load(directory), list(read_calls(directory))
+    seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
+    if out is not None:
+        for path in write_traces(trials, out, study, calls, seconds, begins):
+            print(path)
+    if endpoint is not None:
+        send_traces(requests(trials, study, calls, seconds, begins), endpoint)
+        print(f"sent {len(trials)} traces to {endpoint}")
+
+
+def _nanoseconds(start: str) -> int:
+    try:
+        moment = datetime.fromisoformat(start)
+        moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+        since = moment - datetime(1970, 1, 1, tzinfo=UTC)
+    except (ValueError, OverflowError):
+        raise BadValue("--start", start, "a time such as 2026-01-31T12:00:00Z") from None
+    if not 0 <= since.days < 366 * 200:
+        raise BadValue("--start", start, "a time from 1970 to 2169")
+    return (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
 
 
 def _write_logs(directory: Path, out: Path) -> list[Path]:
