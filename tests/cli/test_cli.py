@@ -138,7 +138,7 @@ def test_doctor_tells_what_works_and_which_renderer_is_taken():
     [
         (
             ["run", "flip"],
-            "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why, mechanisms.toml, FILE.toml",
+            "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why, suite-1, mechanisms.toml, FILE.toml",
         ),
         (
             ["run", "flips", "--agent", "rando"],

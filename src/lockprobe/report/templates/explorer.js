@@ -132,7 +132,7 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false; where positions are told, the report after a false one seems false too. Blue: the target. Double line below: part of an action loop. Dashed frame: from here the two trials differ; on the panel, the joint attempted. Keys: ← → Home End.");
+  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false; where positions are told, the report after a false one seems false too. Blue: the target. Double line below: part of an action loop. Dashed frame: from here the two trials differ; in the picture of the box, the joint attempted. Keys: ← → Home End.");
   home.append(controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;
