@@ -14,6 +14,7 @@ from lockprobe.audit.rates import EARLY, Rate, as_data, false_positives, measure
 from lockprobe.audit.simulate import simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, Missing
+from lockprobe.parallel import Processes
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.seeds import generator
 
@@ -43,10 +44,10 @@ def test_counts_are_those_of_the_tests_one_by_one():
 def test_neither_records_nor_processes_change_a_rate(monkeypatch):
     """Three jobs over two forked workers; ``tests/cli/test_audit.py`` has workers that start afresh."""
     monkeypatch.setattr("lockprobe.audit.rates.BATCH", 1)
-    monkeypatch.setattr("lockprobe.audit.rates.get_context", lambda _: get_context("fork"))
+    monkeypatch.setattr("lockprobe.parallel.get_context", lambda _: get_context("fork"))
     few = measure([TRAP], studies=3, seed=2)
     assert few == measure([TRAP], studies=3, seed=2, records=False)
-    assert few == measure([TRAP], studies=3, seed=2, records=False, processes=2)
+    assert few == measure([TRAP], studies=3, seed=2, records=False, workers=Processes(2))
     assert few != measure([TRAP], studies=3, seed=3, records=False)
 
 
@@ -113,9 +114,9 @@ def test_a_killed_worker_is_one_line(monkeypatch):
         def broken(self, *_):
             raise BrokenProcessPool("a child process terminated abruptly")
 
-    monkeypatch.setattr("lockprobe.audit.rates.ProcessPoolExecutor", Pool)
+    monkeypatch.setattr("lockprobe.parallel.ProcessPoolExecutor", Pool)
     with pytest.raises(Missing, match="a worker process died before its work was done: is there memory enough for 2"):
-        measure([TRAP], studies=12, records=False, processes=2)
+        measure([TRAP], studies=12, records=False, workers=Processes(2))
 
 
 def test_every_test_of_every_world_was_measured():

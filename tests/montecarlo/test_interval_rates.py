@@ -6,6 +6,7 @@ import pytest
 
 from lockprobe.errors import BadValue
 from lockprobe.montecarlo.interval_rates import interval_rates
+from lockprobe.parallel import Processes
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +39,6 @@ def test_several_processes_count_the_same_and_too_few_studies_are_refused(monkey
     monkeypatch.setattr("lockprobe.montecarlo.interval_rates.BATCH", 2)
     monkeypatch.setattr("lockprobe.montecarlo.interval_rates.get_context", lambda _: get_context("fork"))
     asked = {"agents": (("cognitive:perseverant", 0.4),), "trials": 30, "studies": 5, "forked": 20}
-    assert interval_rates(**asked, processes=2) == interval_rates(**asked)
+    assert interval_rates(**asked, workers=Processes(2)) == interval_rates(**asked)
     with pytest.raises(BadValue, match="studies"):
         interval_rates(studies=0)

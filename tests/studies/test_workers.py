@@ -67,7 +67,7 @@ def test_a_dead_worker_costs_its_trial_an_error_and_is_replaced(mortal, monkeypa
 def test_workers_that_keep_dying_stop_the_run(mortal, monkeypatch):
     label = targets(mortal)[mortal[0].key]
     monkeypatch.setenv("DEADLY", label)
-    with pytest.raises(Missing, match=r"died \(exit status 9\), 3 times now"):
+    with pytest.raises(Missing, match=r"died \(exit status 9\), 3 times with no finished trial in between"):
         played([mortal[0]] * 5, 1)
 
 

@@ -12,6 +12,7 @@ from lockprobe.analysis.proportions import proportion
 from lockprobe.audit.rates import Progress, Rate, measure
 from lockprobe.audit.simulated_agents import WORLDS, Design, P, World
 from lockprobe.errors import BadValue
+from lockprobe.parallel import THIS_PROCESS, Pool
 
 __all__ = ["MOST_TRIALS", "TRIALS", "Needed", "default_worlds", "needed", "power", "stated_world"]
 
@@ -129,7 +130,7 @@ def power(
     target: float = 0.8,
     studies: int = 100,
     seed: int = 1,
-    processes: int = 1,
+    workers: Pool = THIS_PROCESS,
     progress: Progress = lambda done, of: None,
 ) -> list[Needed]:
     """Power of every test whose question has the answer yes, and the trials per p that it needs.
@@ -144,7 +145,7 @@ def power(
         target: Power to be reached, (0, 1).
         studies: Studies per world and number of trials.
         seed: Seed of everything.
-        processes: Worker processes.
+        workers: Where the studies are simulated.
         progress: Told how many studies are done.
     """
     if not 0 < target < 1:
@@ -157,7 +158,7 @@ def power(
         for each in sorted({math.ceil(count / REPETITIONS) for count in trials})
     ]
     rates = measure(
-        worlds, studies=studies, seed=seed, designs=designs, processes=processes, records=False, progress=progress
+        worlds, studies=studies, seed=seed, designs=designs, workers=workers, records=False, progress=progress
     )
     found: dict[tuple[str, str], list[Rate]] = {}
     for rate in rates:

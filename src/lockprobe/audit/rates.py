@@ -10,13 +10,10 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.resources import files
-from multiprocessing import get_context
 from typing import Any
 
 from lockprobe.analysis.inference.battery import infer
@@ -26,7 +23,8 @@ from lockprobe.analysis.persistence import persistence
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, World
-from lockprobe.errors import BadValue, Missing
+from lockprobe.errors import BadValue
+from lockprobe.parallel import THIS_PROCESS, Pool
 from lockprobe.seeds import generator
 
 __all__ = ["Progress", "Rate", "as_data", "false_positives", "measure", "measured", "shipped", "within_error"]
@@ -112,7 +110,7 @@ def measure(
     studies: int,
     seed: int = 1,
     designs: Sequence[Design] = (),
-    processes: int = 1,
+    workers: Pool = THIS_PROCESS,
     records: bool = True,
     progress: Progress = lambda done, of: None,
 ) -> list[Rate]:
@@ -121,9 +119,9 @@ def measure(
     Args:
         worlds: Simulated agents with known truth.
         studies: Studies per world and design, at least 1.
-        seed: Seed of everything; the number of processes changes nothing.
+        seed: Seed of everything; the number of workers changes nothing.
         designs: The designs of a study; by default that of its world.
-        processes: Worker processes.
+        workers: Where the studies are simulated.
         records: Whether studies are written and read as records; False is quicker and gives the same.
         progress: Told how many studies are done.
 
@@ -143,7 +141,7 @@ def measure(
     ]
     counts, early = Counter[Row](), Counter[Row]()
     done = 0
-    for job, verdicts in zip(jobs, _played(jobs, processes), strict=True):
+    for job, verdicts in zip(jobs, workers.map(_batch, jobs), strict=True):
         for test, question, recommended, rejects in verdicts:
             row = job.truth.name, job.design.clusters, test, question, recommended
             counts[row] += rejects
@@ -165,19 +163,6 @@ def measure(
         )
         for (name, trials, test, question, recommended), rejected in counts.items()
     ]
-
-
-def _played(jobs: list[_Job], processes: int) -> Iterator[list[Verdict]]:
-    """The verdicts in the order of the jobs."""
-    if processes == 1:
-        yield from map(_batch, jobs)
-        return
-    try:
-        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-            yield from pool.map(_batch, jobs)
-    except BrokenProcessPool:
-        remedy = f"is there memory enough for {processes}? try --workers 1"
-        raise Missing("a worker process died before its work was done", remedy) from None
 
 
 def _batch(job: _Job) -> list[Verdict]:

@@ -15,8 +15,11 @@ from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.rates import Rate, as_data, measure
 from lockprobe.audit.simulated_agents import WORLDS, P, world
+from lockprobe.cli import options
+from lockprobe.cli.cluster import reached
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.parallel import Pool, Processes
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.spec import Spec
 from lockprobe.studies.study_options import parse_p
@@ -44,6 +47,7 @@ def audit(
     blocks: Annotated[str, typer.Option(help="Blocks of a study of controls, for why.")] = "150,300,600",
     seed: Seed = 1,
     workers: Workers = None,
+    cluster: options.ClusterAt = None,
     json: AsJson = False,
 ) -> None:
     """Is each test right? How often it rejects where there is nothing to find, and where there is something.
@@ -53,16 +57,21 @@ def audit(
     mechanism of agents whose mechanism is known. audit lie: how often intervals of the effect of one lie, from records
     and from forks, hold the exact effect.
     """
-    if what == "lie":
-        _audit_lie(names, studies, seed, workers, json=json)
-        return
-    if what is not None:
-        if what != "why":
-            raise BadValue("audit", what, "why, lie, or nothing")
-        _audit_why(names, studies, _whole("blocks", blocks), seed, workers, json=json)
-        return
+    if what not in (None, "why", "lie"):
+        raise BadValue("audit", what, "why, lie, or nothing")
+    with reached(cluster) as machines:
+        pool = machines or _processes(workers)
+        if what == "lie":
+            _audit_lie(names, studies, seed, pool, json=json)
+        elif what == "why":
+            _audit_why(names, studies, _whole("blocks", blocks), seed, pool, json=json)
+        else:
+            _audit_tests(names, studies, seed, pool, json=json)
+
+
+def _audit_tests(names: list[str] | None, studies: int, seed: int, workers: Pool, *, json: bool) -> None:
     worlds = [world(name) for name in dict.fromkeys(names or WORLDS)]
-    rates = measure(worlds, studies=studies, seed=seed, processes=_processes(workers), progress=time_left("studies"))
+    rates = measure(worlds, studies=studies, seed=seed, workers=workers, progress=time_left("studies"))
     if json:
         print(json_.dumps(as_data(rates, seed=seed), indent=1))
         return
@@ -76,7 +85,7 @@ def audit(
 
 
 def _audit_why(
-    names: list[str] | None, studies: int, blocks: list[int], seed: int, workers: int | None, *, json: bool
+    names: list[str] | None, studies: int, blocks: list[int], seed: int, workers: Pool, *, json: bool
 ) -> None:
     from lockprobe.montecarlo.verdicts import MECHANISMS, verdict_rates
 
@@ -90,20 +99,18 @@ def _audit_why(
         studies=studies,
         pool=max(4000, *blocks),
         seed=seed,
-        processes=_processes(workers),
+        workers=workers,
         progress=time_left("blocks"),
     )
     _print_verdicts(rates, "world", seed, json=json)
 
 
-def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: int | None, *, json: bool) -> None:
+def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: Pool, *, json: bool) -> None:
     from lockprobe.montecarlo.interval_rates import AUDITED, interval_rates
 
     if names:
         raise BadValue("world", names[0], f"no world with lie: its agents are {', '.join(name for name, _ in AUDITED)}")
-    rates = interval_rates(
-        studies=studies, seed=seed, processes=_processes(workers), progress=time_left("studies of records")
-    )
+    rates = interval_rates(studies=studies, seed=seed, workers=workers, progress=time_left("studies of records"))
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
         return
@@ -194,7 +201,7 @@ def power(
         target=target,
         studies=studies,
         seed=seed,
-        processes=_processes(workers),
+        workers=_processes(workers),
         progress=time_left("studies"),
     )
     if json:
@@ -203,8 +210,8 @@ def power(
         _print_power(found, target)
 
 
-def _processes(workers: int | None) -> int:
-    return workers or min(os.cpu_count() or 1, 8)
+def _processes(workers: int | None) -> Processes:
+    return Processes(workers or min(os.cpu_count() or 1, 8))
 
 
 def _numbers(name: str, text: str | None) -> list[float]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import typer
 
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
+from lockprobe.cli.cluster import reached
 from lockprobe.cli.format_cost import print_estimates
 from lockprobe.cli.run_study import allowed_budget, play_study
 from lockprobe.cli.suite import run_suite
@@ -37,6 +39,7 @@ def run(
     out: options.Out = None,
     workers: options.Workers = None,
     shard: options.ShardOf = None,
+    cluster: options.ClusterAt = None,
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
@@ -63,24 +66,27 @@ def run(
     if estimate and again is not None:
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
-    limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
     part = None if shard is None else Shard.parse(shard)
-    if what in SUITES:
-        suite = SUITES[what]
-        if part is not None:
-            raise BadValue("shard", shard, f"none with {what}, whose studies are small")
-        return run_suite(
-            suite, asked, out, limits, budget=budget, again=again, estimate=estimate, report=report, json=json
-        )
-    planned, directory = _planned(what, asked, out)
-    if part is not None and (followers := [one.label for one in planned.conditions if is_yoked(one)]):
-        raise BadValue("shard", shard, f"none with {followers[0]}, whose trials follow trials of other parts")
-    if estimate:
-        return print_estimates([(planned, directory)], batch=batch, json=json)
-    allowed = allowed_budget(planned, budget, directory)
-    if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
-        raise typer.Exit(status)
+    with reached(None if estimate else cluster) as machines:
+        limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
+        if what in SUITES:
+            if part is not None:
+                raise BadValue("shard", shard, f"none with {what}, whose studies are small")
+            suite = partial(run_suite, SUITES[what], asked, out, limits, budget=budget, again=again)
+            return suite(estimate=estimate, report=report, json=json)
+        planned, directory = _planned(what, asked, out)
+        _refuse_followers(planned, part)
+        if estimate:
+            return print_estimates([(planned, directory)], batch=batch, json=json)
+        allowed = allowed_budget(planned, budget, directory)
+        if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
+            raise typer.Exit(status)
     return None
+
+
+def _refuse_followers(planned: Study, part: Shard | None) -> None:
+    if part is not None and (followers := [one.label for one in planned.conditions if is_yoked(one)]):
+        raise BadValue("shard", str(part), f"none with {followers[0]}, whose trials follow trials of other parts")
 
 
 def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:

@@ -33,6 +33,7 @@ from lockprobe.evals.scoring import TRIAL, marked, told_of
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.redaction import without_keys
 from lockprobe.spec import Spec
+from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.settings import study_from
 from lockprobe.trial_json import trial_to_json
@@ -96,7 +97,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
         plan = study.plan(spec, study.condition_said(place["condition"]), repetition, place["trial"])
         player = _ModelOfTheEval(model, spec, config, state)
         with TemporaryDirectory(prefix="lockprobe-") as pictures:
-            trial, _ = await play_timed(plan, player, player.note, Path(pictures))
+            trial, _ = await play_timed(plan, player, player.note, Album(pictures).keep)
             _finish(state, trial, Path(pictures))
         if trial.error is not None and trial.error.boundary != "reply":
             raise player.broke or _FAULTS.get(trial.error.boundary, TrialFault)(trial.error.message)

@@ -7,10 +7,8 @@ from the records of a flip study, and that of forks of recorded trials after one
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -23,6 +21,7 @@ from lockprobe.analysis.proportions import ALPHA
 from lockprobe.errors import BadValue
 from lockprobe.montecarlo.excursions import lie_effects, one_lie
 from lockprobe.montecarlo.populations import Population, population
+from lockprobe.parallel import THIS_PROCESS, Pool
 from lockprobe.seeds import generator
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import study
@@ -107,7 +106,7 @@ def interval_rates(
     studies: int = 300,
     forked: int = FORKED,
     seed: int = 1,
-    processes: int = 1,
+    workers: Pool = THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[IntervalRates]:
     """Play studies of agents whose effect is exact, and count what their intervals and tests say.
@@ -120,8 +119,8 @@ def interval_rates(
         trials: Trials of a study, at least 2.
         studies: Studies of each agent, by each estimate.
         forked: Trials that are forked for each agent, at least 2.
-        seed: Seed of everything; the number of processes changes nothing.
-        processes: Worker processes.
+        seed: Seed of everything; the number of workers changes nothing.
+        workers: Where the studies are simulated.
         progress: Told how many studies are done, of how many.
 
     Raises:
@@ -139,7 +138,7 @@ def interval_rates(
     ]
     found: dict[tuple[str, float], list[_Estimate]] = {}
     done = 0
-    for job, estimates in zip(jobs, _mapped(_of_records, jobs, processes), strict=True):
+    for job, estimates in zip(jobs, workers.map(_of_records, jobs), strict=True):
         found.setdefault((job.agent, job.p), []).extend(estimates)
         done += job.end - job.first
         progress(done, studies * len(effects))
@@ -148,7 +147,7 @@ def interval_rates(
         for (agent, p), effect in effects.items()
     ]
     rates = []
-    for job, from_forks in zip(pools, _mapped(_of_forks, pools, processes), strict=True):
+    for job, from_forks in zip(pools, workers.map(_of_forks, pools), strict=True):
         records = found[job.agent, job.p]
         rates.append(_rates(job, "records", effects[job.agent, job.p].mean, records))
         rates.append(_rates(job, "forks", job.exact, from_forks))
@@ -168,14 +167,6 @@ def _rates(job: _Job, estimate: Estimate, exact: float, found: Sequence[_Estimat
         covered=sum(one.covers for one in found),
         found=sum(one.rejects for one in found),
     )
-
-
-def _mapped(play: Callable[[_Job], list[_Estimate]], jobs: Sequence[_Job], processes: int) -> Iterator[list[_Estimate]]:
-    if processes == 1:
-        yield from map(play, jobs)
-        return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(play, jobs)
 
 
 def _of_records(job: _Job) -> list[_Estimate]:

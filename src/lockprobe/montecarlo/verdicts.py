@@ -5,9 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +14,7 @@ from numpy.typing import NDArray
 from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.why import Verdict, verdict_of
 from lockprobe.errors import BadValue
+from lockprobe.parallel import THIS_PROCESS, Pool
 from lockprobe.seeds import generator
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import study
@@ -83,7 +82,7 @@ def verdict_rates(
     pool: int = 4000,
     p: float = 0.4,
     seed: int = 1,
-    processes: int = 1,
+    workers: Pool = THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[VerdictRates]:
     """Play a pool of blocks of every world, draw studies from it with replacement, and count their verdicts.
@@ -96,8 +95,8 @@ def verdict_rates(
         studies: Studies drawn of each size.
         pool: Blocks played of each world.
         p: The rate at which reports are hit, (0, 1].
-        seed: Seed of everything; the number of processes changes nothing.
-        processes: Worker processes.
+        seed: Seed of everything; the number of workers changes nothing.
+        workers: Where the studies are simulated.
         progress: Told how many blocks are played, of how many.
 
     Raises:
@@ -112,7 +111,7 @@ def verdict_rates(
         for first in range(0, pool, BATCH)
     ]
     played: dict[str, list[NDArray[np.bool_]]] = {world: [] for world in worlds}
-    for job, found in zip(jobs, _solved(jobs, processes), strict=True):
+    for job, found in zip(jobs, workers.map(_batch, jobs), strict=True):
         played[job.world].append(found)
         progress(sum(len(part) for parts in played.values() for part in parts), pool * len(played))
     rates = []
@@ -169,13 +168,6 @@ def stated_rates(
 def _rates(world: str, truth: Verdict, blocks: int, found: Sequence[Verdict]) -> VerdictRates:
     verdicts = dict(Counter(found).most_common())
     return VerdictRates(world=world, truth=truth, blocks=blocks, studies=len(found), verdicts=verdicts)
-
-
-def _solved(jobs: Sequence[_Job], processes: int) -> list[NDArray[np.bool_]] | map[NDArray[np.bool_]]:
-    if processes == 1:
-        return map(_batch, jobs)
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        return list(pool.map(_batch, jobs))
 
 
 def _batch(job: _Job) -> NDArray[np.bool_]:

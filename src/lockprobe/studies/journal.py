@@ -50,11 +50,13 @@ class Timing:
         key: The trial.
         seconds: Wall time from its first look at the box to its end.
         steps: Steps played in that time.
+        cpu: The model of the processor; empty in records of earlier releases.
     """
 
     key: str
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     steps: Annotated[int, Field(ge=0, le=2**53)]
+    cpu: Annotated[str, Field(max_length=200)] = ""
 
 
 _reading: TypeAdapter[Timing] = TypeAdapter(Timing)
@@ -140,6 +142,7 @@ class Journal:
         if (before := self.trials.get(trial.key)) is not None and before.error is not None:
             trial = replace(trial, replays=max(trial.replays, before.replays + before.error.again))
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
+        clock |= {"cpu": timing.cpu} if timing.cpu else {}
         self._records.append(trial_to_line(trial, self._identity))
         self._timings.append(json.dumps(clock).encode())
         self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one

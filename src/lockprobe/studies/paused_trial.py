@@ -16,6 +16,7 @@ from lockprobe.errors import BadValue
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Outcome, Situation, Step, Trial
 from lockprobe.studies.journal import Timing
+from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.trial import Executor, here
 
@@ -54,7 +55,8 @@ class PausedTrial:
         self.timing: Timing | None = None
         self._told: list[str] = []
         self._agent = OutsideAgent(facts)
-        self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, pictures, place=place))
+        keep = None if pictures is None else Album(pictures).keep
+        self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, keep, place=place))
 
     @classmethod
     async def begin(

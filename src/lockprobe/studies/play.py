@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TypeVar
 
+from lockprobe.cpu import cpu_model
+from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Calling, Plant
@@ -17,7 +18,6 @@ from lockprobe.record import Fact, Snapshot, Step, Trial
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.modality import interventions_for
-from lockprobe.studies.picture_store import Album
 from lockprobe.trial import Executor, here, play
 
 __all__ = ["own_thread", "play_timed"]
@@ -68,7 +68,7 @@ async def play_timed(
     plan: Plan,
     agent: Agent,
     on_step: Callable[[str, Step], None],
-    pictures: Path | None = None,
+    keep: Callable[[Picture], None] | None = None,
     calls: Calls | None = None,
     place: Executor = here,
 ) -> tuple[Trial, Timing]:
@@ -78,7 +78,7 @@ async def play_timed(
         plan: The plan.
         agent: Who decides.
         on_step: Called with the plan's key and every step.
-        pictures: Directory for the pictures that the record names; without it they are lost.
+        keep: Keeps the pictures that the record names; without it they are lost.
         calls: Log of the agent's calls, if it makes some.
         place: Where its plant does its work.
     """
@@ -93,9 +93,10 @@ async def play_timed(
             interventions=interventions_for(plan.condition),
             agent=agent,
             on_step=lambda step: on_step(plan.key, step),
-            keep=None if pictures is None else Album(pictures).keep,
+            keep=keep,
             place=place,
         )
     finally:
         await place(plant.close)  # after all that it still does there, if the run is being ended
-    return trial, Timing(key=trial.key, seconds=time.perf_counter() - began, steps=len(trial.steps))
+    seconds = time.perf_counter() - began
+    return trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), cpu=cpu_model())

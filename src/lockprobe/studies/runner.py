@@ -3,7 +3,7 @@
 Every agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal. Only the
 concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
 same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
-processes (:mod:`lockprobe.studies.workers`).
+processes (:mod:`lockprobe.studies.workers`), or on a cluster (:mod:`lockprobe.studies.cluster_trials`).
 
 Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
 has connections, so that finished ones come early. It opens the last ones all at once, so that they end together and no
@@ -24,6 +24,7 @@ from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
+from lockprobe.cluster import Cluster
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
 from lockprobe.model_call import OWED_ANEW, Call
 from lockprobe.plan import Plan
@@ -31,8 +32,9 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Fact, Step, Trial
 from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
-from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.picture_store import ALBUM, Album
 from lockprobe.studies.play import own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
@@ -99,10 +101,12 @@ class Limits:
     Attributes:
         workers: Processes for local models and simulated plants.
         access: How hosted models are reached.
+        cluster: Other machines for agents and plants that come with Lockprobe; None for this one alone.
     """
 
     workers: int = 1
     access: Access = field(default_factory=Access)
+    cluster: Cluster | None = None
 
 
 def run(
@@ -192,11 +196,14 @@ def _play(
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
     finish = _Finish(source.spec, journal, observer, lanes, known)
+    if limits.cluster is not None and can_travel(study, source):
+        play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
+        return
     if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
         play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
         return
     with own_thread() if source.engine == "network" and not _light(study) else nullcontext(here) as place:
-        play = partial(play_timed, on_step=observer.step, pictures=album, calls=journal.calls, place=place)
+        play = partial(play_timed, on_step=observer.step, keep=Album(album).keep, calls=journal.calls, place=place)
         asyncio.run(_play_here(plans, source, play, finish, lanes=lanes, at_the_end=at_the_end))
 
 

@@ -16,6 +16,7 @@ from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Trial
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
+from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
@@ -64,7 +65,8 @@ def _check(plan: Plan, agent: str | Agent) -> None:
 async def _alone(plan: Plan, agent: str | Agent, pictures: Path | None) -> Trial:
     player: Agent = resolve(agent).make() if isinstance(agent, str) else agent
     try:
-        return (await play_timed(plan, player, lambda key, step: None, pictures))[0]
+        keep = None if pictures is None else Album(pictures).keep
+        return (await play_timed(plan, player, lambda key, step: None, keep))[0]
     finally:
         if isinstance(agent, str) and isinstance(player, Closable):
             await player.aclose()

@@ -22,6 +22,7 @@ from lockprobe.errors import Missing, ModelFault, PlantFault, UserMistake
 from lockprobe.plan import Plan
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Timing
+from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.trial import broken
 
@@ -31,7 +32,7 @@ OnStep = Callable[[str, Step], None]
 Finish = Callable[[Trial, Timing], None]
 
 _MAX_DEATHS = 3
-"""After so many deaths something is wrong with the machine or the model, and the run stops."""
+"""After so many deaths with no finished trial in between, something is wrong with the machine or the model."""
 
 
 @dataclass(slots=True, eq=False)
@@ -101,6 +102,7 @@ class _Pool:
         if kind == "mistake":
             raise UserMistake(str(content[0]))
         if kind == "trial":
+            self._deaths = 0
             self._finish(*cast(tuple[Trial, Timing], content))
         worker.plan = self._queue.pop() if self._queue else None
         worker.pipe.send(worker.plan)
@@ -118,7 +120,8 @@ class _Pool:
             trial = broken(worker.plan, self._fault(what))
             self._finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
         if self._deaths >= _MAX_DEATHS:
-            raise Missing(f"{what}, {self._deaths} times now", "is there memory enough? try --workers 1")
+            often = f"{self._deaths} times with no finished trial in between"
+            raise Missing(f"{what}, {often}", "is there memory enough? try --workers 1")
         if self._queue:
             self.start(1)
 
@@ -134,9 +137,10 @@ def _work(spec: str, pictures: Path | None, pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         agent = resolve(spec).make()
+        keep = None if pictures is None else Album(pictures).keep
         pipe.send(("ready", ()))
         while (plan := pipe.recv()) is not None:
-            result = asyncio.run(play_timed(plan, agent, lambda key, step: pipe.send(("step", (key, step))), pictures))
+            result = asyncio.run(play_timed(plan, agent, lambda key, step: pipe.send(("step", (key, step))), keep))
             pipe.send(("trial", result))
     except UserMistake as mistake:
         pipe.send(("mistake", (str(mistake),)))

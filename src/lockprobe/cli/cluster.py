@@ -1,0 +1,26 @@
+"""``--cluster``: other machines for a command."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from lockprobe.cluster import Cluster
+from lockprobe.terminal_text import printable
+
+__all__ = ["reached"]
+
+
+@contextmanager
+def reached(address: str | None) -> Iterator[Cluster | None]:
+    """The cluster at an address, named on standard error; None without one."""
+    if address is None:
+        yield None
+        return
+    with Cluster.connect(address) as cluster:
+        nodes = [node for node in cluster.nodes if node.processors]
+        said = ", ".join(f"{printable(node.host)} {node.processors}" for node in nodes[:8]) or "none yet"
+        more = f" and {len(nodes) - 8} more" if len(nodes) > 8 else ""
+        print(f"Cluster: processors of {said}{more}", file=sys.stderr)
+        yield cluster

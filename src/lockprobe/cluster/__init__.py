@@ -1,0 +1,5 @@
+"""Other machines: jobs on the processors of a Ray cluster."""
+
+from lockprobe.cluster.work import Cluster, Lost, Node
+
+__all__ = ["Cluster", "Lost", "Node"]

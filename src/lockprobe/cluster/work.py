@@ -1,0 +1,331 @@
+"""Jobs on the processors of a Ray cluster.
+
+This process, the driver, hands out jobs and collects their results. On every processor of the cluster an actor builds
+what it needs once and then works on the jobs that it is sent. Ray repeats nothing: it may report an actor as lost that
+has done its work. The driver itself hands out the jobs of a lost actor again, and no result of a lost actor is taken,
+so that every job has one result. Losing actors is normal; the work ends only if they are lost three times in a row and
+nothing is finished in between.
+"""
+
+from __future__ import annotations
+
+import math
+import platform
+import socket
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from typing import Any, Generic, TypeVar, cast
+
+from lockprobe.cluster.connection import connected
+from lockprobe.errors import Missing, UserMistake
+from lockprobe.terminal_text import readable
+
+__all__ = ["Cluster", "Lost", "Node"]
+
+_J = TypeVar("_J")
+_R = TypeVar("_R")
+
+_LOSSES = 3
+"""So often a job is handed out before it counts as lost. So many times in a row actors may be lost."""
+
+_PATIENCE = 600.0
+"""Seconds after which an actor that does not answer is given up, if no answer has taken a twentieth of it longer."""
+
+_AT_ONCE = 0.25
+"""Seconds of work that are sent at once. A call takes the driver and the network some milliseconds."""
+
+_LOOK = 1.0
+"""Seconds after which the driver looks for new processors and for actors that do not answer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    """A machine of a cluster.
+
+    Attributes:
+        host: Its name.
+        processors: How many jobs it does at once.
+    """
+
+    host: str
+    processors: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """In place of a result: every actor that worked on the job was lost.
+
+    Attributes:
+        why: What happened to the last one.
+    """
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Done(Generic[_R]):
+    results: list[_R]
+    seconds: float
+
+
+@dataclass(slots=True)
+class _Job(Generic[_J]):
+    value: _J
+    losses: int = 0
+
+
+@dataclass(slots=True)
+class _Call(Generic[_J]):
+    """A call of an actor; without jobs its first, in which it gets ready."""
+
+    actor: Any
+    jobs: list[_Job[_J]] = field(default_factory=list)
+    since: float = field(default_factory=time.monotonic)
+
+
+class _Actor:
+    """What works on a processor of the cluster. Its only state is what ``begin`` made."""
+
+    def __init__(self, begin: Callable[[], Callable[[Any], Any]]) -> None:
+        self._begin = begin
+
+    def ready(self) -> tuple[str, dict[str, str], str]:
+        """Get ready; the host, its versions, and what the user has to mend, if anything."""
+        try:
+            self._work = self._begin()
+        except UserMistake as mistake:
+            return socket.gethostname(), _versions(), str(mistake)
+        return socket.gethostname(), _versions(), ""
+
+    def work(self, jobs: list[Any]) -> _Done[Any]:
+        began = time.perf_counter()
+        return _Done([self._work(job) for job in jobs], time.perf_counter() - began)
+
+
+class Cluster:
+    """A connection to a Ray cluster. Use :meth:`connect`."""
+
+    def __init__(self, ray: Any) -> None:
+        self._ray = ray
+
+    @classmethod
+    @contextmanager
+    def connect(cls, address: str) -> Iterator[Cluster]:
+        """Connect to a running cluster.
+
+        Args:
+            address: ``HOST:PORT`` of its head node, or ``auto`` for the one that runs on this machine.
+
+        Raises:
+            BadValue: If it is no such address.
+            Missing: If Ray is not installed, the cluster does not answer, refuses the token, or has other versions.
+        """
+        with connected(address) as ray:
+            yield cls(ray)
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The machines of the cluster that are up."""
+        alive = [one for one in self._ray.nodes() if one["Alive"]]
+        return tuple(
+            Node(host=str(one["NodeManagerHostname"]), processors=int(one["Resources"].get("CPU", 0))) for one in alive
+        )
+
+    def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
+        """The results in the order of the jobs; see :class:`lockprobe.parallel.Pool`.
+
+        Raises:
+            Missing: If actors keep being lost.
+        """
+        kept: dict[int, _R] = {}
+        following = 0
+        for (number, _), result in self.each(_Mapped(work), list(enumerate(jobs))):
+            if isinstance(result, Lost):
+                raise Missing(f"a part of the work was lost on {_LOSSES} processors ({result.why})", "is there memory?")
+            kept[number] = result
+            while following in kept:
+                yield kept.pop(following)
+                following += 1
+
+    def each(self, begin: Callable[[], Callable[[_J], _R]], jobs: Iterable[_J]) -> Iterator[tuple[_J, _R | Lost]]:
+        """Work on jobs, each with one result, in the order in which results arrive.
+
+        Args:
+            begin: Called once in every actor; makes the function that works on a job. It is sent by name, so it has to
+                be part of an installed package.
+            jobs: The jobs.
+
+        Raises:
+            UserMistake: As ``begin`` raises it.
+            Missing: If nodes have other versions, or actors keep being lost with nothing finished in between.
+        """
+        work = _Work(self, begin, jobs)
+        try:
+            yield from work.results()
+        finally:
+            work.stop()
+
+    def hire(self, begin: Callable[[], Callable[[Any], Any]]) -> Any:
+        """A new actor, which starts when a processor is free."""
+        kind = self._ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(_Actor)
+        return kind.remote(begin)
+
+    def dismiss(self, actor: Any) -> None:
+        """End an actor; its calls are lost."""
+        with suppress(Exception):  # it may be gone
+            self._ray.kill(actor)
+
+    def answered(self, calls: Sequence[Any], seconds: float) -> list[Any]:
+        """Those calls that were answered or lost; waits for one of them for some seconds."""
+        found, _ = self._ray.wait(list(calls), num_returns=1, timeout=seconds)
+        if found and len(calls) > 1:
+            found, _ = self._ray.wait(list(calls), num_returns=len(calls), timeout=0)
+        return cast(list[Any], found)
+
+    def answer(self, call: Any) -> Any:
+        """What a call returned, or :class:`Lost`.
+
+        Raises:
+            Exception: What the job raised.
+        """
+        errors = self._ray.exceptions
+        try:
+            return self._ray.get(call, timeout=_PATIENCE)
+        except errors.RayTaskError as raised:
+            raise (raised.cause or raised) from None
+        except errors.RayError as error:  # lost, or unavailable: then it may have done its work all the same
+            return Lost(type(error).__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class _Mapped(Generic[_J, _R]):
+    """A function without state, of numbered jobs."""
+
+    work: Callable[[_J], _R]
+
+    def __call__(self) -> Callable[[tuple[int, _J]], _R]:
+        return lambda job: self.work(job[1])
+
+
+class _Work(Generic[_J, _R]):
+    """The driver's side of :meth:`Cluster.each`."""
+
+    def __init__(self, cluster: Cluster, begin: Callable[[], Callable[[_J], _R]], jobs: Iterable[_J]) -> None:
+        self._cluster = cluster
+        self._begin = begin
+        self._queue = deque(_Job(job) for job in jobs)
+        self._calls: dict[Any, _Call[_J]] = {}
+        self._lost_in_a_row = 0
+        self._counted = -math.inf
+        self._seconds = _AT_ONCE  # of one job, as measured
+        self._longest = 0.0
+        self._processors = 0
+        self._looked = -_LOOK
+
+    def results(self) -> Iterator[tuple[_J, _R | Lost]]:
+        while self._queue or any(call.jobs for call in self._calls.values()):
+            self._hire()
+            for reference in self._cluster.answered(list(self._calls), _LOOK):
+                yield from self._hear(reference)
+            for reference in self._silent():
+                yield from self._bury(reference, "it did not answer")
+
+    def stop(self) -> None:
+        for call in self._calls.values():
+            self._cluster.dismiss(call.actor)
+        self._calls.clear()
+
+    def _hire(self) -> None:
+        """As many actors as there are processors, or jobs; processors come and go."""
+        if time.monotonic() - self._looked >= _LOOK:
+            self._looked = time.monotonic()
+            self._processors = max(1, sum(node.processors for node in self._cluster.nodes))
+        busy = sum(bool(call.jobs) for call in self._calls.values())
+        wanted = min(self._processors, busy + len(self._queue))
+        for _ in range(wanted - len(self._calls)):
+            actor = self._cluster.hire(self._begin)
+            self._calls[actor.ready.remote()] = _Call(actor)
+
+    def _hear(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
+        call = self._calls[reference]
+        answer = self._cluster.answer(reference)
+        if isinstance(answer, Lost):
+            yield from self._bury(reference, answer.why)
+            return
+        if not isinstance(answer, _Done):
+            _check_ready(*answer)
+            self._send(reference)
+            return
+        self._lost_in_a_row, self._counted = 0, time.monotonic()
+        self._longest = max(self._longest, time.monotonic() - call.since)
+        self._seconds = (self._seconds + answer.seconds / len(call.jobs)) / 2
+        self._send(reference)  # so that it works while its results are written down
+        for job, result in zip(call.jobs, answer.results, strict=True):
+            yield job.value, result
+
+    def _send(self, reference: Any) -> None:
+        """Send an actor that has answered its next jobs; one without jobs is sent home."""
+        actor, jobs = self._calls.pop(reference).actor, self._taken()
+        if not jobs:
+            self._cluster.dismiss(actor)
+            return
+        reference = actor.work.remote([job.value for job in jobs])
+        self._calls[reference] = _Call(actor, jobs)
+
+    def _taken(self) -> list[_Job[_J]]:
+        """The next jobs: as many as take a quarter of a second, fewer at the end; one that was lost goes alone."""
+        most = min(_AT_ONCE / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
+        jobs: list[_Job[_J]] = []
+        while self._queue and len(jobs) < max(1, most) and not (jobs and self._queue[0].losses):
+            jobs.append(self._queue.popleft())
+            if jobs[0].losses:
+                break
+        return jobs
+
+    def _silent(self) -> list[Any]:
+        patience = max(_PATIENCE, 20 * self._longest)
+        return [
+            reference
+            for reference, call in self._calls.items()
+            if call.jobs and time.monotonic() - call.since > patience
+        ]
+
+    def _bury(self, reference: Any, why: str) -> Iterator[tuple[_J, Lost]]:
+        """Hand out the jobs of a lost actor again, at the end; a job that was lost too often is given up."""
+        call = self._calls.pop(reference)
+        self._cluster.dismiss(call.actor)
+        if call.since > self._counted:  # what is lost together, as with its node, is one loss
+            self._lost_in_a_row, self._counted = self._lost_in_a_row + 1, time.monotonic()
+        for job in call.jobs:
+            job.losses += 1
+            if job.losses >= _LOSSES:
+                yield job.value, Lost(why)
+            else:
+                self._queue.append(job)
+        if self._lost_in_a_row >= _LOSSES:
+            raise Missing(
+                f"the cluster lost its workers {_LOSSES} times in a row, with nothing finished in between ({why})",
+                "do its nodes have memory enough? nothing finished is lost; run the same command again",
+            )
+
+
+def _versions() -> dict[str, str]:
+    return {"lockprobe": version("lockprobe"), "Ray": version("ray"), "Python": platform.python_version()}
+
+
+def _check_ready(host: str, there: dict[str, str], mistake: str) -> None:
+    """Refuse a node with other versions, and say what it lacks.
+
+    Raises:
+        Missing: If it has other versions, or lacks something.
+    """
+    for name, here in _versions().items():
+        if there[name] != here:
+            found = f"the node {readable(host)} has {name} {readable(there[name])}, this machine {here}"
+            raise Missing(found, "install the same on all")
+    if mistake:
+        raise Missing(f"the node {readable(host)} cannot play: {readable(mistake)}", "install the same on all nodes")

@@ -1,0 +1,105 @@
+"""Trials on the processors of a cluster.
+
+An actor plays trials and returns each with its clock reading and its pictures. This process alone writes them down. A
+hosted model is asked from here, so that every call is in this study's log and budget. Agents, plants and interventions
+of other packages stay here too: they may pay, or move a robot.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.cluster import Cluster, Lost
+from lockprobe.errors import ModelFault, PlantFault
+from lockprobe.pictures.picture import Picture
+from lockprobe.plan import Plan
+from lockprobe.plugins import find_plugin
+from lockprobe.record import Step, Trial
+from lockprobe.spec import Spec
+from lockprobe.studies.journal import Timing
+from lockprobe.studies.picture_store import Album
+from lockprobe.studies.play import play_timed
+from lockprobe.studies.study import Study
+from lockprobe.trial import broken
+
+__all__ = ["can_travel", "play_on_cluster"]
+
+
+def can_travel(study: Study, source: AgentSource) -> bool:
+    """Whether an agent's trials can be played on other machines: if agent, plant and interventions ship with Lockprobe.
+
+    Args:
+        study: The study.
+        source: The agent.
+    """
+    changes = [type(change) for one in study.conditions for change in one.made()]
+    return (
+        source.engine in ("inline", "process")
+        and find_plugin("agent", Spec.parse(source.spec).full_name) is None
+        and find_plugin("plant", Spec.parse(study.plant, "plant").full_name) is None
+        and all(change.__module__.startswith("lockprobe.interventions.") for change in changes)
+    )
+
+
+def play_on_cluster(
+    plans: Sequence[Plan],
+    cluster: Cluster,
+    on_step: Callable[[str, Step], None],
+    finish: Callable[[Trial, Timing], None],
+    *,
+    pictures: Path,
+) -> None:
+    """Play plans of one agent, in any order.
+
+    ``on_step`` is called for all steps of a trial when it arrives, then ``finish``. The pictures that its record names
+    are then in the directory ``pictures``. A trial whose workers were lost three times ends as an ``error``.
+
+    Raises:
+        UserMistake: If the agent cannot be had on a node, or workers keep being lost.
+    """
+    album = Album(pictures)
+    fault = PlantFault if resolve(plans[0].agent).engine == "inline" else ModelFault
+    for plan, played in cluster.each(_Player(plans[0].agent), plans):
+        if isinstance(played, Lost):
+            trial = broken(plan, fault(f"the workers of {plan.agent} on the cluster were lost ({played.why})"))
+            finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
+            continue
+        for picture in played.pictures:
+            album.keep(picture)
+        for step in played.trial.steps:
+            on_step(played.trial.key, step)
+        finish(played.trial, played.timing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Played:
+    """A trial as it travels."""
+
+    trial: Trial
+    timing: Timing
+    pictures: tuple[Picture, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Player:
+    """Builds an agent where its trials are played."""
+
+    spec: str
+
+    def __call__(self) -> Callable[[Plan], _Played]:
+        agent = resolve(self.spec).make()
+
+        def play(plan: Plan) -> _Played:
+            taken: dict[str, Picture] = {}
+
+            def keep(picture: Picture) -> None:
+                taken[picture.name] = picture
+
+            trial, timing = asyncio.run(play_timed(plan, agent, lambda key, step: None, keep))
+            return _Played(trial=trial, timing=timing, pictures=tuple(taken.values()))
+
+        return play

@@ -1,0 +1,74 @@
+"""``--cluster`` as it is typed."""
+
+import json
+from contextlib import contextmanager
+
+import pytest
+
+from lockprobe.cluster import Cluster, Node
+
+
+class Here:
+    """A cluster that is this process."""
+
+    nodes = (Node(host="head", processors=0), Node(host="one\x1b", processors=2))
+
+    def each(self, begin, jobs):
+        work = begin()
+        return ((job, work(job)) for job in jobs)
+
+    def map(self, work, jobs):
+        return map(work, jobs)
+
+
+@pytest.fixture
+def connected(monkeypatch):
+    """The addresses to which commands connect."""
+    found = []
+
+    @contextmanager
+    def connect(address):
+        found.append(address)
+        yield Here()
+
+    monkeypatch.setattr(Cluster, "connect", connect)
+    return found
+
+
+RUN = ("run", "flips", "--agent", "human-inspired", "--p", "0,0.4", "--trials", "2", "--no-report", "--out")
+
+
+def test_a_study_is_played_on_it(lockprobe, connected, tmp_path):
+    status, _, told = lockprobe(*RUN, tmp_path / "there", "--cluster", "head:6399")
+    assert (status, connected) == (0, ["head:6399"])
+    assert told.startswith("Cluster: processors of one? 2\n")
+    assert lockprobe(*RUN, tmp_path / "here")[0] == 0
+    here, there = (sorted((tmp_path / name / "trials.jsonl").read_bytes().splitlines()) for name in ("here", "there"))
+    assert here == there
+
+
+def test_an_estimate_needs_none(lockprobe, connected, tmp_path):
+    assert lockprobe(*RUN, tmp_path / "S", "--cluster", "auto", "--estimate")[0] == 0
+    assert connected == []
+
+
+def test_an_audit_on_it_is_the_audit_of_one_machine(lockprobe, connected):
+    asked = ("audit", "--studies", 1, "--world", "no-effect", "--json")
+    there = lockprobe(*asked, "--cluster", "auto")
+    here = lockprobe(*asked, "--workers", 1)
+    assert json.loads(there[1]) == json.loads(here[1])
+    assert connected == ["auto"]
+
+
+def test_a_study_file_cannot_ask_for_one(lockprobe, connected, tmp_path):
+    (tmp_path / "mine.toml").write_text('study = "flips"\nagent = ["random"]\ncluster = "auto"\n')
+    status, _, said = lockprobe("run", tmp_path / "mine.toml", "--out", tmp_path / "S")
+    assert status == 2
+    assert "cluster" in said
+    assert connected == []
+
+
+def test_the_server_of_participants_has_no_such_option(lockprobe, connected):
+    status, _, said = lockprobe("serve", "flips", "--cluster", "auto")
+    assert status == 2
+    assert "No such option" in said
