@@ -37,6 +37,7 @@ NEEDS = {
     "parquet": ("export S --format parquet --out e.parquet",),
     "web": ("serve flips --out P",),
     "mcp": ("mcp flips --isolation none",),
+    "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
 }
 """Extra -> commands that cannot be had without it."""
 

@@ -43,7 +43,7 @@ def connected(address: str) -> Iterator[Any]:
     try:
         with _standard_error() as said:
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
-    except Exception as error:  # noqa: BLE001 - Ray raises many kinds
+    except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
         raise _unreachable(address, error, said[0]) from None
     _silence()
     try:
