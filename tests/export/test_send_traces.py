@@ -1,6 +1,7 @@
 """What a receiver gets is what the file holds; one that refuses is named in one line."""
 
 import json
+import sys
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from threading import Thread
 
@@ -19,7 +20,7 @@ def receiver():
     class Receiver(BaseHTTPRequestHandler):
         def do_POST(self):
             body = self.rfile.read(int(self.headers["Content-Length"]))
-            got.append((self.path, self.headers["Content-Type"], json.loads(body)))
+            got.append((self.path, self.headers, body))
             self.send_response(415 if self.path == "/no-json" else 200)
             self.end_headers()
 
@@ -33,16 +34,51 @@ def receiver():
     server.server_close()
 
 
-def test_what_arrives_is_what_the_file_holds(receiver):
+@pytest.fixture
+def without_protobuf(monkeypatch):
+    monkeypatch.setitem(sys.modules, "google.protobuf.json_format", None)
+
+
+def test_what_arrives_is_what_the_file_holds(receiver, without_protobuf):
     url, got = receiver
     made = list(requests([make_trial(SOLUTION, trial=n) for n in range(1, 52)], "study"))
     assert send_traces(made, url) == len(made) == 2
-    assert got == [("/v1/traces", "application/json", request) for request in made]
+    assert [(path, headers["Content-Type"]) for path, headers, _ in got] == [("/v1/traces", "application/json")] * 2
+    assert [json.loads(body) for _, _, body in got] == made
 
 
-def test_a_receiver_without_json_is_named_in_one_line(receiver):
+def test_as_protobuf_the_same_arrives(receiver):
+    service = pytest.importorskip("opentelemetry.proto.collector.trace.v1.trace_service_pb2")
+    url, got = receiver
+    (request,) = requests([make_trial(SOLUTION)], "study")
+    assert send_traces([request], url) == 1
+    ((_, headers, body),) = got
+    assert headers["Content-Type"] == "application/x-protobuf"
+    found = service.ExportTraceServiceRequest.FromString(body).resource_spans[0].scope_spans[0].spans
+    sent = request["resourceSpans"][0]["scopeSpans"][0]["spans"]
+    assert [(span.trace_id.hex(), span.span_id.hex(), span.name, span.start_time_unix_nano) for span in found] == [
+        (span["traceId"], span["spanId"], span["name"], int(span["startTimeUnixNano"])) for span in sent
+    ]
+
+
+def test_headers_for_a_receiver_are_those_of_the_environment(receiver, monkeypatch):
+    url, got = receiver
+    monkeypatch.setenv("OTEL_EXPORTER_OTLP_HEADERS", "Authorization=Basic%20abc=, x-project = 7")
+    send_traces(requests([make_trial(SOLUTION)], "study"), url)
+    assert (got[0][1]["Authorization"], got[0][1]["x-project"]) == ("Basic abc=", "7")
+
+
+@pytest.mark.parametrize("headers", ["sk-private", "a b=sk-private", "k=sk-private%0d%0aHost: x", "k=sk-private,x"])
+def test_headers_that_are_none_are_refused_and_never_shown(receiver, monkeypatch, headers):
+    monkeypatch.setenv("OTEL_EXPORTER_OTLP_HEADERS", headers)
+    with pytest.raises(BadValue, match="NAME=VALUE,NAME=VALUE") as refused:
+        send_traces(requests([make_trial(SOLUTION)], "study"), receiver[0])
+    assert "sk-private" not in str(refused.value)
+
+
+def test_a_receiver_without_json_is_named_in_one_line(receiver, without_protobuf):
     url, _ = receiver
-    with pytest.raises(Missing, match="status 415.*Collector"):
+    with pytest.raises(Missing, match=r"status 415.*lockprobe\[otel\]"):
         send_traces(requests([make_trial(SOLUTION)], "study"), f"{url}/no-json")
 
 

@@ -79,4 +79,4 @@ def test_it_is_what_the_published_schema_describes():
     parsed = json_format.ParseDict(request, service.ExportTraceServiceRequest())
     spans = parsed.resource_spans[0].scope_spans[0].spans
     assert [(len(span.trace_id), len(span.span_id)) for span in spans] == [(16, 8)] * 6
-    assert json_format.MessageToDict(parsed)["resourceSpans"] == request["resourceSpans"]
+    assert json_format.MessageToDict(parsed, use_integers_for_enums=True)["resourceSpans"] == request["resourceSpans"]

@@ -1,13 +1,17 @@
-"""Traces to a collector or viewer over OTLP/HTTP with JSON."""
+"""Traces to a collector or viewer over OTLP/HTTP: as protobuf where its package is installed, else as JSON."""
 
 from __future__ import annotations
 
+import base64
 import http.client
 import json
+import os
+import re
 import urllib.error
 import urllib.request
 from collections.abc import Iterable, Mapping
-from urllib.parse import urlsplit
+from typing import Any
+from urllib.parse import unquote, urlsplit
 
 from lockprobe.errors import BadValue, Missing
 from lockprobe.terminal_text import readable
@@ -15,6 +19,9 @@ from lockprobe.terminal_text import readable
 __all__ = ["endpoint_of", "send_traces"]
 
 _TIMEOUT = 30.0
+_HEADERS = "OTEL_EXPORTER_OTLP_HEADERS"
+_NAME = re.compile(r"[A-Za-z0-9!#$%&'*+.^_`|~-]+")
+_IDS = ("traceId", "spanId", "parentSpanId")
 
 
 def endpoint_of(url: str) -> str:
@@ -39,15 +46,18 @@ def endpoint_of(url: str) -> str:
 def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
     """Post OTLP/JSON requests, one after the other, and return how many were accepted.
 
+    ``OTEL_EXPORTER_OTLP_HEADERS`` in the environment holds further headers, such as a key, as OpenTelemetry's exporters
+    read them: ``NAME=VALUE,NAME=VALUE`` with values as in a URL.
+
     Raises:
-        BadValue: If the URL is none.
+        BadValue: If the URL is none, or the headers are not written so.
         Missing: If nobody answers there, or the receiver refuses a request.
     """
-    endpoint, count = endpoint_of(url), 0
+    endpoint, headers, count = endpoint_of(url), _headers(), 0
     for request in requests:
-        body = json.dumps(request, ensure_ascii=False, allow_nan=False).encode()
+        body, kind = _encoded(request)
         post = urllib.request.Request(  # noqa: S310 - the scheme is checked
-            endpoint, body, {"Content-Type": "application/json"}, method="POST"
+            endpoint, body, {**headers, "Content-Type": kind}, method="POST"
         )
         try:
             with urllib.request.urlopen(post, timeout=_TIMEOUT):  # noqa: S310 - the scheme is checked
@@ -55,6 +65,39 @@ def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
         except (OSError, http.client.HTTPException) as error:
             raise Missing(f"{endpoint} took {count} requests and then failed ({_why(error)})", _remedy(error)) from None
     return count
+
+
+def _headers() -> dict[str, str]:
+    found: dict[str, str] = {}
+    for pair in filter(str.strip, os.environ.get(_HEADERS, "").split(",")):
+        name, equals, value = pair.partition("=")
+        name, value = name.strip(), unquote(value.strip())
+        if not equals or not _NAME.fullmatch(name) or not value.isprintable() or not value.isascii():
+            raise BadValue(_HEADERS, "a header that is none", "NAME=VALUE,NAME=VALUE")  # its value may be a key
+        found[name] = value
+    return found
+
+
+def _encoded(request: Mapping[str, object]) -> tuple[bytes, str]:
+    """The body of a request and its kind. In JSON ids are hexadecimal, in the JSON of protobuf base64."""
+    try:
+        from google.protobuf.json_format import ParseDict
+        from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
+    except ImportError:
+        return json.dumps(request, ensure_ascii=False, allow_nan=False).encode(), "application/json"
+    parsed = ParseDict(_with_base64(request), ExportTraceServiceRequest())
+    return parsed.SerializeToString(), "application/x-protobuf"
+
+
+def _with_base64(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_with_base64(one) for one in value]
+    if not isinstance(value, Mapping):
+        return value
+    return {
+        name: base64.b64encode(bytes.fromhex(one)).decode() if name in _IDS else _with_base64(one)
+        for name, one in value.items()
+    }
 
 
 def _why(error: Exception) -> str:
@@ -66,5 +109,5 @@ def _why(error: Exception) -> str:
 
 def _remedy(error: Exception) -> str:
     if isinstance(error, urllib.error.HTTPError) and error.code == 415:
-        return "send to an OpenTelemetry Collector, which takes JSON and passes it on as protobuf"
+        return "it takes protobuf only: pip install 'lockprobe[otel]'"
     return "check the address, or write a file with --out FILE"
