@@ -1,10 +1,15 @@
 """The directory for ``load_dataset`` holds every trial once, in the split of its agent, as its card says."""
 
+import json
+from collections import Counter
+from dataclasses import replace
+
 import pytest
 import yaml
-from builders import play_study, small_study
+from builders import make_trial, play_study, small_study
 
-from lockprobe.errors import BadValue
+import lockprobe
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.export import tidy_rows, trial_rows
 from lockprobe.export.hub_dataset import split_names, write_hub_dataset
 
@@ -32,3 +37,55 @@ def test_splits_have_names_of_letters_and_differ():
 def test_a_study_without_trials_is_refused(tmp_path):
     with pytest.raises(BadValue, match="no trials"):
         write_hub_dataset([], tmp_path / "set")
+
+
+def test_pictures_stand_in_the_row_of_their_step_as_images(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    album, png = tmp_path / "pictures", b"\x89PNG of a step"
+    album.mkdir()
+    trial = make_trial([3, 0])
+    after, before = f"{'a' * 20}.png", f"{'b' * 20}.png"
+    for name in (after, before):
+        (album / name).write_bytes(png + name.encode())
+    first, second = trial.steps
+    trial = replace(trial, steps=(replace(first, pictures={"rgb": after}), second), opening_pictures={"rgb": before})
+    write_hub_dataset([trial], tmp_path / "set", album, "cc-by-4.0")
+    steps, trials = (parquet.read_table(next((tmp_path / "set" / name).iterdir())) for name in ("steps", "trials"))
+    assert steps.column("picture_rgb").to_pylist() == [{"bytes": png + after.encode(), "path": after}, None]
+    assert trials.column("opening_rgb").to_pylist() == [{"bytes": png + before.encode(), "path": before}]
+    features = json.loads(steps.schema.metadata[b"huggingface"])["info"]["features"]
+    assert list(features) == steps.column_names
+    assert features["picture_rgb"] == {"_type": "Image"}
+    card = (tmp_path / "set" / "README.md").read_text("utf-8")
+    assert yaml.safe_load(card.split("---\n")[1])["license"] == "cc-by-4.0"
+    assert "Pictures stand in the tables." in card
+
+
+def test_a_picture_that_is_gone_is_named(tmp_path):
+    pytest.importorskip("pyarrow")
+    trial = replace(make_trial([3]), opening_pictures={"rgb": f"{'b' * 20}.png"})
+    with pytest.raises(BadFile, match="bbbb.png: cannot be read"):
+        write_hub_dataset([trial], tmp_path / "set", tmp_path)
+    assert not (tmp_path / "set").exists()
+
+
+@pytest.mark.parametrize("licence", ["", "CC BY", "mit\nx: y", "-"])
+def test_a_licence_is_a_name(tmp_path, licence):
+    with pytest.raises(BadValue, match="--licence"):
+        write_hub_dataset([make_trial([3])], tmp_path / "set", licence=licence)
+
+
+def test_the_library_of_the_hub_reads_it_and_its_numbers_are_those_of_the_results(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    datasets = pytest.importorskip("datasets")
+    directory = tmp_path / "study"
+    trials = lockprobe.run_study(small_study(trials=5), directory)
+    write_hub_dataset(trials, tmp_path / "set", directory / "pictures")
+    found = datasets.load_dataset(str(tmp_path / "set"), "trials", cache_dir=str(tmp_path / "cache"))
+    rows = [row for split in found.values() for row in split]
+    solved = Counter((row["agent"], row["p"]) for row in rows if row["solved"])
+    held = {(row.agent, row.p): (row.solved, row.trials) for row in lockprobe.results(directory).conditions}
+    assert {key: (solved[key], n) for key, n in Counter((row["agent"], row["p"]) for row in rows).items()} == held
+    steps = datasets.load_dataset(str(tmp_path / "set"), cache_dir=str(tmp_path / "cache"))
+    assert sum(map(len, steps.values())) == sum(len(trial.steps) for trial in trials)

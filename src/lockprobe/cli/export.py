@@ -54,10 +54,13 @@ def export(
         typer.Option("--with-platform-ids", help="psych-ds: IDs of the recruitment platform too; they are personal."),
     ] = False,
     endpoint: Annotated[
-        str | None, typer.Option(metavar="URL", help="otel: send the traces there (OTLP/HTTP with JSON), too.")
+        str | None, typer.Option(metavar="URL", help="otel: send the traces there (OTLP/HTTP), too.")
     ] = None,
     start: Annotated[
         str | None, typer.Option(metavar="TIME", help="otel: when the first trace starts; 2000-01-01T00:00:00Z if not.")
+    ] = None,
+    licence: Annotated[
+        str | None, typer.Option(metavar="NAME", help="hf: the licence in the card, for example cc-by-4.0.")
     ] = None,
 ) -> None:
     """Tables of steps or trials, truth and report; logs for Inspect AI's viewer; a Psych-DS dataset; traces.
@@ -66,7 +69,8 @@ def export(
     """
     if format != "psych-ds" and (everybody or platform_ids):
         raise BadValue("--format", format, "psych-ds, where --all and --with-platform-ids say something")
-    _refuse_times(format, endpoint, start)
+    _refuse_elsewhere(format, "otel", endpoint=endpoint, start=start)
+    _refuse_elsewhere(format, "hf", licence=licence)
     if format in ("eval", "psych-ds", "otel", "hf") and table != "steps":
         raise BadValue("--table", table, f"csv, jsonl or parquet as --format, since {format} is no single table")
     if format == "otel":
@@ -82,7 +86,7 @@ def export(
     if format == "psych-ds":
         written = write_dataset(directory, out, everybody=everybody, platform_ids=platform_ids)
     elif format == "hf":
-        written = write_hub_dataset(load(directory), out)
+        written = write_hub_dataset(load(directory), out, directory / ALBUM, licence)
     elif format == "eval":
         written = _write_logs(directory, out)
     else:
@@ -104,9 +108,11 @@ def refuse_study_file(out: Path, directory: Path) -> None:
         raise BadFile(out, "a file of the study itself; choose another")
 
 
-def _refuse_times(format_: Format, endpoint: str | None, start: str | None) -> None:
-    if format_ != "otel" and (endpoint is not None or start is not None):
-        raise BadValue("--format", format_, "otel, where --endpoint and --start say something")
+def _refuse_elsewhere(format_: Format, of: Format, **given: str | None) -> None:
+    """Refuse options that say something in one format alone."""
+    if format_ != of and any(value is not None for value in given.values()):
+        names = " and ".join(f"--{name}" for name in given)
+        raise BadValue("--format", format_, f"{of} with {names}")
 
 
 def _export_traces(directory: Path, out: Path | None, endpoint: str | None, start: str | None) -> None:
