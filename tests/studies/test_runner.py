@@ -1,13 +1,12 @@
 """The issue's figures on whole studies, through runner and journal."""
 
-import _thread
 import asyncio
 import re
 import threading
-import time
 from dataclasses import replace
 from types import SimpleNamespace
 
+import forked
 import pytest
 from builders import make_trial, strip_checksums
 from provider_server import Manner, failure, here, truthful
@@ -508,24 +507,40 @@ def test_a_study_is_played_in_a_notebook_as_anywhere_else(tmp_path):
         in_event_loop(lambda: runner.run_study(replace(planned, seed=2), tmp_path / "cell"))
 
 
-def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path, monkeypatch):
+INTERRUPTED = """
+import _thread, asyncio, sys, time
+from lockprobe.studies import runner
+from lockprobe.studies.studyfile import study
+
+planned = study("flips", agent=["random"], p=[0, 0.4], trials=50, repetitions=1)
+step, seen = runner._Stoppable.step, set()
+
+def interrupted(self, key, at):
+    seen.add(key)
+    if len(seen) == 5:
+        _thread.interrupt_main()
+        until = time.monotonic() + 10
+        while not self.stopped and time.monotonic() < until:
+            time.sleep(0.01)
+    step(self, key, at)
+
+async def cell():
+    runner.run_study(planned, sys.argv[1])
+
+runner._Stoppable.step = interrupted
+loop = asyncio.new_event_loop()  # asyncio.run would take Ctrl-C itself
+try:
+    loop.run_until_complete(cell())
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+"""In a process of its own: an interrupt that came late would end the tests."""
+
+
+def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path):
+    assert forked.run([tmp_path / "cell"], script=INTERRUPTED).stdout == "interrupted\n"
     planned = study(StudyOptions(agent=["random"], p=[0, 0.4], trials=50, repetitions=1))
-    step, seen = runner._Stoppable.step, set()
-
-    def interrupted(self, key, at):
-        seen.add(key)
-        if len(seen) == 5:
-            _thread.interrupt_main()
-            until = time.monotonic() + 10
-            while not self.stopped and time.monotonic() < until:
-                time.sleep(0.01)
-        step(self, key, at)
-
-    monkeypatch.setattr(runner._Stoppable, "step", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell"))
     assert len(load(tmp_path / "cell")) == 4
-    monkeypatch.undo()
     assert in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell")) == runner.run_study(
         planned, tmp_path / "script"
     )
