@@ -37,6 +37,7 @@ NEEDS = {
     "parquet": ("export S --format parquet --out e.parquet",),
     "web": ("serve flips --out P",),
     "mcp": ("mcp flips --isolation none",),
+    "calibrate": ("rig tags --out t.pdf",),
 }
 """Extra -> commands that cannot be had without it."""
 

@@ -1,13 +1,13 @@
 """Places for four AprilTags on a panel's board, and a checksum of the board that they identify.
 
-The tags carry the numbers 0 to 3: upper left, upper right, lower right, lower left.
+The tags carry the numbers 0 to 3, clockwise from the upper left.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from lockprobe.errors import BadValue
 from lockprobe.plants.scene.panel import PanelLayout, camera_angle, covered_area
 
-__all__ = ["QUIET_ZONE", "TAG_SIDE", "TagLayout", "board_checksum", "place_tags"]
+__all__ = ["NUMBERS", "QUIET_ZONE", "TAG_SIDE", "TagLayout", "board_checksum", "place_tags", "resized"]
+
+NUMBERS = (0, 1, 2, 3)
+"""The tags of a board: upper left, upper right, lower right, lower left."""
 
 TAG_SIDE = 0.04
 """Side of a tag's black square, metres."""
@@ -83,6 +86,11 @@ def place_tags(panel: PanelLayout, side: float = TAG_SIDE) -> TagLayout:
             raise BadValue("tags", f"{1000 * side:g} mm", "smaller ones: a quarter of the board has no room for these")
         middles.append(inside[np.abs(inside - board * quadrant).sum(1).argmin()].round(3))
     return TagLayout(side=side, middles=np.array(middles))
+
+
+def resized(tags: TagLayout, side: float) -> TagLayout:
+    """The same tags as a printer made them: with another side in metres, and their middles in the same places."""
+    return replace(tags, side=side)
 
 
 def _gaps(places: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
