@@ -24,7 +24,7 @@ from lockprobe.validation import check_choice
 __all__ = ["FEWEST_TAGS", "FEWEST_VIEWS", "LEAST_TURN", "BoardView", "calibrate", "look_at_views", "turned_degrees"]
 
 FEWEST_TAGS = 3
-"""A view needs so many tags: with fewer the board's pose may be wrong by a centimetre."""
+"""A view needs so many tags: with fewer the board's pose is several times as wrong (docs/calibration.md)."""
 
 FEWEST_VIEWS = 8
 """A calibration needs so many views, of which it holds out a fourth."""

@@ -24,8 +24,11 @@ __all__ = ["CELLS", "METHODS", "Method", "board_pose", "find_tags", "hand_eye", 
 Method = Literal["park", "tsai", "horaud", "daniilidis"]
 
 METHODS: tuple[Method, ...] = get_args(Method)
-"""Methods of hand-eye calibration, the default first. Andreff's is left out: on the twin its position was three times
-as wrong as that of the others, and the hold-out error did not show it."""
+"""Methods of hand-eye calibration, the default first.
+
+Andreff's is left out: in one of five runs on the twin its position was six times as wrong as that of the others, and
+the hold-out error did not show it.
+"""
 
 CELLS = 8
 """Cells along the side of a tag's black square: six bits and the black border on both sides."""
