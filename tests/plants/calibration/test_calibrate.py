@@ -5,8 +5,10 @@ import pytest
 from plants.calibration import tagged
 
 from lockprobe.errors import BadValue
+from lockprobe.plants.calibration import calibrate as library
 from lockprobe.plants.calibration.calibrate import FEWEST_VIEWS, calibrate, turned_degrees
 from lockprobe.plants.calibration.pose import array_of
+from lockprobe.plants.calibration.views import Views
 
 REFUSED = {"bad.png": "2 of 4 tags seen (0, 1); 3 are needed"}
 
@@ -64,6 +66,28 @@ def test_rotation_about_one_axis_counts_as_none():
     assert turned_degrees(hands) == pytest.approx(0, abs=1e-3)
     assert turned_degrees([view.hand for view in tagged.views()]) > 20
     assert turned_degrees(hands[:1]) == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "refused"),
+    [
+        ((0, 1, 2), None),
+        ((0, 1, 2, 9), None),
+        ((0, 1, 9, 586), "2 of 4 tags seen (0, 1); 3 are needed"),
+        ((0, 1, 2, 2), "a tag is seen twice (seen: 0, 1, 2, 2)"),
+        ((), "0 of 4 tags seen (none); 3 are needed"),
+    ],
+)
+def test_a_view_is_refused_by_the_tags_of_the_board_that_it_shows(numbers, refused, monkeypatch, tmp_path):
+    """Tags of other things in the laboratory do not count."""
+    (tmp_path / "0.png").touch()
+    views = Views(camera=tagged.CAMERA, views=[{"picture": "0.png", "hand": np.eye(4).tolist()}])
+    monkeypatch.setattr(library, "read_grey", lambda content, path: np.zeros((480, 640), np.uint8))
+    monkeypatch.setattr(library, "find_tags", lambda grey: [(number, np.zeros((4, 2))) for number in numbers])
+    monkeypatch.setattr(library, "board_pose", lambda corners, found, camera: (np.eye(4), 0.5))
+    seen, reasons = library.look_at_views(tmp_path, views, tagged.board()[1])
+    assert reasons == ({} if refused is None else {"0.png": refused})
+    assert [view.tags for view in seen] == ([3] if refused is None else [])
 
 
 def test_an_unknown_method_is_refused():

@@ -1,5 +1,6 @@
 """What is taken from OpenCV: bits, tags in a picture, the board's pose, hand-eye."""
 
+import io
 import sys
 
 import numpy as np
@@ -101,3 +102,38 @@ def test_only_pictures_are_read(tmp_path):
     for content in (b"", b"GIF89a", whole[:20], b"\xff\xd8\xff" + bytes(100)):
         with pytest.raises(BadFile):
             read_grey(content, tmp_path / "x.png")
+
+
+def jpeg(grey, **options):
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(grey).save(file, "JPEG", quality=95, **options)
+    return file.getvalue()
+
+
+@pytest.mark.usefixtures("_cv2")
+def test_a_photograph_that_was_taken_upright_keeps_its_pixels_where_the_lens_put_them(tmp_path):
+    from PIL import Image
+
+    grey = np.zeros((32, 64), np.uint8)
+    grey[:, :16] = 255
+    turned = Image.Exif()
+    turned[0x0112] = 6
+    found = read_grey(jpeg(grey, exif=turned), tmp_path / "x.jpg")
+    assert found.shape == (32, 64)
+    assert np.abs(found.astype(int) - grey).max() < 40
+
+
+@pytest.mark.usefixtures("_cv2")
+@pytest.mark.parametrize("form", ["png", "jpeg"])
+def test_a_picture_of_enormous_size_is_refused_before_it_is_decoded(form, tmp_path):
+    grey = np.zeros((32, 64), np.uint8)
+    if form == "png":
+        content = to_png(grey)
+        content = content[:16] + (60_000).to_bytes(4) + (50_000).to_bytes(4) + content[24:]
+    else:
+        content = jpeg(grey)
+        content = content.replace((32).to_bytes(2) + (64).to_bytes(2), (50_000).to_bytes(2) + (60_000).to_bytes(2), 1)
+    with pytest.raises(BadFile, match="60000 x 50000 pixels; at most 67108864 in all"):
+        read_grey(content, tmp_path / "x")

@@ -33,6 +33,10 @@ the hold-out error did not show it.
 CELLS = 8
 """Cells along the side of a tag's black square: six bits and the black border on both sides."""
 
+_MOST_PIXELS = 8192 * 8192
+_NO_FRAME = (0xC4, 0xC8, 0xCC)
+"""Markers of JPEG among those of frames that hold tables instead of a size."""
+
 _FROM_CORNER = 0.5
 """AprilTag's refinement counts from the corner of the top left pixel, and projections from its middle; pixels."""
 
@@ -76,12 +80,15 @@ def read_grey(content: bytes, path: Path) -> NDArray[np.uint8]:
     """A PNG or JPEG file as a grey picture, shape (height, width).
 
     Raises:
-        BadFile: If it is no picture.
+        BadFile: If it is no picture, or has more pixels than any camera: its header is read before it is decoded.
         Missing: If OpenCV is not installed.
     """
     cv2 = _opencv()
     if not content.startswith((b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")):
         raise BadFile(path, "not a PNG or JPEG picture")
+    width, height = _stated_size(content)
+    if width * height > _MOST_PIXELS:
+        raise BadFile(path, f"{width} x {height} pixels; at most {_MOST_PIXELS} in all")
     how = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION  # pixels as the lens put them
     try:
         picture = cv2.imdecode(np.frombuffer(content, np.uint8), how)
@@ -90,6 +97,19 @@ def read_grey(content: bytes, path: Path) -> NDArray[np.uint8]:
     if picture is None:
         raise BadFile(path, "a picture that cannot be read")
     return np.asarray(picture, dtype=np.uint8)
+
+
+def _stated_size(content: bytes) -> tuple[int, int]:
+    """Width and height in the header of a PNG or JPEG file; 0, 0 where there are none."""
+    if content.startswith(b"\x89PNG"):
+        return int.from_bytes(content[16:20]), int.from_bytes(content[20:24])
+    place = 2
+    while place + 9 <= len(content) and content[place] == 0xFF:
+        marker = content[place + 1]
+        if 0xC0 <= marker <= 0xCF and marker not in _NO_FRAME:
+            return int.from_bytes(content[place + 7 : place + 9]), int.from_bytes(content[place + 5 : place + 7])
+        place += 2 + int.from_bytes(content[place + 2 : place + 4])
+    return 0, 0
 
 
 def find_tags(grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
