@@ -1,4 +1,4 @@
-"""``lockprobe rig``, as typed: a sheet of tags, and a calibration on pictures of the twin."""
+"""``lockprobe rig calibrate``, as typed, on pictures of the twin."""
 
 import json
 
@@ -84,7 +84,6 @@ def test_a_wrong_size_of_tags_shows_in_the_errors(pictures, tmp_path):
 @pytest.mark.parametrize(
     ("words", "mistake", "message"),
     [
-        (["tags", "--out", "tags.png"], BadValue, "a file that ends in .pdf or .svg"),
         (["calibrate", "none"], BadFile, "views.json: cannot be read"),
         (["calibrate", "none", "--method", "tasi"], BadValue, "park, tsai"),
         (["calibrate", "none", "--tag-size", "4"], BadValue, "millimetres from 10 to 200"),
@@ -102,11 +101,3 @@ def test_a_picture_of_another_size_is_refused(pictures, tmp_path):
     (tmp_path / "00.png").write_bytes((pictures / "00.png").read_bytes())
     with pytest.raises(BadFile, match=r"00\.png: 640 x 480 pixels; the camera has 800 x 480"):
         ask("calibrate", tmp_path, "--box", tagged.BOX)
-
-
-def test_the_sheet_of_tags_is_a4(tmp_path):
-    pytest.importorskip("cv2")
-    assert ask("tags", "--out", tmp_path / "tags.svg").stdout == f"{tmp_path / 'tags.svg'}\n"
-    assert 'width="210mm"' in (tmp_path / "tags.svg").read_text()
-    ask("tags", "--out", tmp_path / "tags.pdf")
-    assert (tmp_path / "tags.pdf").read_bytes().startswith(b"%PDF")
