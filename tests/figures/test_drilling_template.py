@@ -3,6 +3,7 @@
 import math
 import re
 import xml.etree.ElementTree as ET
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -18,6 +19,7 @@ from lockprobe.plants.scene.tag_layout import TAG_SIDE, place_tags
 SVG = "{http://www.w3.org/2000/svg}"
 
 
+@cache
 def template(name):
     panel = lay_out_panel(box(name))
     return panel, drilling_template(panel, "ABCDEFGH"[: len(panel.mounted_joints)], place_tags(panel), name)
@@ -109,5 +111,5 @@ def test_a_pdf_has_the_size_of_the_sheet_and_equal_sheets_give_equal_bytes():
     _, figure = template("chain-2")
     page = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", true_scale_file(figure, "pdf"))
     np.testing.assert_allclose([float(side) * 25.4 / 72 for side in page.groups()], [406, 292], atol=0.01)
-    again = true_scale_file(template("chain-2")[1], "pdf")
+    again = true_scale_file(template.__wrapped__("chain-2")[1], "pdf")
     assert again == true_scale_file(figure, "pdf")

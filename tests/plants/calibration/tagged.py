@@ -1,5 +1,7 @@
 """A tagged board, a camera and views of them, all poses known, without a picture."""
 
+from functools import cache
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +16,7 @@ BOX = "chain-2"
 CAMERA = Intrinsics(width=640, height=480, focal=(433.0, 433.0), centre=(319.5, 239.5))
 
 
+@cache
 def board():
     panel = lay_out_panel(box(BOX))
     return panel, place_tags(panel)

@@ -32,7 +32,7 @@ def test_the_hold_out_error_grows_with_the_noise_and_is_no_smaller_than_the_erro
     pytest.importorskip("cv2")
     held, off = [], []
     for millimetres in (0.5, 2.0, 8.0):
-        found = calibrated(tagged.views(24, millimetres=millimetres))
+        found = calibrated(tagged.views(16, millimetres=millimetres))
         held.append(found.errors.held_out_mm)
         off.append(1000 * np.linalg.norm((array_of(found.board_in_base) - tagged.board()[0].pose)[:3, 3]))
         assert found.errors.held_out_worst_mm > found.errors.held_out_mm

@@ -78,13 +78,18 @@ def place_tags(panel: PanelLayout, side: float = TAG_SIDE) -> TagLayout:
     places = np.stack(np.meshgrid(across, up), axis=-1).reshape(-1, 2)
     angle = camera_angle(panel.tilt)
     parts = np.concatenate([covered_area(mounted, angle) for mounted in panel.mounted_joints])
-    free = (_gaps(places, parts) > half + _GAP) & (_gaps(places, panel.labels) > half + _LETTER * panel.letter)
+
+    def free(place: NDArray[np.float64]) -> bool:
+        return _gap(place, parts) > half + _GAP and _gap(place, panel.labels) > half + _LETTER * panel.letter
+
     middles = []
     for quadrant in _QUADRANTS:
-        inside = places[free & (places * quadrant > 0).all(1)]
-        if len(inside) == 0:
+        inside = places[(places * quadrant > 0).all(1)]
+        nearest = inside[np.abs(inside - board * quadrant).sum(1).argsort(kind="stable")]
+        middle = next((place for place in nearest if free(place)), None)
+        if middle is None:
             raise BadValue("tags", f"{1000 * side:g} mm", "smaller ones: a quarter of the board has no room for these")
-        middles.append(inside[np.abs(inside - board * quadrant).sum(1).argmin()].round(3))
+        middles.append(middle.round(3))
     return TagLayout(side=side, middles=np.array(middles))
 
 
@@ -93,10 +98,9 @@ def resized(tags: TagLayout, side: float) -> TagLayout:
     return replace(tags, side=side)
 
 
-def _gaps(places: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of each place from the nearest point, by the larger of the two coordinates."""
-    gaps: NDArray[np.float64] = np.abs(places[:, None] - points[None]).max(2).min(1)
-    return gaps
+def _gap(place: NDArray[np.float64], points: NDArray[np.float64]) -> float:
+    """Distance of a place from the nearest point, by the larger of the two coordinates."""
+    return float(np.abs(points - place).max(1).min())
 
 
 def board_checksum(panel: PanelLayout, tags: TagLayout) -> str:
