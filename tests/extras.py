@@ -38,6 +38,7 @@ NEEDS = {
     "web": ("serve flips --out P",),
     "mcp": ("mcp flips --isolation none",),
     "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
+    "calibrate": ("rig tags --out t.pdf",),
 }
 """Extra -> commands that cannot be had without it."""
 

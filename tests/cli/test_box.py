@@ -137,6 +137,8 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["show", "random-9-1"], BadValue, "expected 2 to 8 joints"),
         (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
         (["show", "--out", "x.pdf"], BadValue, "a file that ends in .svg, .png or .xml"),
+        (["show", "--scale", "1:1"], BadValue, "--scale: got '1:1', expected --out FILE.svg or --out FILE.pdf"),
+        (["show", "--scale", "1:1", "--out", "x.png"], BadValue, "a file that ends in .svg or .pdf, with --scale"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
         (["generate", "--negative", "2"], BadValue, "negative: got 2.0"),
@@ -146,6 +148,14 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
 def test_mistakes(words, mistake, message):
     with pytest.raises(mistake, match=message):
         ask(*words)
+
+
+@pytest.mark.parametrize(("name", "size", "warned"), [("chain-4", "606mm", True), ("chain-2", "406mm", False)])
+def test_a_drilling_template_says_when_it_exceeds_a3(name, size, warned, tmp_path):
+    done = ask("show", name, "--out", tmp_path / "box.svg", "--scale", "1:1")
+    assert done.stdout == f"{tmp_path / 'box.svg'}\n"
+    assert ("larger than A3" in done.stderr) == warned
+    assert f'width="{size}"' in (tmp_path / "box.svg").read_text()
 
 
 def test_a_generated_box_is_played_on_shuffled_panels(tmp_path, monkeypatch):

@@ -39,6 +39,7 @@ COMMANDS = {
     "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "Boxes: list, show, solve, generate."),
+    "rig": ("rig", "app", "A robot's camera and board: tags, calibrate."),
     "agents": ("agents", "agents", "All agents."),
     "plants": ("agents", "plants", "All plants: rules, a simulated box, a robot."),
     "interventions": ("agents", "interventions", "What can change in what is told, asked, remembered or done."),

@@ -84,12 +84,18 @@ def show(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw it (.svg, .png), or write it for MuJoCo (.xml).")
     ] = None,
+    scale: Annotated[
+        Literal["1:1"] | None,
+        typer.Option(help="A drilling template in true scale (.svg, .pdf); left out: a figure."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
     """A box: its panel, its interlock, and how hard it is."""
     box = find_box(name)
+    if scale and not out:
+        raise BadValue("--scale", scale, "--out FILE.svg or --out FILE.pdf next to it")
     if out:
-        _draw(box, out)
+        (_draw_template if scale else _draw)(box, out)
     if json:
         print(json_.dumps(_facts(box)))
     elif out:
@@ -214,6 +220,29 @@ def _draw(box: Lockbox, out: Path) -> None:
     from lockprobe.figures.boxes import box_figure
 
     write_file(out, render(box_figure(box), form))
+
+
+def _draw_template(box: Lockbox, out: Path) -> None:
+    """A drilling template; one that is larger than A3 is reported."""
+    form: Literal["svg", "pdf"]
+    if out.suffix == ".svg":
+        form = "svg"
+    elif out.suffix == ".pdf":
+        form = "pdf"
+    else:
+        raise BadValue("--out", str(out), "a file that ends in .svg or .pdf, with --scale")
+    from lockprobe.figures.drilling_template import drilling_template, exceeds_a3
+    from lockprobe.figures.true_scale import true_scale_file
+    from lockprobe.plan import LABELS
+    from lockprobe.plants.scene.panel import lay_out_panel
+    from lockprobe.plants.scene.tag_layout import place_tags
+
+    panel = lay_out_panel(box)
+    figure = drilling_template(panel, LABELS[: len(box.joints)], place_tags(panel), box.name)
+    write_file(out, true_scale_file(figure, form))
+    if exceeds_a3(panel):
+        width, height = (1000 * side for side in panel.size)
+        print(f"{out}: the board of {width:g} x {height:g} mm with its margins is larger than A3", file=sys.stderr)
 
 
 def _print(lines: Iterable[str]) -> None:

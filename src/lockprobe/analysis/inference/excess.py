@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.proportions import ALPHA
 
-__all__ = ["Excess", "excess", "grid", "odds_excess"]
+__all__ = ["Excess", "excess", "grid", "odds_excess", "stratum_totals"]
 
 Array = NDArray[np.float64]
 
@@ -115,12 +115,24 @@ def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluste
         cluster: From 0, shape (trials,).
     """
     member = (stratum == np.arange(int(stratum.max(initial=-1)) + 1)[:, None]).astype(np.float64)
-    tables = member @ cells
+    tables = stratum_totals(member, cells)
     n = tables.sum(axis=0)
     off = (tables[0] * tables[3] - odds * tables[1] * tables[2]) / np.maximum(n, 1.0)
     facing = (tables[::-1] * np.array([1.0, -odds, -odds, 1.0])[:, None, None])[:, stratum]
     score = ((facing - off[stratum]) * cells).sum(axis=0) / np.maximum(n, 1.0)[stratum]
     return _summed(score[None], n[stratum], cluster)
+
+
+def stratum_totals(member: Array, cells: Array) -> Array:
+    """Sums over the trials of each stratum, shape (cells, strata, steps): ``member @ cells``, as one product.
+
+    Args:
+        member: 1 where a trial is in a stratum, shape (strata, trials).
+        cells: Shape (cells, trials, steps).
+    """
+    kinds, trials, steps = cells.shape
+    flat = cells.transpose(1, 0, 2).reshape(trials, kinds * steps)
+    return (member @ flat).reshape(len(member), kinds, steps).transpose(1, 0, 2)
 
 
 def _summed(score: Array, n: Array, cluster: NDArray[np.int64]) -> Excess:

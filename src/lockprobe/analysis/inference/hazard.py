@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.inference.excess import Excess, grid, odds_excess
+from lockprobe.analysis.inference.excess import Excess, grid, odds_excess, stratum_totals
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import Z
 
@@ -153,7 +153,8 @@ def _effect(
     after, before = looped * running, ~looped * running
     cells = np.stack([after * event, after * (1 - event), before * event, before * (1 - event)])
     stratum = np.unique(outcomes.p, return_inverse=True)[1]
-    tables = ((outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64) @ cells).reshape(2, 2, -1)
+    member = (outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64)
+    tables = stratum_totals(member, cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
     found = odds_excess(cells, 1.0, stratum=stratum, cluster=outcomes.cluster)
     ratio, low, high = _mantel_haenszel(tables[..., informative], found)

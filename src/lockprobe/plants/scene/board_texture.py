@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import Missing
 from lockprobe.plants.scene.appearance import Appearance, Colour
-from lockprobe.plants.scene.mounted_joint import WAY_RADIUS, MountedJoint
+from lockprobe.plants.scene.mounted_joint import TRACK_RADIUS, WAY_RADIUS, MountedJoint
 from lockprobe.plants.scene.panel import PanelLayout
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _track(draw: ImageDraw.ImageDraw, panel: PanelLayout, mounted: MountedJoint)
     """The track of a handle and its two ends."""
     points = [_pixel(panel, mounted.knob(float(fraction))) for fraction in np.linspace(0, 1, 65)]
     for point in points:
-        _disc(draw, point, 0.007, _DARK)
+        _disc(draw, point, TRACK_RADIUS, _DARK)
     for point, inside in ((points[0], _START), (points[-1], _END)):
         _disc(draw, point, WAY_RADIUS, _DARK)
         _disc(draw, point, 0.0185, (240, 240, 235))

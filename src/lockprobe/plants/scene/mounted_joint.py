@@ -19,8 +19,10 @@ __all__ = [
     "KNOB_TOP",
     "LEVER",
     "LEVER_HALF_WIDTH",
+    "PIVOT_RADIUS",
     "SLIDE",
     "SWING",
+    "TRACK_RADIUS",
     "WAY_RADIUS",
     "MountedJoint",
     "mounting_choices",
@@ -40,8 +42,14 @@ LEVER, SWING = 0.06, 1.4
 
 LEVER_HALF_WIDTH = 0.009
 
+PIVOT_RADIUS = 0.0065
+"""Radius of a lever's pivot, metres."""
+
 BAR = (0.026, 0.019)
 """Half the sides of the bar under a slider's handle, along its travel and across, metres."""
+
+TRACK_RADIUS = 0.007
+"""Half the width of the track along which a handle travels, metres."""
 
 WAY_RADIUS = 0.0215
 """Radius of the mark at either end of a handle's travel, metres."""

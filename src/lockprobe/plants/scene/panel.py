@@ -18,7 +18,7 @@ from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.plants.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, MountedJoint, mounting_choices
 
-__all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "lay_out_panel", "panel_pose"]
+__all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "covered_area", "lay_out_panel", "panel_pose"]
 
 _CLEARANCE = 0.074
 """Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""
@@ -195,7 +195,7 @@ def _labelled(
     mounted_joints: Sequence[MountedJoint], size: tuple[float, float], letter: float, angle: float
 ) -> tuple[tuple[float, float], ...] | None:
     """A position for each label, nearest to the joint that it names, never under a part or hidden by one."""
-    covered = [_covered(f, angle) for f in mounted_joints]
+    covered = [covered_area(f, angle) for f in mounted_joints]
     rooms = [f.room() for f in mounted_joints]
     half = np.array(size) / 2 - 0.66 * letter
     free = 0.6 * letter + 0.002
@@ -246,8 +246,16 @@ def _spread(points: Sequence[tuple[float, float]], apart: float) -> list[tuple[f
     return kept
 
 
-def _covered(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
-    """Outline of the area that a joint covers in any position, and of what its handle hides from the camera."""
+def covered_area(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
+    """Points of the area that a joint covers in any position, and of what its handle hides from the camera.
+
+    Args:
+        mounted: The joint.
+        angle: Angle between the panel's normal and the direction to the camera, radians.
+
+    Returns:
+        Shape (points, 2), metres in the frame of the panel.
+    """
     path = mounted.path()
     ring = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(12) * math.pi / 6])
     eye, up = CAMERA_DISTANCE * np.array([0, math.sin(angle)]), CAMERA_DISTANCE * math.cos(angle)

@@ -16,7 +16,14 @@ from lockprobe.plants.scene.appearance import Appearance, Colour, appearance_of
 from lockprobe.plants.scene.board_texture import paint_board, wood
 from lockprobe.plants.scene.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
 from lockprobe.plants.scene.gates import Gate, gates_of
-from lockprobe.plants.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, LEVER_HALF_WIDTH, MountedJoint
+from lockprobe.plants.scene.mounted_joint import (
+    BAR,
+    KNOB_RADIUS,
+    KNOB_TOP,
+    LEVER_HALF_WIDTH,
+    PIVOT_RADIUS,
+    MountedJoint,
+)
 from lockprobe.plants.scene.panel import CAMERA_DISTANCE, PanelLayout, camera_angle, lay_out_panel
 from lockprobe.plants.twin_settings import SceneSettings
 
@@ -184,7 +191,7 @@ def _add_joint(
     )
     if not slides:
         _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar, mass=0.002)
-        _cylinder(part, np.zeros(2), 0.0065, 0.0, 0.016, (0.2, 0.2, 0.2), mass=0.002)
+        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, (0.2, 0.2, 0.2), mass=0.002)
 
 
 def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:

@@ -1,0 +1,91 @@
+"""``lockprobe rig calibrate``: where a robot's camera and board are, from pictures of tags."""
+
+from __future__ import annotations
+
+import json as json_
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lockprobe.errors import BadValue
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
+
+if TYPE_CHECKING:
+    from lockprobe.plants.calibration.calibration_file import Calibration
+
+__all__ = ["calibrate"]
+
+_SMALLEST, _LARGEST = 10.0, 200.0
+"""Sides of a printed tag that are believed, millimetres."""
+
+
+def calibrate(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (docs/calibration.md).")],
+    box: Annotated[
+        str, typer.Option(metavar="NAME|FILE", help="The box whose board is in the pictures.")
+    ] = DEFAULT_BOX,
+    method: Annotated[str, typer.Option(help="park, tsai, horaud or daniilidis.")] = "park",
+    tag_size: Annotated[
+        float | None, typer.Option(metavar="MM", help="Side of a printed tag's black square; left out: as drawn.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The result; left out: FOLDER/calibration.json.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> None:
+    """Where a camera is in the hand that carries it, and the board in the robot's base, from pictures of tags."""
+    from lockprobe.plants.calibration import calibrate as library
+    from lockprobe.plants.calibration.calibration_file import write_calibration
+    from lockprobe.plants.calibration.opencv import METHODS
+    from lockprobe.plants.calibration.views import read_views
+    from lockprobe.plants.scene.panel import lay_out_panel
+    from lockprobe.plants.scene.tag_layout import board_checksum, place_tags, resized
+    from lockprobe.validation import check_choice
+
+    check_choice("method", method, METHODS)
+    if tag_size is not None and not _SMALLEST <= tag_size <= _LARGEST:
+        raise BadValue("--tag-size", tag_size, f"millimetres from {_SMALLEST:g} to {_LARGEST:g}")
+    views, found = read_views(folder), find_box(box)
+    panel = lay_out_panel(found)
+    drawn = place_tags(panel)
+    printed = drawn if tag_size is None else resized(drawn, tag_size / 1000)
+    seen, refused = library.look_at_views(folder, views, printed)
+    for picture, reason in refused.items():
+        print(f"refused {picture}: {reason}", file=sys.stderr)
+    result = library.calibrate(
+        seen,
+        refused,
+        camera=views.camera,
+        tags=printed,
+        box=found.name,
+        board=board_checksum(panel, drawn),
+        method=next(known for known in METHODS if known == method),
+    )
+    path = folder / "calibration.json" if out is None else out
+    write_calibration(result, path)
+    _tell(result, path, json=json)
+
+
+def _tell(result: Calibration, path: Path, *, json: bool) -> None:
+    """What was found, with its errors; a warning if no study would use it."""
+    from lockprobe.plants.calibration.calibration_file import TOLERATED_MM
+
+    errors, views = result.errors, len(result.used) + len(result.refused)
+    if errors.held_out_mm > TOLERATED_MM:
+        print(f"the arm tolerates {TOLERATED_MM:g} mm: a study refuses this calibration", file=sys.stderr)
+    if json:
+        print(json_.dumps(result.model_dump(mode="json")))
+        return
+    print(f"{result.box}: {len(result.used)} of {views} views used, {len(result.refused)} refused ({result.method})")
+    print(f"hold-out error: {errors.held_out_mm:.2f} mm, worst view {errors.held_out_worst_mm:.2f} mm")
+    print(
+        f"                {errors.held_out_degrees:.2f} degrees, worst view {errors.held_out_worst_degrees:.2f} degrees"
+    )
+    print(f"corners in the pictures: {errors.reprojection_px:.2f} pixels")
+    print(f"rotation of the hand off its most frequent axis: {result.turned_degrees:.0f} degrees")
+    for name, pose in (("camera in hand", result.camera_in_hand), ("board in base", result.board_in_base)):
+        x, y, z = (1000 * row[3] for row in pose[:3])
+        print(f"{name}: {x:.1f}, {y:.1f}, {z:.1f} mm")
+    print(path)

@@ -1,0 +1,30 @@
+"""``lockprobe rig tags``: a sheet of AprilTags to print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lockprobe.errors import BadValue
+from lockprobe.storage.atomic_file import write_file
+
+__all__ = ["tags"]
+
+
+def tags(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The sheet: .pdf or .svg.")] = Path("tags.pdf"),
+) -> None:
+    """A sheet of A4 with the AprilTags of a board in true scale."""
+    form = out.suffix.removeprefix(".")
+    if form not in ("pdf", "svg"):
+        raise BadValue("--out", str(out), "a file that ends in .pdf or .svg")
+    from lockprobe.figures.tag_sheet import tag_sheet
+    from lockprobe.figures.true_scale import true_scale_file
+    from lockprobe.plants.calibration.opencv import tag_bits
+    from lockprobe.plants.scene.tag_layout import NUMBERS, TAG_SIDE
+
+    figure = tag_sheet(tag_bits(NUMBERS), NUMBERS, 1000 * TAG_SIDE)
+    write_file(out, true_scale_file(figure, "pdf" if form == "pdf" else "svg"))
+    print(out)

@@ -1,0 +1,141 @@
+"""The result of a calibration as a JSON file, and the check before a study uses it."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+
+from lockprobe.errors import BadFile
+from lockprobe.inputs import parse_json, read_input
+from lockprobe.plants.calibration.pose import PoseRows
+from lockprobe.plants.calibration.views import Intrinsics
+from lockprobe.storage.atomic_file import write_file
+from lockprobe.terminal_text import printable
+from lockprobe.validation import plain
+
+__all__ = [
+    "TOLERATED_MM",
+    "Calibration",
+    "CalibrationErrors",
+    "calibration_for",
+    "read_calibration",
+    "write_calibration",
+]
+
+TOLERATED_MM = 4.0
+"""Largest error of a board's pose with which the guarded move is always right (docs/twin.md), millimetres."""
+
+_LARGEST = 1 << 20
+
+_Positive = Annotated[FiniteFloat, Field(ge=0)]
+
+
+class CalibrationErrors(BaseModel):
+    """Errors of a calibration.
+
+    Attributes:
+        held_out_mm: Mean distance of the tags from where the calibration without their views puts them, millimetres.
+        held_out_worst_mm: The largest such distance, of a view's mean.
+        held_out_degrees: Mean angle between the board's pose in a held-out view and in the calibration without it.
+        held_out_worst_degrees: The largest such angle.
+        reprojection_px: Mean over views of the distance of corners from where the board's pose puts them, pixels.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    held_out_mm: _Positive
+    held_out_worst_mm: _Positive
+    held_out_degrees: _Positive
+    held_out_worst_degrees: _Positive
+    reprojection_px: _Positive
+
+
+class Calibration(BaseModel):
+    """Where camera and board are.
+
+    Attributes:
+        schema_version: Version of this form.
+        date: When it was computed.
+        box: Name of the box.
+        board: Checksum of the board's dimensions (:func:`lockprobe.plants.scene.tag_layout.board_checksum`).
+        tag_mm: Side of a tag's black square, millimetres.
+        camera: The camera on the hand.
+        method: Method of hand-eye calibration.
+        camera_in_hand: Pose of the camera in the frame of the hand.
+        board_in_base: Pose of the board in the frame of the robot's base.
+        used: The pictures that were used.
+        refused: The other pictures, each with the reason.
+        turned_degrees: How far the hand turns from view to view off its most frequent axis.
+        errors: Errors.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    schema_version: Literal[1] = 1
+    date: AwareDatetime
+    box: str
+    board: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+    tag_mm: _Positive
+    camera: Intrinsics
+    method: str
+    camera_in_hand: PoseRows
+    board_in_base: PoseRows
+    used: tuple[str, ...]
+    refused: dict[str, str]
+    turned_degrees: _Positive
+    errors: CalibrationErrors
+
+
+def write_calibration(found: Calibration, path: Path) -> None:
+    """Write a calibration as a JSON file.
+
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    write_file(path, found.model_dump_json(indent=2) + "\n")
+
+
+def read_calibration(path: Path) -> Calibration:
+    """The calibration in a file.
+
+    Raises:
+        BadFile: If it is not such a file.
+    """
+    data = parse_json(read_input(path, _LARGEST), path)
+    try:
+        return Calibration.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "calibration"
+        raise BadFile(path, printable(f"{where}: {plain(first['msg'])}")) from None
+
+
+def calibration_for(path: Path, *, board: str, board_file: Path | None = None) -> Calibration:
+    """The calibration in a file, if a study may rely on it.
+
+    Args:
+        path: The calibration.
+        board: Checksum of the board that the study uses.
+        board_file: The file that describes the board, where there is one, such as the box's TOML file.
+
+    Raises:
+        BadFile: If it is of another board, older than the board's file, or if its hold-out error
+            exceeds :data:`TOLERATED_MM`. The message says how to repair it.
+    """
+    found = read_calibration(path)
+    again = "run lockprobe rig calibrate again"
+    if found.board != board:
+        raise BadFile(path, f"a calibration of another board (box {printable(found.box)}): {again}")
+    if board_file is not None:
+        try:
+            changed = datetime.fromtimestamp(board_file.stat().st_mtime, UTC)
+        except OSError as error:
+            raise BadFile(board_file, f"cannot be read ({error.strerror})") from None
+        if found.date < changed:
+            dates = f"from {found.date:%Y-%m-%d %H:%M}, but {board_file} is from {changed:%Y-%m-%d %H:%M} (UTC)"
+            raise BadFile(path, f"{dates}: {again}")
+    if not found.errors.held_out_mm <= TOLERATED_MM:
+        error_mm = f"hold-out error {found.errors.held_out_mm:.1f} mm, but the arm tolerates {TOLERATED_MM:g} mm"
+        raise BadFile(path, f"{error_mm}: {again} with more views and more rotation")
+    return found
