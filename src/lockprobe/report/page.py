@@ -43,7 +43,7 @@ from lockprobe.report.forks import fork_effects, fork_rows, fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.parallel import shared, uncollected
+from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.results import flip_results
@@ -76,7 +76,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with uncollected(), shared(directory, processes) as each:
+    with uncollected(), one_thread(), shared(directory, processes) as each:
         opened = open_study(directory)
         numbers, draw = _summarised(opened, directory, tell=tell, each=each)
         tell("drawing the figures")
@@ -119,8 +119,9 @@ def results(directory: Path | str) -> Results:
     Raises:
         BadFile: If it is none.
     """
-    numbers, _ = _summarised(open_study(Path(directory)), Path(directory))
-    return numbers()
+    with one_thread():
+        numbers, _ = _summarised(open_study(Path(directory)), Path(directory))
+        return numbers()
 
 
 def _summarised(

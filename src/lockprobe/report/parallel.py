@@ -16,9 +16,11 @@ from pathlib import Path
 from threading import Thread
 from typing import TypeVar
 
+from threadpoolctl import threadpool_limits
+
 from lockprobe.analysis.summary import Each
 
-__all__ = ["LARGE", "shared", "uncollected"]
+__all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 
 LARGE = 2_000_000
 """Bytes of records from which on another process pays; it takes about two seconds to start."""
@@ -37,6 +39,16 @@ def uncollected() -> Iterator[None]:
     finally:
         if before:
             gc.enable()
+
+
+def one_thread() -> threadpool_limits:
+    """A context in which products of matrices take one thread.
+
+    The matrices are small, and threads of two processes on two processors wait for each other. The last digits of sums
+    depend on the number of threads: with one, they are the same on every machine.
+    """
+    import_module("scipy.linalg")  # its library is another one than NumPy's, and is limited only if it is there
+    return threadpool_limits(1)
 
 
 @contextmanager
@@ -97,6 +109,7 @@ def shared(directory: Path, processes: int) -> Iterator[Each]:
 def _begin() -> None:
     """What another process does first: nobody collects there, and it does not outlive the one that started it."""
     gc.disable()
+    one_thread()  # for as long as the process lives
     Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
 
 
