@@ -199,12 +199,20 @@ class LiveDisplay(Plain):
 
 @contextmanager
 def watch(
-    *, json: bool, batch: bool = False, budget: Budget | None = None, report: bool | None = True
+    *,
+    json: bool,
+    batch: bool = False,
+    budget: Budget | None = None,
+    report: bool | None = True,
+    attended: bool = False,
 ) -> Iterator[Plain]:
-    """The display that fits the output: JSON lines, plain lines, or a live table on a terminal."""
+    """The display that fits the output: JSON lines, plain lines, or a live table on a terminal.
+
+    ``attended`` says that questions are asked there, which a table would cover.
+    """
     if json:
         yield JsonLines(batch=batch, budget=budget, report=report)
-    elif not sys.stdout.isatty():
+    elif attended or not sys.stdout.isatty():
         yield Plain(batch=batch, budget=budget, report=report)
     else:
         display = LiveDisplay(Console(), batch=batch, budget=budget, report=report)
