@@ -11,10 +11,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.errors import BadValue, PlantFault, UserMistake
+from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.plants.hardware.camera import FolderCamera, HardwareCamera, Shot, check_shot
+from lockprobe.plants.hardware.driver_call import call_driver
 from lockprobe.plants.hardware.position_reader import (
     HANDLES_FILE,
     ImageHandles,
@@ -22,7 +23,7 @@ from lockprobe.plants.hardware.position_reader import (
     read_handles,
     read_positions,
 )
-from lockprobe.plants.operator import ENTER, Operator, OperatorStopped, TerminalOperator
+from lockprobe.plants.operator import ENTER, Operator, TerminalOperator, ask_to_begin
 from lockprobe.record import Fact, Snapshot
 
 __all__ = ["Manual", "ManualSettings", "check_manual", "make_manual"]
@@ -131,12 +132,7 @@ class Manual:
             UserMistake: If the person stops here: no trial has begun.
         """
         if self._configuration is None:
-            try:
-                self._set_up()
-            except OperatorStopped as stopped:
-                raise UserMistake(
-                    f"{stopped}; no trial had begun, so nothing is lost: the same command goes on"
-                ) from None
+            self._set_up()
         assert self._configuration is not None
         return Snapshot(configuration=self._configuration, look=self._look())
 
@@ -153,7 +149,10 @@ class Manual:
         if self._camera is None:
             after = self._typed(joint, before, ends)
         else:
-            after = self._photographed(f"Move joint {self._called[joint]} {ends} if it goes.", lambda seen: "")
+            after = self._photographed(
+                f"Move joint {self._called[joint]} {ends} if it goes. Take a picture, then press Enter; q to stop:",
+                lambda seen: "",
+            )
             others = [i for i, (was, now) in enumerate(zip(before, after, strict=True)) if was != now and i != joint]
             if others:
                 moved = ", ".join(self._called[i] for i in others)
@@ -181,9 +180,9 @@ class Manual:
         stand = ", ".join(f"{called} at {at:d}" for called, at in zip(self._called, initial, strict=True))
         self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
         if self._camera is None:
-            self._operator.ask("Press Enter when they stand so, q to stop.", (ENTER,))
+            ask_to_begin(self._operator)
         else:
-            self._photographed("", self._wrongly_set)
+            self._photographed("Take a picture, then press Enter; q to stop:", self._wrongly_set, begin=True)
         self._configuration = initial
 
     def _wrongly_set(self, seen: Configuration) -> str:
@@ -205,18 +204,20 @@ class Manual:
             moved = self._operator.ask(again, ("y", "n")) == "y"
         return tuple(at != (moved and i == joint) for i, at in enumerate(before))
 
-    def _photographed(self, request: str, complaint: Callable[[Configuration], str]) -> Configuration:
+    def _photographed(
+        self, question: str, complaint: Callable[[Configuration], str], *, begin: bool = False
+    ) -> Configuration:
         """Ask for a picture until one can be read and nothing is to be said against it."""
         assert self._camera is not None
         assert self._handles is not None
         while True:
-            question = f"{request} Take a picture, then press Enter; q to stop:".lstrip()
-            self._operator.ask(question, (ENTER,))
+            if begin:
+                ask_to_begin(self._operator, question)
+            else:
+                self._operator.ask(question, (ENTER,))
             try:
-                shot = check_shot(self._camera.grab(), self._handles.size)
+                shot = check_shot(call_driver("the camera", self._camera.grab), self._handles.size)
                 seen = read_positions(shot, self._handles.places, tuple(self._called))
-            except OperatorStopped:
-                raise
             except (PlantFault, Unclear) as fault:
                 self._operator.tell(f"{fault}.")
                 continue

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
-from lockprobe.errors import PlantFault
+from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.terminal_text import printable
 
-__all__ = ["ENTER", "Operator", "OperatorStopped", "TerminalOperator"]
+__all__ = ["ENTER", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
 
 ENTER = ""
 """The answer of a person who only presses Enter."""
@@ -42,6 +42,18 @@ class Operator(Protocol):
     def tell(self, line: str) -> None:
         """Say something that needs no answer."""
         ...
+
+
+def ask_to_begin(operator: Operator, question: str = "Press Enter when they stand so, q to stop.") -> None:
+    """Ask whether the box is set up for a trial.
+
+    Raises:
+        UserMistake: If the operator stops here: that ends the run, because no trial has begun.
+    """
+    try:
+        operator.ask(question, (ENTER,))
+    except OperatorStopped as stopped:
+        raise UserMistake(f"{stopped}; no trial had begun, so nothing is lost: the same command goes on") from None
 
 
 class TerminalOperator:
