@@ -37,10 +37,19 @@ NEEDS = {
     "parquet": ("export S --format parquet --out e.parquet",),
     "web": ("serve flips --out P",),
     "mcp": ("mcp flips --isolation none",),
+    "wire": ("rig check",),
+    "fr3": ("rig check --arm fr3 --host 127.0.0.9",),
+    "panda": ("rig check --arm panda --host 127.0.0.9",),
 }
 """Extra -> commands that cannot be had without it."""
 
-WITHIN = {"film": {"twin", "film"}, "mcp": {"web", "mcp"}}
+WITHIN = {
+    "film": {"twin", "film"},
+    "mcp": {"web", "mcp"},
+    "fr3": {"twin", "fr3"},
+    "wire": {"twin", "fr3", "wire"},
+    "panda": {"twin", "panda"},
+}
 """Extra -> the extras that it brings, where that is more than itself."""
 
 

@@ -41,6 +41,7 @@ COMMANDS = {
     "box": ("box", "app", "Boxes: list, show, solve, generate."),
     "agents": ("agents", "agents", "All agents."),
     "plants": ("agents", "plants", "All plants: rules, a simulated box, a robot."),
+    "rig": ("rig", "app", "A robot before it moves: check, rehearse."),
     "interventions": ("agents", "interventions", "What can change in what is told, asked, remembered or done."),
     "measures": ("measures", "measures", "Measures of a trial, and a study's means."),
     "models": ("models", "models", "Language models on this machine."),

@@ -1,7 +1,7 @@
 """The plants by spec. Heavy packages are imported only when a plant needs them.
 
 Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor),
-``manual`` (a person moves the joints of a real box).
+``manual`` (a person moves the joints of a real box), ``rig`` (the adapter of a real arm, rehearsed without it).
 Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Installed packages add plants by an entry point
 in the group ``lockprobe.plants``. ``python:module:Name`` names a class or function that is called with ``box``,
 ``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options.
@@ -29,7 +29,7 @@ __all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "r
 
 _SETTINGS: Mapping[str, type[SceneSettings]] = {"fast-twin": SceneSettings, "twin": TwinSettings}
 
-PLANTS = ("symbolic", *_SETTINGS, "manual")
+PLANTS = ("symbolic", *_SETTINGS, "manual", "rig")
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 
@@ -70,6 +70,7 @@ def known_plants() -> dict[str, str]:
         "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options['twin']}.",
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options: camera, "
         "handles, device.",
+        "rig": "The adapter of a real arm, in rehearsal. Options: rung (scripted, twin, wire).",
     }
 
 
@@ -93,9 +94,29 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
         return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box))
     if spec.full_name == "manual":
         return _by_hand(spec)
+    if spec.full_name == "rig":
+        return _rehearsed(spec)
     if (plugin := find_plugin("plant", spec.full_name)) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant")])
+
+
+def _rehearsed(spec: Spec) -> PlantSource:
+    from lockprobe.plants.rehearsal_settings import RehearsalSettings
+
+    rung = with_options(RehearsalSettings, "rig", spec.options).rung
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe.plants.hardware.rehearsal import rehearse_rig
+
+        return rehearse_rig(rung, box, labels, rng)
+
+    return PlantSource(
+        spec=str(spec),
+        make=make,
+        check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
+        is_attended=lambda: rung == "wire",  # one at a time: it keeps time as a robot does
+    )
 
 
 def _by_hand(spec: Spec) -> PlantSource:

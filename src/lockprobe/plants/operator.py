@@ -12,7 +12,7 @@ from typing import Protocol
 from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.terminal_text import printable
 
-__all__ = ["ENTER", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
+__all__ = ["ENTER", "ConsentingOperator", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
 
 ENTER = ""
 """The answer of a person who only presses Enter."""
@@ -54,6 +54,17 @@ def ask_to_begin(operator: Operator, question: str = "Press Enter when they stan
         operator.ask(question, (ENTER,))
     except OperatorStopped as stopped:
         raise UserMistake(f"{stopped}; no trial had begun, so nothing is lost: the same command goes on") from None
+
+
+class ConsentingOperator:
+    """Nobody: agrees to everything. Only for rehearsals in which nothing real moves."""
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """Yes, or Enter."""
+        return ENTER if ENTER in answers else "y"
+
+    def tell(self, line: str) -> None:
+        """Nobody listens."""
 
 
 class TerminalOperator:

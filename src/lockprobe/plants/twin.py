@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import mujoco
 import numpy as np
 
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.box import Configuration, Lockbox
 from lockprobe.plants.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe.plants.arm.hand import add_hand
@@ -20,6 +20,7 @@ from lockprobe.plants.arm.simulated_arm import SimulatedArm
 from lockprobe.plants.arm.skin import find_skin, wear_skin
 from lockprobe.plants.fast_twin import SimulatedLockbox
 from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.scene.panel import PanelLayout
 from lockprobe.plants.scene.scene import build_scene
 from lockprobe.plants.twin_settings import TwinSettings
 from lockprobe.record import Fact
@@ -99,6 +100,27 @@ class Twin(SimulatedLockbox):
     def data(self) -> mujoco.MjData:
         """Its state, for measurements."""
         return self._data
+
+    @property
+    def arm(self) -> SimulatedArm:
+        """The arm, for rehearsals of a rig."""
+        return self._arm
+
+    @property
+    def panel(self) -> PanelLayout:
+        """Where the handles are."""
+        return self._panel
+
+    def settled(self) -> Configuration:
+        """The configuration once the mechanism is at rest.
+
+        Raises:
+            PlantFault: If a joint stays between its ends.
+        """
+        self._settle()
+        if not self._mechanism.resting():
+            raise PlantFault(f"a joint stays between its ends: {np.round(self._mechanism.fractions(), 2).tolist()}")
+        return self._mechanism.configuration()
 
     def put(self, configuration: Configuration) -> None:
         """Put every joint at an end of its travel and the arm at home, at rest; for tests and measurements."""

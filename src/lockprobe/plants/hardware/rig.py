@@ -26,7 +26,7 @@ __all__ = ["Eye", "Rig", "Rung", "TruthFrom"]
 Rung = Literal["scripted", "twin", "wire", "dry-run", "robot"]
 """How real the rig is; the record says which."""
 
-TruthFrom = Literal["camera", "person", "verdict"]
+TruthFrom = Literal["camera", "person", "simulation", "verdict"]
 """Where the truth comes from. ``verdict``: there is none, and the robot's verdict stands in for it."""
 
 
@@ -59,6 +59,8 @@ class Rig:
         rung: How real all this is.
         move: Parameters of the guarded move.
         facts: What else the record should say: versions, serial numbers, calibration.
+        state: Where the joints really stand, if ``truth`` is ``simulation``.
+        release: Called when the rig is closed, after the arm was stopped.
     """
 
     attended = True
@@ -76,8 +78,12 @@ class Rig:
         rung: Rung = "robot",
         move: GuardedMove | None = None,
         facts: Mapping[str, Fact] | None = None,
+        state: Callable[[], Configuration] | None = None,
+        release: Callable[[], None] = lambda: None,
     ) -> None:
         assert truth != "camera" or eye is not None
+        assert (truth == "simulation") == (state is not None)
+        self._state, self._release = state, release
         self._box, self._arm, self._path, self._operator, self._eye = box, arm, path, operator, eye
         self._truth, self._rung, self._move, self._more = truth, rung, move or GuardedMove(), dict(facts or {})
         self._called = tuple(f"{label} ({name})" for label, name in zip(labels, box.names, strict=True))
@@ -138,6 +144,7 @@ class Rig:
         release = getattr(self._eye.camera, "close", None) if self._eye is not None else None
         if release is not None:
             call_driver("the camera", release)
+        self._release()
 
     def _begin(self) -> None:
         initial = self._box.initial
@@ -157,6 +164,8 @@ class Rig:
         self._photograph()
         if self._truth == "camera":
             return self._seen()
+        if self._state is not None:
+            return call_driver("the simulation", self._state)
         if self._truth == "person":
             moved = self._operator.ask(f"Did joint {self._called[joint]} move? y/n, q to stop:", ("y", "n")) == "y"
         elif verdict == "failed":
