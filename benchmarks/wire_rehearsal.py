@@ -1,6 +1,6 @@
 """Verdicts over the wire against the twin in this process, on boxes from the generator: the same random attempts.
 
-    uv run --extra wire python benchmarks/wire_rehearsal.py [--boxes 10] [--attempts 20]
+    uv run --extra wire python benchmarks/wire_rehearsal.py [--boxes 10] [--attempts 20] [--first 1]
 
 Franka's client library drives a process that plays the robot with our arm and box. One attempt takes about 6 seconds of
 wall time. Prints every attempt that is not as the rules have it, and the late ticks on both sides.
@@ -20,8 +20,10 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--boxes", type=int, default=10)
     parser.add_argument("--attempts", type=int, default=20)
+    parser.add_argument("--first", type=int, default=1)
     asked = parser.parse_args()
-    total = right = equal = late = ticks = slow = played = seed = 0
+    total = right = equal = late = ticks = slow = played = 0
+    seed = asked.first - 1
     while played < asked.boxes:
         seed += 1
         puzzle = box(f"random-{3 + seed % 4}-{seed}")

@@ -17,6 +17,9 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+SITE = {"cmeel_pth"}
+"""What a package imports by itself when any interpreter starts, by a file in site-packages."""
+
 KEY = "flips/random/p=0/rep=1/trial=1"
 PLAIN = ("chance", "agents", "export S", "status S")
 """Commands that need no extra."""
@@ -97,7 +100,7 @@ class Only:
 
     def allow(self, allowed):
         self.hidden = {top for top, names in self._known.items() if not names & allowed}
-        self.hidden -= {"lockprobe", *sys.stdlib_module_names}
+        self.hidden -= {"lockprobe", *SITE, *sys.stdlib_module_names}
 
     find_distributions = staticmethod(PathFinder.find_distributions)
 

@@ -131,12 +131,13 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
 def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_run(tmp_path):
     command = [sys.executable, "-m", "lockprobe", "run", "flips", "--plant", "manual", "--agent", "random", "--p", "0"]
     command += ["--trials", "2", "--repetitions", "1", "--out", "R", "--no-report", "--workers", "2"]
-    stopped = subprocess.run(command, cwd=tmp_path, input="\nq\n", capture_output=True, text=True)
+    stopped = subprocess.run(command, cwd=tmp_path, input="\nn\nn\nq\n", capture_output=True, text=True)
     assert stopped.returncode == 2
     assert stopped.stderr.splitlines()[-1] == (
         "lockprobe: the input ended before the operator answered; no trial had begun, so nothing is lost: "
         "the same command goes on"
     )
+    assert " step " not in stopped.stdout, "the person reads no reports"
     (trial,) = load(tmp_path / "R")
     assert (trial.error.boundary, trial.error.message, trial.owed_again) == ("plant", "the operator stopped", True)
 

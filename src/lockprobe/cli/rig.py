@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from lockprobe.errors import BadValue, PlantFault, UserMistake
+from lockprobe.errors import BadValue, PlantFault, UserMistake, needing
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import find_box as find
 from lockprobe.plants.rehearsal_settings import RehearsalRung
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lockprobe.plants.hardware.arm_check import ArmCheck
     from lockprobe.plants.hardware.rehearsal import Attempted, Rehearsal
 
-__all__ = ["app"]
+__all__ = ["app", "check", "rehearse"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
@@ -107,10 +107,12 @@ def _open(arm: ArmKind, host: str) -> tuple[StoppableArm, Callable[[], None]]:
         parts = parts_of("wire", box, box.names, np.random.default_rng(0))
         return parts.arm, parts.close
     if arm == "fr3":
-        from lockprobe.plants.hardware.franky import FrankyArm
+        with needing("arms of the type FR3", "fr3"):
+            from lockprobe.plants.hardware.franky import FrankyArm
 
         return call_driver(f"the FR3 at {host}", lambda: FrankyArm(host)), lambda: None
-    from lockprobe.plants.hardware.pandapy import PandaArm
+    with needing("arms of the type Panda", "panda"):
+        from lockprobe.plants.hardware.pandapy import PandaArm
 
     return call_driver(f"the Panda at {host}", lambda: PandaArm(host)), lambda: None
 

@@ -1,11 +1,17 @@
 """Parts of a rig that break on request."""
 
+from functools import partial
+
 import numpy as np
 from plants.arm.fake_arm import FakeArm
 
+from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.hardware.bounds import Bounded, Bounds
 from lockprobe.plants.hardware.camera import Shot
+from lockprobe.plants.hardware.rig import Rig
 from lockprobe.plants.hardware.scripted_arm import ScriptedArm
 from lockprobe.plants.operator import ENTER, OperatorStopped
+from lockprobe.plants.scene.panel import lay_out_panel
 
 SPACE = {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)}
 
@@ -69,3 +75,22 @@ class DrawnCamera:
 
     def close(self):
         self.closed = True
+
+
+def faulty_rig(*, box, labels, rng):
+    """A rig whose arm loses its connection in the first trial that is played in this process."""
+    path = partial(handle_path, lay_out_panel(box))
+    at = 10**9 if BROKEN else 30
+    arm = Breaking(box, path, at=at, instead=_lost)
+    operator = Willing()
+    within = Bounded(arm, Bounds(**SPACE, answer=5.0), operator)
+    return Rig(box, labels=labels, arm=within, path=path, operator=operator, truth="verdict", rung="scripted")
+
+
+faulty_rig.attended = True
+BROKEN = []
+
+
+def _lost(arm):
+    BROKEN.append(arm)
+    raise ConnectionResetError("cable")

@@ -1,11 +1,16 @@
 """A rig of scripted parts: it obeys the contract of plants, and any fault stops the arm first."""
 
+import re
 import threading
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
+from builders import small_study
 from drawn_board import HANDLES, HEIGHT, WIDTH
+from plants.hardware import fakes
 from plants.hardware.fakes import SPACE, Breaking, DrawnCamera, Willing
 
 from lockprobe.errors import PlantFault, UserMistake
@@ -14,9 +19,13 @@ from lockprobe.plants.handle_path import handle_path
 from lockprobe.plants.hardware.bounds import Bounded, Bounds
 from lockprobe.plants.hardware.position_reader import ImageHandles
 from lockprobe.plants.hardware.rig import Eye, Rig
+from lockprobe.plants.hardware.scripted_arm import ScriptedArm
 from lockprobe.plants.hardware.wrench import FreshWrench, WrenchReading
 from lockprobe.plants.scene.panel import lay_out_panel
+from lockprobe.studies.runner import Limits, run_study
 from lockprobe.testing import check_plant
+
+DOCS = Path(__file__).parents[3] / "docs"
 
 FIVE = box("random-5-3")
 
@@ -134,6 +143,38 @@ def test_an_operator_who_says_no_is_a_fault_and_one_who_stops_before_the_trial_e
     assert set(arm.log) == {"stop"}
     with pytest.raises(UserMistake, match="no trial had begun"):
         rig_of(box("chain-4"), operator=Willing(stops_after=0))[0].observe()
+
+
+def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_played_again(tmp_path):
+    """In this process, whatever is asked of workers: the plant says that somebody attends it."""
+    plant = "python:plants.hardware.fakes:faulty_rig"
+    study = replace(small_study(["human-inspired"], p=[0.0], repetitions=1, trials=2), plant=plant)
+    assert study.attended
+    fakes.BROKEN.clear()
+    broken, fine = run_study(study, tmp_path, limits=Limits(workers=4))
+    assert (broken.error.boundary, broken.error.message) == ("plant", "the arm, follow: ConnectionResetError: cable")
+    assert broken.owed_again
+    assert fine.solved
+    assert fakes.BROKEN[0].log[:2] == ["broke", "stop"]
+    again = {trial.key: trial for trial in run_study(study, tmp_path)}
+    assert all(trial.solved for trial in again.values())
+    assert again[fine.key] == fine
+
+
+def test_the_example_of_the_docs_is_a_rig(monkeypatch):
+    pytest.importorskip("mujoco")
+    (text,) = re.findall(r"^```py\n(.*?)^```$", (DOCS / "robot.md").read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    puzzle = box("chain-4")
+    lab = {}
+    exec(compile(text.replace('Path("commands.jsonl")', ""), "lab.py", "exec"), lab)
+    lab["TerminalOperator"] = lambda: Willing("", "y", "y")
+    path = partial(handle_path, replace(lay_out_panel(puzzle), pose=lab["BOARD"]))
+    lab["FrankyArm"] = lambda host, tool: ScriptedArm(puzzle, path)
+    plant = lab["rig"](box=puzzle, labels=tuple("ABCD"), rng=None)
+    assert plant.observe().configuration == puzzle.initial
+    seen = plant.attempt(3)
+    assert (seen.outcome, seen.sensed["verdict"], plant.facts["truth"]) == ("moved", "moved", "person")
+    assert lab["BOARD"][:3, :3] == pytest.approx(lay_out_panel(puzzle, tilt=0.0).pose[:3, :3])
 
 
 def test_another_joint_that_moved_too_is_a_fault():

@@ -27,9 +27,7 @@ from lockprobe.plants.hardware.rig import Rig
 from lockprobe.plants.hardware.scripted_arm import ScriptedArm
 from lockprobe.plants.operator import ConsentingOperator
 from lockprobe.plants.rehearsal_settings import RehearsalRung
-from lockprobe.plants.scene.bolts import case_depth
-from lockprobe.plants.scene.gates import gates_of
-from lockprobe.plants.scene.panel import PanelLayout, lay_out_panel
+from lockprobe.plants.scene.panel import lay_out_panel
 from lockprobe.record import Fact
 
 __all__ = [
@@ -143,7 +141,7 @@ def parts_of(rung: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Ge
         PlantFault: If a process does not start.
     """
     if rung == "scripted":
-        path = partial(handle_path, _panel(box))
+        path = partial(handle_path, lay_out_panel(box))
         scripted = ScriptedArm(box, path)
         return Parts(
             arm=scripted,
@@ -247,11 +245,6 @@ def _attempted(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, 
         return Attempted(state=made.state, joint=made.joint, free=free, fault=str(fault))
 
 
-def _panel(box: Lockbox) -> PanelLayout:
-    """The panel of the twin at its usual tilt."""
-    return lay_out_panel(box, depth=case_depth(gates_of(box)))
-
-
 def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Parts:
     from lockprobe.plants.catalogue import require_mujoco
 
@@ -273,6 +266,8 @@ def _wire(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Pa
     from lockprobe.plants.hardware.franky import FrankyArm
     from lockprobe.plants.hardware.wire_server import SimulatedRobot
     from lockprobe.plants.hardware.wrench import FreshWrench
+    from lockprobe.plants.scene.bolts import case_depth
+    from lockprobe.plants.scene.gates import gates_of
 
     robot = SimulatedRobot(box, labels, int(rng.integers(2**31)))
     wrench = FreshWrench(reader=robot, oldest=0.1)  # a busy machine; the default of a real sensor is 20 ms
@@ -282,7 +277,7 @@ def _wire(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Pa
         kept = robot.figures()
         return {"ticks": kept.ticks, "late": kept.late}
 
-    path = partial(handle_path, _panel(box))
+    path = partial(handle_path, lay_out_panel(box, depth=case_depth(gates_of(box))))
     facts = {**arm.facts, "robot": robot.version}
     return Parts(
         arm=arm, path=path, state=robot.configuration, put=robot.put, close=robot.close, facts=facts, figures=figures
