@@ -1,10 +1,12 @@
 """A person moves the joints: what they type, or what a picture shows, is the truth."""
 
-import subprocess
+import io
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import small_study
 from plants.person import Person, handles_text
 
 from lockprobe.errors import BadFile, BadValue, Missing, PlantFault, UserMistake
@@ -16,6 +18,7 @@ from lockprobe.plants.hardware.position_reader import read_handles
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import OperatorStopped
 from lockprobe.studies.journal import load
+from lockprobe.studies.runner import Limits, run_study
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_plant
 
@@ -128,18 +131,18 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
     assert by_hand.plant == {"plant": spec, "truth": "camera", "camera": "folder"}
 
 
-def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_run(tmp_path):
-    command = [sys.executable, "-m", "lockprobe", "run", "flips", "--plant", "manual", "--agent", "random", "--p", "0"]
-    command += ["--trials", "2", "--repetitions", "1", "--out", "R", "--no-report", "--workers", "2"]
-    stopped = subprocess.run(command, cwd=tmp_path, input="\nn\nn\nq\n", capture_output=True, text=True)
-    assert stopped.returncode == 2
-    assert stopped.stderr.splitlines()[-1] == (
-        "lockprobe: the input ended before the operator answered; no trial had begun, so nothing is lost: "
-        "the same command goes on"
+def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_run(tmp_path, monkeypatch, capsys):
+    """Also where workers are asked for: the trials are played in the process that has the terminal."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("\nn\nn\nq\n"))
+    study = replace(small_study(["random"], p=[0.0], repetitions=1, trials=2), plant="manual")
+    with pytest.raises(UserMistake) as ended:
+        run_study(study, tmp_path, limits=Limits(workers=4))
+    assert str(ended.value) == (
+        "the input ended before the operator answered; no trial had begun, so nothing is lost: the same command goes on"
     )
-    assert " step " not in stopped.stdout, "the person reads no reports"
-    (trial,) = load(tmp_path / "R")
+    (trial,) = load(tmp_path)
     assert (trial.error.boundary, trial.error.message, trial.owed_again) == ("plant", "the operator stopped", True)
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,8 @@ class ScriptedArm:
     period = 0.02
 
     def __init__(self, box: Lockbox, path: Callable[[int, bool], HandlePath]) -> None:
-        self._box, self._path = box, path
+        self._box = box
+        self._paths = [(path(joint, False), path(joint, True)) for joint in range(len(box.joints))]
         self.configuration: Configuration = box.initial
         self._at, self._time = np.zeros(3), 0.0
         self._held: tuple[int, HandlePath, bool] | None = None
@@ -93,7 +94,7 @@ class ScriptedArm:
     def _gripped(self, point: Vector) -> tuple[int, HandlePath, bool] | None:
         """The joint whose handle the hand is over, its way, and whether it may move."""
         for joint, position in enumerate(self.configuration):
-            path = self._path(joint, position)
+            path = self._paths[joint][position]
             if np.linalg.norm(path.points[0] - point) < _GRIP:
                 self._before = self.configuration
                 return joint, path, self._box.may_move(self.configuration, joint)
