@@ -42,7 +42,7 @@ def robot_of(parts):
 
 
 FAULTS = {
-    "server killed": (lambda parts: robot_of(parts).process.kill(), {}, "the arm, "),
+    "server killed": (lambda parts: robot_of(parts).process.kill(), {}, "the arm, |the wrench is"),
     "frozen for 1 s": (lambda parts: robot_of(parts).freeze(1.0), {"answer": 0.3}, "the wrench is|no answer within"),
     "frozen for 60 s": (lambda parts: robot_of(parts).freeze(60.0), {"answer": 0.3}, "the wrench is|no answer within"),
     "motion ended": (lambda parts: parts.arm._robot.stop(), {}, "the robot ended the motion"),
