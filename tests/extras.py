@@ -17,6 +17,9 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+SITE = {"cmeel_pth"}
+"""What a package imports by itself when any interpreter starts, by a file in site-packages."""
+
 KEY = "flips/random/p=0/rep=1/trial=1"
 PLAIN = ("chance", "agents", "export S", "status S")
 """Commands that need no extra."""
@@ -39,10 +42,19 @@ NEEDS = {
     "mcp": ("mcp flips --isolation none",),
     "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
     "calibrate": ("rig tags --out t.pdf",),
+    "wire": ("rig check",),
+    "fr3": ("rig check --arm fr3 --host 127.0.0.9",),
+    "panda": ("rig check --arm panda --host 127.0.0.9",),
 }
 """Extra -> commands that cannot be had without it."""
 
-WITHIN = {"film": {"twin", "film"}, "mcp": {"web", "mcp"}}
+WITHIN = {
+    "film": {"twin", "film"},
+    "mcp": {"web", "mcp"},
+    "fr3": {"twin", "fr3"},
+    "wire": {"twin", "fr3", "wire"},
+    "panda": {"twin", "panda"},
+}
 """Extra -> the extras that it brings, where that is more than itself."""
 
 
@@ -90,7 +102,7 @@ class Only:
 
     def allow(self, allowed):
         self.hidden = {top for top, names in self._known.items() if not names & allowed}
-        self.hidden -= {"lockprobe", *sys.stdlib_module_names}
+        self.hidden -= {"lockprobe", *SITE, *sys.stdlib_module_names}
 
     find_distributions = staticmethod(PathFinder.find_distributions)
 

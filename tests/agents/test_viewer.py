@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from drawn_board import HANDLES, coloured
 
-from lockprobe.agents import picture_reader
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.strategies import RandomAgent
@@ -15,6 +14,7 @@ from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
+from lockprobe.pictures import picture_reader
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.symbolic import SymbolicPlant

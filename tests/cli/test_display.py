@@ -5,8 +5,9 @@ import io
 from rich.console import Console
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.cli.display import LiveDisplay
+from lockprobe.cli.display import LiveDisplay, watch
 from lockprobe.model_call import Call, Usage
+from lockprobe.record import Decision, Step
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.spending import Budget, Ledger
@@ -29,3 +30,22 @@ def test_the_live_table_shows_what_was_spent(tmp_path):
     assert spent > 0
     assert f"${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[0]
     assert f"Calls: ${spent:.2g} spent, 2 retries" in shown.getvalue().split("Stopped.")[1]
+
+
+def test_who_works_the_plant_reads_no_reports(capsys):
+    """A step would say what the agent was told."""
+    step = Step(
+        step=1,
+        state="0",
+        joint="a",
+        moved=True,
+        told_moved=False,
+        told_state=None,
+        told="",
+        decision=Decision(joint="A"),
+    )
+    for attended, lines in ((False, 1), (True, 0)):
+        with watch(json=False, attended=attended) as observer:
+            observer.tally.slow = True
+            observer.step("key", step)
+        assert len(capsys.readouterr().out.splitlines()) == lines

@@ -37,6 +37,7 @@ REFUSED = {
     "whose user is not known, could read": ["--transport", "http"],
     "outside of the working directory": ["--out", "S"],
     "mcp:NAME with at most 64": ["--agent-name", "a b"],
+    "one that asks nothing at the terminal": ["--plant", "manual"],
     "--transport http with it": ["--client-user", "root"],
     "no user is called": ["--transport", "http", "--client-user", "nobody-at-all"],
     "a client keeps its conversation itself": ["--isolation", "none", "--condition", "history"],

@@ -18,7 +18,8 @@ def test_every_plant_has_a_line():
 
 def test_specs_name_plants_with_options():
     assert isinstance(resolve_plant("symbolic").make(box(), tuple("ABCD"), np.random.default_rng(1)), SymbolicPlant)
-    assert [resolve_plant(name).has_camera for name in PLANTS] == [False, True, True]
+    assert [resolve_plant(name).has_camera for name in PLANTS] == [False, True, True, False, False]
+    assert [resolve_plant(name).is_attended() for name in PLANTS] == [False, False, False, True, False]
     assert resolve_plant("twin?pose_error=0.004&looks=varied").spec == "twin?pose_error=0.004&looks=varied"
 
 

@@ -1,6 +1,6 @@
 """The agent ``viewer``: it reads joint positions from pictures and lets a strategy decide.
 
-It turns its readings of every picture (:mod:`lockprobe.agents.picture_reader`) into the reports of a symbolic
+It turns its readings of every picture (:mod:`lockprobe.pictures.picture_reader`) into the reports of a symbolic
 observation, and claims of its last action what it saw. Misreadings come from the pictures alone; it draws no random
 numbers. Without pictures it acts as the strategy and claims what it was told.
 
@@ -21,7 +21,7 @@ from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
 if TYPE_CHECKING:
     import numpy as np
 
-    from lockprobe.agents.picture_reader import Handles
+    from lockprobe.pictures.picture_reader import Handles
 
 __all__ = ["REMEMBERED", "Eyesight", "Viewer"]
 
@@ -112,7 +112,7 @@ class Viewer:
             raise BadValue("what viewer is shown", percept.text, "pictures, and where in them handles are")
         key = (tuple(picture.name for picture in shown), percept.handles)
         if key not in self._read:
-            from lockprobe.agents.picture_reader import evidence
+            from lockprobe.pictures.picture_reader import evidence
 
             self._read[key] = evidence(shown, percept.handles, acuity=self.sight.acuity)
             while len(self._read) > REMEMBERED:

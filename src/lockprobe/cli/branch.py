@@ -101,7 +101,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
     status = 0
     with (
         Journal.open(directory / FORKS, asked.study) as journal,
-        watch(json=json, budget=budget, report=False) as observer,
+        watch(json=json, budget=budget, report=False, attended=asked.study.attended) as observer,
     ):
         if budget is not None:
             journal.calls.limit(budget)

@@ -27,7 +27,7 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.terminal_text import printable
 
-__all__ = ["JsonLines", "LiveDisplay", "watch"]
+__all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
 
 
 class JsonLines(Plain):
@@ -197,13 +197,31 @@ class LiveDisplay(Plain):
         return Group(head, table, *playing)
 
 
+class Attended(Plain):
+    """Plain lines without steps: who works the plant at this terminal must not read what agents are told."""
+
+    def step(self, key: str, step: Step) -> None:
+        """Count a step."""
+        self.tally.steps += 1
+
+
 @contextmanager
 def watch(
-    *, json: bool, batch: bool = False, budget: Budget | None = None, report: bool | None = True
+    *,
+    json: bool,
+    batch: bool = False,
+    budget: Budget | None = None,
+    report: bool | None = True,
+    attended: bool = False,
 ) -> Iterator[Plain]:
-    """The display that fits the output: JSON lines, plain lines, or a live table on a terminal."""
+    """The display that fits the output: JSON lines, plain lines, or a live table on a terminal.
+
+    ``attended`` says that questions are asked there, which a table would cover, of a person who must not see reports.
+    """
     if json:
         yield JsonLines(batch=batch, budget=budget, report=report)
+    elif attended:
+        yield Attended(batch=batch, budget=budget, report=report)
     elif not sys.stdout.isatty():
         yield Plain(batch=batch, budget=budget, report=report)
     else:

@@ -67,6 +67,8 @@ def mcp(
     agent = client_spec(agent_name)
     request = read_options_file(Path(what)) if what.endswith(".toml") else StudyOptions(study=what)
     planned = study(request, **{**asked, "agent": [agent]})
+    if planned.attended:
+        raise BadValue("plant", planned.plant, "one that asks nothing at the terminal, which the client has")
     directory = out or records_directory(planned)
     over_http = None if client_user is None else named_client(client_user)
     client = client_of_stdio() if transport == "stdio" else over_http

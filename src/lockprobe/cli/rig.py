@@ -1,14 +1,169 @@
-"""``lockprobe rig``: prepares a robot and its camera for a study."""
+"""``lockprobe rig``: checks, calibration and rehearsals of a robot before it moves a box."""
 
 from __future__ import annotations
+
+import json as json_
+import math
+from collections.abc import Callable
+from contextlib import contextmanager
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from lockprobe.cli.rig_calibrate import calibrate
 from lockprobe.cli.rig_tags import tags
+from lockprobe.errors import BadValue, PlantFault, UserMistake, needing
+from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.lockbox.families import find_box as find
+from lockprobe.plants.rehearsal_settings import RehearsalRung
 
-__all__ = ["app"]
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lockprobe.plants.arm.protocol import StoppableArm
+    from lockprobe.plants.hardware.arm_check import ArmCheck
+    from lockprobe.plants.hardware.rehearsal import Attempted, Rehearsal
+
+__all__ = ["app", "check", "rehearse"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.command("tags")(tags)
 app.command("calibrate")(calibrate)
+
+_ARM = "fr3 (franky), panda (panda-py), or wire: a simulated FR3 behind the real client library."
+
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+ArmKind = Literal["fr3", "panda", "wire"]
+
+NOT_GOOD = 1
+"""The exit status where an arm or a rehearsal is not good enough."""
+
+
+@app.command()
+def rehearse(
+    rung: Annotated[RehearsalRung, typer.Option(help="scripted, twin or wire: how real it is.")] = "scripted",
+    box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
+    attempts: Annotated[int, typer.Option(min=1, max=10_000, help="Random attempts.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the attempts; all rungs make the same.")] = 1,
+    json: AsJson = False,
+) -> None:
+    """Attempt random joints without a robot, with everything but the robot, and compare verdicts with the rules.
+
+    wire needs lockprobe[wire]; an attempt takes about 6 seconds there. Exit status 1: a verdict was wrong.
+    """
+    from lockprobe.plants.hardware.rehearsal import rehearse as rehearsed
+
+    with _fault_in_one_line():
+        found = rehearsed(rung, find(box), attempts=attempts, seed=seed, tell=(lambda one: None) if json else _tell)
+    print(json_.dumps(_facts(found)) if json else "\n".join(_lines(found)))
+    if found.right < attempts:
+        raise typer.Exit(NOT_GOOD)
+
+
+@app.command()
+def check(
+    arm: Annotated[ArmKind, typer.Option(help=_ARM)] = "wire",
+    host: Annotated[str, typer.Option(help="Address of the robot.")] = "",
+    commands: Annotated[int, typer.Option(min=10, max=100_000, help="Commands, 10 ms each.")] = 500,
+    json: AsJson = False,
+) -> None:
+    """Hold an arm where it is, and measure success rate and latency of commands before anything moves.
+
+    The arm is switched on but not told to go anywhere. Exit status 1: it is not good enough to move.
+    """
+    if bool(host) == (arm == "wire"):
+        raise BadValue("host", host, "none with wire" if host else f"the address of the robot with --arm {arm}")
+    from lockprobe.plants.hardware.arm_check import check_arm
+    from lockprobe.plants.hardware.bounds import Bounded
+    from lockprobe.plants.hardware.rehearsal import BOUNDS
+    from lockprobe.plants.operator import ConsentingOperator, TerminalOperator
+
+    with _fault_in_one_line():
+        raw, close = _open(arm, host)
+        try:
+            operator = ConsentingOperator() if arm == "wire" else TerminalOperator()
+            bounded = Bounded(raw, BOUNDS, operator)
+            try:
+                found = check_arm(bounded, commands=commands)
+            finally:
+                bounded.stop()
+        finally:
+            close()
+    if json:
+        print(json_.dumps({"arm": arm, **asdict(found), "complaints": list(found.complaints)}))
+    else:
+        print("\n".join(_checked(found)))
+    if found.complaints:
+        raise typer.Exit(NOT_GOOD)
+
+
+def _open(arm: ArmKind, host: str) -> tuple[StoppableArm, Callable[[], None]]:
+    """An arm, and what lets go of it."""
+    from lockprobe.plants.hardware.driver_call import call_driver
+
+    if arm == "wire":
+        import numpy as np
+
+        from lockprobe.plants.hardware.rehearsal import parts_of
+
+        box = find(DEFAULT_BOX)
+        parts = parts_of("wire", box, box.names, np.random.default_rng(0))
+        return parts.arm, parts.close
+    if arm == "fr3":
+        with needing("arms of the type FR3", "fr3"):
+            from lockprobe.plants.hardware.franky import FrankyArm
+
+        return call_driver(f"the FR3 at {host}", lambda: FrankyArm(host)), lambda: None
+    with needing("arms of the type Panda", "panda"):
+        from lockprobe.plants.hardware.pandapy import PandaArm
+
+    return call_driver(f"the Panda at {host}", lambda: PandaArm(host)), lambda: None
+
+
+@contextmanager
+def _fault_in_one_line() -> Iterator[None]:
+    """What breaks in a device is a user's matter here: no trial is played that could end as an error."""
+    try:
+        yield
+    except PlantFault as fault:
+        raise UserMistake(str(fault)) from None
+
+
+def _tell(one: Attempted) -> None:
+    what = one.fault or f"{one.verdict}, {one.peak_force:.1f} N"
+    print(f"{one.state}  {one.joint:16} {'free' if one.free else 'locked':7} {what}{'' if one.right else '  <- WRONG'}")
+
+
+def _facts(found: Rehearsal) -> dict[str, object]:
+    attempts = [
+        {**asdict(one), "peak_force": None if math.isnan(one.peak_force) else one.peak_force, "right": one.right}
+        for one in found.attempts
+    ]
+    return {**asdict(found), "attempts": attempts, "right": found.right}
+
+
+def _lines(found: Rehearsal) -> list[str]:
+    from lockprobe.plants.hardware.rehearsal import RUNGS
+
+    faults = sum(bool(one.fault) for one in found.attempts)
+    lines = [
+        f"Rung: {found.rung}, {RUNGS[found.rung]}{''.join(f'; {value}' for value in found.facts.values())}",
+        f"As the rules: {found.right} of {len(found.attempts)} attempts on {found.box}; {faults} faults",
+        f"Late commands: {found.commands_late}",
+    ]
+    if found.figures:
+        lines.append(f"Simulated robot: {found.figures['late']} of {found.figures['ticks']} ticks of 1 ms late")
+    return lines
+
+
+def _checked(found: ArmCheck) -> list[str]:
+    rate = "not told by this arm" if found.success_rate is None else f"{found.success_rate:.1%}"
+    median, most, longest = (f"{1000 * seconds:.1f}" for seconds in found.latency)
+    lines = [
+        f"Commands: {found.commands}, every {1000 * found.period:g} ms; {found.late} late",
+        f"Duration: median {median} ms, 95 % within {most} ms, longest {longest} ms",
+        f"Success rate: {rate}",
+        f"Drift: {1000 * found.drift:.1f} mm; force noise: {found.noise:.2f} N",
+    ]
+    return [*lines, *(f"Not good enough: {complaint}." for complaint in found.complaints)]

@@ -62,7 +62,9 @@ def play_study(
     status = 0
     with (
         Journal.open(directory, planned) as journal,
-        watch(json=json, batch=limits.access.batch, budget=budget, report=report) as observer,
+        watch(
+            json=json, batch=limits.access.batch, budget=budget, report=report, attended=planned.attended
+        ) as observer,
     ):
         if foreign := foreign_in_words(journal.left_out):
             print(printable(foreign), file=sys.stderr)

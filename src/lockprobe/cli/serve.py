@@ -113,6 +113,8 @@ def serve(
     }  # fmt: skip
     own = {key: value for key, value in own.items() if value is not None}
     planned, directory, experiment = _what(name, asked, file, own, out)
+    if planned.attended:
+        raise BadValue("plant", planned.plant, "one that asks nothing at the terminal: several people play at once")
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
     _serve(planned, directory, experiment, door, json=json)
 

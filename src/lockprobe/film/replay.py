@@ -94,7 +94,7 @@ def film_trial(
     if not 1 <= speed <= FASTEST:
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
     source = resolve_plant(plan.plant)
-    if not source.has_camera:
+    if source.settings is None:
         source = resolve_plant(STAND_IN)
     source.check(plan.box)
     assert source.settings is not None

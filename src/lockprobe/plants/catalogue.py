@@ -1,6 +1,7 @@
 """The plants by spec. Heavy packages are imported only when a plant needs them.
 
-Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor).
+Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor),
+``manual`` (a person moves the joints of a real box), ``rig`` (the adapter of a real arm, rehearsed without it).
 Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Installed packages add plants by an entry point
 in the group ``lockprobe.plants``. ``python:module:Name`` names a class or function that is called with ``box``,
 ``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options.
@@ -28,7 +29,7 @@ __all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "r
 
 _SETTINGS: Mapping[str, type[SceneSettings]] = {"fast-twin": SceneSettings, "twin": TwinSettings}
 
-PLANTS = ("symbolic", *_SETTINGS)
+PLANTS = ("symbolic", *_SETTINGS, "manual", "rig")
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 
@@ -39,20 +40,25 @@ class PlantSource:
 
     Attributes:
         spec: Its spec.
-        settings: The options of a physical plant; None for any other.
+        settings: The options of a simulated box; None for any other plant.
         make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
         check: Tests whether ``make`` works here for a box; raises the same errors.
+        photographs: Whether a real camera takes its pictures.
+        is_attended: Whether somebody answers its questions at the terminal, so that trials are played in this process
+            and one at a time. A plant of another package says so by an attribute ``attended = True``.
     """
 
     spec: str
     make: Make
     settings: SceneSettings | None = None
     check: Callable[[Lockbox], None] = lambda box: None
+    photographs: bool = False
+    is_attended: Callable[[], bool] = lambda: False
 
     @property
     def has_camera(self) -> bool:
         """Whether it can be looked at."""
-        return self.settings is not None
+        return self.settings is not None or self.photographs
 
 
 def known_plants() -> dict[str, str]:
@@ -62,6 +68,9 @@ def known_plants() -> dict[str, str]:
         "symbolic": "The rules and nothing else.",
         "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options['fast-twin']}.",
         "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options['twin']}.",
+        "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options: camera, "
+        "handles, device.",
+        "rig": "The adapter of a real arm, in rehearsal. Options: rung (scripted, twin, wire).",
     }
 
 
@@ -83,9 +92,44 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
         if spec.options:
             raise BadValue("plant", str(spec), "symbolic without options")
         return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box))
+    if spec.full_name == "manual":
+        return _by_hand(spec)
+    if spec.full_name == "rig":
+        return _rehearsed(spec)
     if (plugin := find_plugin("plant", spec.full_name)) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant")])
+
+
+def _rehearsed(spec: Spec) -> PlantSource:
+    from lockprobe.plants.rehearsal_settings import RehearsalSettings
+
+    rung = with_options(RehearsalSettings, "rig", spec.options).rung
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe.plants.hardware.rehearsal import rehearse_rig
+
+        return rehearse_rig(rung, box, labels, rng)
+
+    return PlantSource(
+        spec=str(spec),
+        make=make,
+        check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
+        is_attended=lambda: rung == "wire",  # one at a time: it keeps time as a robot does
+    )
+
+
+def _by_hand(spec: Spec) -> PlantSource:
+    from lockprobe.plants.manual import ManualSettings, check_manual, make_manual
+
+    settings = with_options(ManualSettings, "manual", spec.options)
+    return PlantSource(
+        spec=str(spec),
+        make=lambda box, labels, rng: make_manual(settings, box, labels),
+        check=partial(check_manual, settings),
+        photographs=bool(settings.camera),
+        is_attended=lambda: True,
+    )
 
 
 def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
@@ -106,7 +150,9 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
         if not is_one:
             raise BadValue("plant", str(spec), "a class with `facts`, `observe()`, `attempt(joint)` and `close()`")
 
-    return PlantSource(spec=str(spec), make=make, check=check)
+    return PlantSource(
+        spec=str(spec), make=make, check=check, is_attended=lambda: getattr(plugin.load(), "attended", False) is True
+    )
 
 
 def _physical(settings: SceneSettings) -> Make:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import mujoco
 import numpy as np
 
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, PlantFault
 from lockprobe.lockbox.box import Configuration, Lockbox
 from lockprobe.plants.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe.plants.arm.hand import add_hand
@@ -19,15 +19,13 @@ from lockprobe.plants.arm.panda import add_panda
 from lockprobe.plants.arm.simulated_arm import SimulatedArm
 from lockprobe.plants.arm.skin import find_skin, wear_skin
 from lockprobe.plants.fast_twin import SimulatedLockbox
-from lockprobe.plants.scene.mounted_joint import KNOB_TOP
+from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.scene.panel import PanelLayout
 from lockprobe.plants.scene.scene import build_scene
 from lockprobe.plants.twin_settings import TwinSettings
 from lockprobe.record import Fact
 
 __all__ = ["Twin"]
-
-_POINTS = 33
-"""Number of points on a handle's path."""
 
 _PATIENCE = 1.0
 """Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
@@ -103,6 +101,27 @@ class Twin(SimulatedLockbox):
         """Its state, for measurements."""
         return self._data
 
+    @property
+    def arm(self) -> SimulatedArm:
+        """The arm, for rehearsals of a rig."""
+        return self._arm
+
+    @property
+    def panel(self) -> PanelLayout:
+        """Where the handles are."""
+        return self._panel
+
+    def settled(self) -> Configuration:
+        """The configuration once the mechanism is at rest.
+
+        Raises:
+            PlantFault: If a joint stays between its ends.
+        """
+        self._settle()
+        if not self._mechanism.resting():
+            raise PlantFault(f"a joint stays between its ends: {np.round(self._mechanism.fractions(), 2).tolist()}")
+        return self._mechanism.configuration()
+
     def put(self, configuration: Configuration) -> None:
         """Put every joint at an end of its travel and the arm at home, at rest; for tests and measurements."""
         self._mechanism.set_configuration(configuration)
@@ -121,22 +140,15 @@ class Twin(SimulatedLockbox):
             self._next_film += _FILM_EVERY
             self._film(self._model, self._data)
 
-    def _path(self, joint: int, position: bool) -> HandlePath:
-        """The path of a handle from one position to the other, in the world."""
-        mounted = self._panel.mounted_joints[joint]
-        fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)
-        tops = np.array([[*mounted.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
-        return HandlePath(points=self._panel.in_world(tops), axis=-self._panel.pose[:3, 2])
-
     def _believed_path(self, joint: int, position: bool) -> HandlePath:
         """The path shifted in the panel's plane by a random error of the robot."""
         shift = self._settings.pose_error * self._aim.standard_normal(2)
-        path = self._path(joint, position)
+        path = handle_path(self._panel, joint, position)
         return HandlePath(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)
 
     def _refuse_out_of_reach(self) -> None:
         for joint, name in enumerate(self._box.names):
-            path = self._path(joint, False)
+            path = handle_path(self._panel, joint, False)
             lift = -self._move.clearance * path.axis
             for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
                 if not self._arm.reaches(point, path.axis):

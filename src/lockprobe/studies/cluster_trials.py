@@ -28,6 +28,9 @@ from lockprobe.trial import broken
 
 __all__ = ["can_travel", "play_on_cluster"]
 
+_SIMULATED = ("symbolic", "fast-twin", "twin")
+"""Plants that are computed alone; others have a person or a device."""
+
 
 def can_travel(study: Study, source: AgentSource) -> bool:
     """Whether an agent's trials can be played on other machines: if agent, plant and interventions ship with Lockprobe.
@@ -40,7 +43,7 @@ def can_travel(study: Study, source: AgentSource) -> bool:
     return (
         source.engine in ("inline", "process")
         and find_plugin("agent", Spec.parse(source.spec).full_name) is None
-        and find_plugin("plant", Spec.parse(study.plant, "plant").full_name) is None
+        and Spec.parse(study.plant, "plant").full_name in _SIMULATED
         and all(change.__module__.startswith("lockprobe.interventions.") for change in changes)
     )
 

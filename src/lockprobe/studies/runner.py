@@ -3,7 +3,8 @@
 Every agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal. Only the
 concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
 same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
-processes (:mod:`lockprobe.studies.workers`), or on a cluster (:mod:`lockprobe.studies.cluster_trials`).
+processes (:mod:`lockprobe.studies.workers`), or on a cluster (:mod:`lockprobe.studies.cluster_trials`). If somebody
+attends the plant, everything plays in this process, one trial after the other.
 
 Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
 has connections, so that finished ones come early. It opens the last ones all at once, so that they end together and no
@@ -196,13 +197,17 @@ def _play(
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
     finish = _Finish(source.spec, journal, observer, lanes, known)
-    if limits.cluster is not None and can_travel(study, source):
+    attended = study.attended
+    if limits.cluster is not None and not attended and can_travel(study, source):
         play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
         return
-    if source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1):
+    if not attended and (
+        source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1)
+    ):
         play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
         return
-    with own_thread() if source.engine == "network" and not _light(study) else nullcontext(here) as place:
+    threaded = source.engine == "network" and not attended and not _light(study)
+    with own_thread() if threaded else nullcontext(here) as place:
         play = partial(play_timed, on_step=observer.step, keep=Album(album).keep, calls=journal.calls, place=place)
         asyncio.run(_play_here(plans, source, play, finish, lanes=lanes, at_the_end=at_the_end))
 
@@ -317,7 +322,7 @@ def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]
 
 def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tuple[int, int]:
     """How many trials are open at once, and how many of the last: where that costs memory only for what is told."""
-    if source.engine != "network":
+    if source.engine != "network" or study.attended:
         return 1, 0
     if access.batch and _light(study):
         return owed, 0

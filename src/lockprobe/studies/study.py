@@ -185,6 +185,11 @@ class Study:
         """Whether its plant takes a processor."""
         return spec_name(self.plant) != "symbolic"
 
+    @property
+    def attended(self) -> bool:
+        """Whether somebody at the terminal answers questions of its plant, so that trials are played one at a time."""
+        return resolve_plant(self.plant).is_attended()
+
     def check_agents(self) -> None:
         """Refuse agents that would have nothing to play.
 

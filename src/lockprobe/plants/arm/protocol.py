@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Arm", "Vector"]
+__all__ = ["Arm", "StoppableArm", "Vector"]
 
 Vector = NDArray[np.float64]
 """Shape (3,), in the frame of the arm's base: x forward, z up."""
@@ -65,4 +65,12 @@ class Arm(Protocol):
 
     def force(self) -> Vector:
         """Mean force on the hand over the last period, newtons, including the hand's weight."""
+        ...
+
+
+class StoppableArm(Arm, Protocol):
+    """An arm that can be stopped from another thread while one of its calls is under way."""
+
+    def stop(self) -> None:
+        """Bring the arm to rest as fast as it safely can. The next command starts it again. Idempotent."""
         ...

@@ -104,6 +104,10 @@ class SimulatedArm:
             total += self._reading
         self._read(total / _STEPS_PER_PERIOD)
 
+    def stop(self) -> None:
+        """Forget the last command. Simulated time passes only in commands, so the arm already stands."""
+        self._velocity = np.zeros(3)
+
     def wait(self) -> None:
         """Stand still in the homing pose for one period."""
         still = np.zeros(JOINTS)

@@ -10,10 +10,10 @@ import pytest
 from drawn_board import HANDLES, HEIGHT, WIDTH, coloured, deep, grey
 from PIL import Image
 
-from lockprobe.agents.picture_reader import evidence, gaze_at, shrunk
 from lockprobe.pictures.depth import Window, encode
 from lockprobe.pictures.frame import Camera
 from lockprobe.pictures.picture import Picture
+from lockprobe.pictures.picture_reader import evidence, gaze_at, shrunk
 from lockprobe.pictures.png import from_png, to_png
 
 ALL = list(itertools.product((0, 1), repeat=5))

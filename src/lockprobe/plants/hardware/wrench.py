@@ -1,0 +1,71 @@
+"""A force-torque sensor as hardware arms use it: an injected reader whose readings must be fresh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.errors import PlantFault
+from lockprobe.plants.arm.protocol import Vector
+from lockprobe.plants.hardware.driver_call import call_driver
+
+__all__ = ["OLDEST", "FreshWrench", "WrenchReader", "WrenchReading"]
+
+OLDEST = 0.020
+"""Age up to which a reading is used, seconds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WrenchReading:
+    """One reading.
+
+    Attributes:
+        force: Force of the environment and of gravity on the hand, in the sensor's frame, newtons, shape (3,).
+        age: Seconds since it was measured.
+    """
+
+    force: Vector
+    age: float
+
+
+class WrenchReader(Protocol):
+    """Reads a sensor, for example over UDP. A thread of the reader keeps the latest reading."""
+
+    def read(self) -> WrenchReading:
+        """The latest reading. Any exception counts as a fault of the sensor."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FreshWrench:
+    """A sensor at the flange that refuses stale readings.
+
+    Attributes:
+        reader: The sensor.
+        oldest: Age up to which a reading is used, seconds.
+        turn: Orientation of the sensor in the frame of the flange, a rotation, shape (3, 3).
+    """
+
+    reader: WrenchReader
+    oldest: float = OLDEST
+    turn: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+
+    def force(self, flange: NDArray[np.float64]) -> Vector:
+        """The force in the frame of the arm's base, newtons.
+
+        Args:
+            flange: Orientation of the flange in that frame, shape (3, 3).
+
+        Raises:
+            PlantFault: If the reading is too old, has no sense, or there is none.
+        """
+        reading = call_driver("the wrench reader", lambda: self.reader.read())  # noqa: PLW0108 - it may lack the method
+        if not 0 <= reading.age <= self.oldest:
+            raise PlantFault(f"the wrench is {1000 * reading.age:.0f} ms old, at most {1000 * self.oldest:.0f} ms")
+        force = np.asarray(reading.force, dtype=np.float64)
+        if force.shape != (3,) or not np.isfinite(force).all():
+            raise PlantFault(f"the wrench reader gave {force.tolist()}, expected three numbers")
+        return np.asarray(flange @ self.turn @ force)

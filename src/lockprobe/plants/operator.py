@@ -1,0 +1,112 @@
+"""The person next to the box: answers one question at a time, at the terminal or from a script in tests."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+
+from lockprobe.errors import PlantFault, UserMistake
+from lockprobe.terminal_text import printable
+
+__all__ = ["ENTER", "ConsentingOperator", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
+
+ENTER = ""
+"""The answer of a person who only presses Enter."""
+
+_STOP = ("q", "quit")
+
+
+class OperatorStopped(PlantFault):
+    """Raised when the operator types ``q``, or the input ends. It ends the trial as ``error: plant``."""
+
+
+class Operator(Protocol):
+    """A person who works at the box."""
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """Ask until one of the answers is given.
+
+        Args:
+            question: One line.
+            answers: The answers that count, in lower case; :data:`ENTER` among them accepts an empty line.
+
+        Raises:
+            OperatorStopped: If the person stops, or nobody is there to answer.
+        """
+        ...
+
+    def tell(self, line: str) -> None:
+        """Say something that needs no answer."""
+        ...
+
+
+def ask_to_begin(operator: Operator, question: str = "Press Enter when they stand so, q to stop.") -> None:
+    """Ask whether the box is set up for a trial.
+
+    Raises:
+        UserMistake: If the operator stops here: that ends the run, because no trial has begun.
+    """
+    try:
+        operator.ask(question, (ENTER,))
+    except OperatorStopped as stopped:
+        raise UserMistake(f"{stopped}; no trial had begun, so nothing is lost: the same command goes on") from None
+
+
+class ConsentingOperator:
+    """Nobody: agrees to everything. Only for rehearsals in which nothing real moves."""
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """Yes, or Enter."""
+        return ENTER if ENTER in answers else "y"
+
+    def tell(self, line: str) -> None:
+        """Nobody listens."""
+
+
+class TerminalOperator:
+    """Asks on standard error and reads lines from standard input, so that standard output stays for results."""
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """The answer that is typed. Ctrl-C ends the run at once."""
+        while True:
+            _show(f"{printable(question)} ")
+            with _interruptible():
+                line = sys.stdin.readline() if sys.stdin is not None else ""
+            typed = line.strip().lower()
+            if not line:
+                _show("\n")
+                raise OperatorStopped("the input ended before the operator answered")
+            if typed in _STOP:
+                raise OperatorStopped("the operator stopped")
+            for answer in answers:
+                if typed == answer or (answer == "y" and typed == "yes") or (answer == "n" and typed == "no"):
+                    return answer
+            known = ", ".join("Enter" if answer == ENTER else answer for answer in answers)
+            self.tell(f"Not an answer here: type {known}, or q to stop.")
+
+    def tell(self, line: str) -> None:
+        """Print one line."""
+        _show(f"{printable(line)}\n")
+
+
+def _show(text: str) -> None:
+    if sys.stderr is not None:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C break a wait for input; an event loop would hold it back until the line is complete."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

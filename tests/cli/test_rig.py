@@ -1,0 +1,67 @@
+"""``lockprobe rig``: what it prints, and what it says where something is missing."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from lockprobe.cli import build
+from lockprobe.cli.rig import app
+from lockprobe.errors import Missing, UserMistake
+
+
+def run(*words):
+    return CliRunner().invoke(app, words)
+
+
+def test_a_rehearsal_prints_every_attempt_its_rung_and_a_count():
+    done = run("rehearse", "--attempts", "4")
+    lines = done.stdout.splitlines()
+    assert done.exit_code == 0
+    assert [line.split()[1:3] for line in lines[:2]] == [["revolute-left", "free"], ["slider-1", "free"]]
+    assert lines[4:] == [
+        "Rung: scripted, an arm without a body",
+        "As the rules: 4 of 4 attempts on chain-4; 0 faults",
+        "Late commands: 0",
+    ]
+    found = json.loads(run("rehearse", "--attempts", "4", "--json").stdout)
+    assert (found["rung"], found["right"], len(found["attempts"])) == ("scripted", 4, 4)
+
+
+def test_a_wrong_verdict_is_marked_and_sets_the_exit_status(monkeypatch):
+    monkeypatch.setattr("lockprobe.plants.hardware.scripted_arm._HELD", 2.0)  # a locked handle that is hardly felt
+    done = run("rehearse", "--attempts", "4")
+    assert done.exit_code == 1
+    assert "locked  failed" in done.stdout
+    assert "<- WRONG" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["check", "--arm", "fr3"], "host: got '', expected the address of the robot with --arm fr3"),
+        (["check", "--host", "x"], "host: got 'x', expected none with wire"),
+        (["rehearse", "--box", "nothing"], "no box is called 'nothing'"),
+    ],
+)
+def test_mistakes_are_one_line(words, message):
+    error = run(*words).exception
+    assert isinstance(error, UserMistake)
+    assert str(error).startswith(message)
+
+
+def test_without_the_libraries_the_extra_is_named(monkeypatch):
+    for name in ("franky", "panda_py", "franky_sim"):
+        monkeypatch.setitem(__import__("sys").modules, name, None)
+    for words, extra in (
+        (["--arm", "fr3", "--host", "h"], "fr3"),
+        (["--arm", "panda", "--host", "h"], "panda"),
+        ([], "wire"),
+    ):
+        error = run("check", *words).exception
+        assert isinstance(error, Missing)
+        assert f"lockprobe[{extra}]" in str(error)
+
+
+def test_it_is_a_command():
+    assert {one.name for one in build(["rig"]).registered_groups} == {"rig"}

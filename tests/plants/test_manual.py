@@ -1,0 +1,168 @@
+"""A person moves the joints: what they type, or what a picture shows, is the truth."""
+
+import io
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import small_study
+from plants.person import Person, handles_text
+
+from lockprobe.errors import BadFile, BadValue, Missing, PlantFault, UserMistake
+from lockprobe.lockbox.families import box
+from lockprobe.plants import manual
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.hardware.camera import FolderCamera
+from lockprobe.plants.hardware.position_reader import read_handles
+from lockprobe.plants.manual import Manual
+from lockprobe.plants.operator import OperatorStopped
+from lockprobe.studies.journal import load
+from lockprobe.studies.runner import Limits, run_study
+from lockprobe.studies.single import run_trial
+from lockprobe.testing import check_plant
+
+FIVE = box("random-5-3")
+LABELS = ("C", "A", "E", "D", "B")
+
+
+def plant_with(person, **parts):
+    return Manual(person.box, labels=LABELS[: len(person.box.joints)], operator=person, **parts)
+
+
+def camera_in(folder):
+    (folder / "handles.toml").write_text(handles_text(FIVE), "utf-8")
+    return {"camera": FolderCamera(folder), "handles": read_handles(folder / "handles.toml", FIVE)}
+
+
+def test_a_person_who_obeys_the_rules_is_a_plant():
+    check_plant(lambda box, labels, rng: Manual(box, labels=labels, operator=Person(box)), attempts=15)
+
+
+def test_a_camera_in_front_of_the_person_is_a_plant_too(tmp_path):
+    def made(box, labels, rng):
+        return Manual(box, labels=labels, operator=Person(box, folder=tmp_path), **camera_in(tmp_path))
+
+    check_plant(made, boxes=[FIVE], attempts=5)
+
+
+def test_the_questions_name_label_and_joint_and_one_is_asked_per_attempt():
+    person = Person(box("chain-4"))
+    plant = plant_with(person)
+    assert plant.observe().configuration == (False,) * 4
+    plant.attempt(3)
+    assert " ".join(person.told) == (
+        "New trial of chain-4. Set the joints: C (revolute-left) at 0, A (slider-1) at 0, E (slider-2) at 0, "
+        "D (revolute-right) at 0."
+    )
+    assert person.questions == [
+        "Press Enter when they stand so, q to stop.",
+        "Move joint D (revolute-right) from 0 to 1. Did it move? y/n, q to stop:",
+    ]
+    assert plant.facts == {"truth": "person"}
+
+
+@pytest.mark.parametrize(("slips", "as_rules"), [(["y"], True), (["y", "y"], False)])
+def test_an_answer_against_the_rules_is_asked_again_and_then_believed(slips, as_rules):
+    """The target of chain-4 is locked at the start."""
+    plant = plant_with(Person(box("chain-4"), slips=slips))
+    plant.observe()
+    seen = plant.attempt(0)
+    assert seen.sensed == {"truth": "person", "as_rules": as_rules}
+    assert (seen.outcome == "moved", seen.configuration[0]) == (not as_rules, not as_rules)
+
+
+def test_a_wrong_start_and_a_picture_that_shows_nothing_are_said_and_asked_again(tmp_path):
+    person = Person(FIVE, folder=tmp_path)
+    plant = plant_with(person, **camera_in(tmp_path))
+    first = tuple(not at for at in FIVE.initial)
+    states, take = iter([first, None]), person.photograph
+
+    def photograph():
+        state = next(states, FIVE.initial)
+        person.now = state or FIVE.initial
+        if state is None:
+            (tmp_path / "999.png").write_bytes(b"half a pict")
+            return
+        (tmp_path / "999.png").unlink(missing_ok=True)
+        take()
+
+    person.photograph = photograph
+    assert plant.observe().configuration == FIVE.initial
+    assert [line.partition(":")[0].partition(" ")[0] for line in person.told[1:]] == ["The", f"{tmp_path}/999.png"]
+    assert person.told[1].count(" at ") == 5
+    assert person.told[2].endswith("is no whole PNG or JPEG picture.")
+
+
+def test_another_joint_that_moves_with_it_breaks_the_trial(tmp_path):
+    plant = plant_with(Person(FIVE, folder=tmp_path, clumsy=True), **camera_in(tmp_path))
+    plant.observe()
+    with pytest.raises(PlantFault, match=r"^C \(.*\) was attempted and A \(.*\) moved: 00000 became .1000$"):
+        plant.attempt(0)
+
+
+def test_agents_see_the_picture_that_was_taken(tmp_path):
+    plant = plant_with(Person(FIVE, folder=tmp_path), **camera_in(tmp_path))
+    frame = plant.observe().look()
+    places = frame.camera.project(frame.handles)[..., :2]
+    assert np.allclose(places, read_handles(tmp_path / "handles.toml", FIVE).places)
+    assert np.array_equal(frame.rgb, np.asarray(__import__("PIL.Image").Image.open(tmp_path / "000.png")))
+
+
+def test_who_stops_breaks_the_trial_and_who_stops_before_it_ends_the_run():
+    plant = plant_with(Person(box("chain-4"), patience=1))
+    plant.observe()
+    with pytest.raises(OperatorStopped) as stopped:
+        plant.attempt(1)
+    assert stopped.value.boundary == "plant"
+    with pytest.raises(UserMistake, match="no trial had begun, so nothing is lost: the same command goes on"):
+        plant_with(Person(box("chain-4"), patience=0)).observe()
+
+
+def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
+    """By pictures in a folder, through the viewer's eyes on both sides: those of the plant and those of the agent."""
+    (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
+    monkeypatch.setattr(manual, "TerminalOperator", lambda: Person(FIVE, folder=tmp_path))
+    spec = f"manual?camera={tmp_path}"
+    by_hand = run_trial(agent="viewer?acuity=64", box="random-5-3", plant=spec, modality="rgb", seed=2)
+    by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2)
+    assert by_hand.ending == by_rules.ending == "solved"
+    assert by_hand.actions == by_rules.actions
+    assert by_hand.plant == {"plant": spec, "truth": "camera", "camera": "folder"}
+
+
+def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_run(tmp_path, monkeypatch, capsys):
+    """Also where workers are asked for: the trials are played in the process that has the terminal."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("\nn\nn\nq\n"))
+    study = replace(small_study(["random"], p=[0.0], repetitions=1, trials=2), plant="manual")
+    with pytest.raises(UserMistake) as ended:
+        run_study(study, tmp_path, limits=Limits(workers=4))
+    assert str(ended.value) == (
+        "the input ended before the operator answered; no trial had begun, so nothing is lost: the same command goes on"
+    )
+    (trial,) = load(tmp_path)
+    assert (trial.error.boundary, trial.error.message, trial.owed_again) == ("plant", "the operator stopped", True)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("spec", "error", "message"),
+    [
+        ("manual?camera=/nowhere", BadFile, "/nowhere/handles.toml"),
+        ("manual?handles=h.toml", BadValue, "handles: got 'h.toml', expected camera=FOLDER"),
+        ("manual?camera=webcam", BadValue, "camera: got 'webcam', expected handles=FILE with it"),
+        ("manual?lens=2", UserMistake, "no option of manual is called 'lens'"),
+        ("manual?camera=webcam&handles=h&device=-1", BadValue, "device: got -1"),
+    ],
+)
+def test_a_wrong_camera_is_refused_in_one_line(spec, error, message):
+    with pytest.raises(error) as caught:
+        resolve_plant(spec).check(box("chain-4"))
+    assert str(caught.value).startswith(message)
+
+
+def test_without_opencv_the_webcam_says_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
+    with pytest.raises(Missing, match="the webcam needs OpenCV: pip install opencv-python-headless"):
+        resolve_plant(f"manual?camera=webcam&handles={tmp_path / 'handles.toml'}").check(FIVE)
