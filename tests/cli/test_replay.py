@@ -18,6 +18,7 @@ from lockprobe.film import files
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.studies.journal import Journal
+from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
@@ -99,7 +100,7 @@ def test_what_was_seen_needs_no_simulation(tmp_path, made):
     )  # fmt: skip
     with Journal.open(tmp_path / "study", study) as journal:
         for plan in study.plans("viewer"):
-            played = play_timed(plan, Target(), lambda key, step: None, tmp_path / "study" / "pictures")
+            played = play_timed(plan, Target(), lambda key, step: None, Album(tmp_path / "study" / "pictures").keep)
             journal.append(*asyncio.run(played))
     made.clear()
     done = replay(tmp_path / "study", "modalities", "--seen", "--out", tmp_path / "a.gif")

@@ -37,7 +37,7 @@ def test_estimates_of_a_true_effect_are_near_it(rates):
 def test_several_processes_count_the_same_and_too_few_studies_are_refused(monkeypatch):
     """Three jobs over two forked workers; ``tests/audit/test_rates.py`` says where workers start afresh."""
     monkeypatch.setattr("lockprobe.montecarlo.interval_rates.BATCH", 2)
-    monkeypatch.setattr("lockprobe.montecarlo.interval_rates.get_context", lambda _: get_context("fork"))
+    monkeypatch.setattr("lockprobe.parallel.get_context", lambda _: get_context("fork"))
     asked = {"agents": (("cognitive:perseverant", 0.4),), "trials": 30, "studies": 5, "forked": 20}
     assert interval_rates(**asked, workers=Processes(2)) == interval_rates(**asked)
     with pytest.raises(BadValue, match="studies"):
