@@ -3,6 +3,7 @@
 import gc
 import operator
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -127,3 +128,28 @@ def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
     assert len(names) == 2 + 2 * len((*few, "box"))
     for name in names:
         assert (one / name).read_bytes() == (two / name).read_bytes(), name
+
+
+class Posted:
+    """Other machines: work, jobs and results travel as bytes, and arrive in the order of the jobs."""
+
+    def __init__(self):
+        self.jobs = 0
+
+    def map(self, work, jobs):
+        for job in jobs:
+            self.jobs += 1
+            sent, given = pickle.loads(pickle.dumps((work, job)))
+            yield pickle.loads(pickle.dumps(sent(given)))
+
+
+def test_other_machines_do_it_in_the_order_of_the_jobs(large):
+    with shared(large, 2, posted := Posted()) as each:
+        assert each(abs, iter([-3, 1, -2])) == [3, 1, 2]
+    assert posted.jobs == 3
+
+
+def test_a_small_report_stays_here(tmp_path):
+    with shared(tmp_path, 2, posted := Posted()) as each:
+        assert list(each(abs, [-3])) == [3]
+    assert posted.jobs == 0

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json as json_
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from lockprobe.cli import options
+from lockprobe.cli.cluster import reached
 from lockprobe.cli.suite import report_suite
 from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.errors import BadValue
+from lockprobe.parallel import Pool
 from lockprobe.report import write_report
 from lockprobe.studies.journal import load
 from lockprobe.studies.suites import is_suite
@@ -25,24 +29,30 @@ Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; with --watch one for each report, in a line.")]
 
 
-def report(directory: Directory, watch: Watch = False, json: AsJson = False) -> None:
-    """Write results.json, report.html, figures/ and tables/ from the records; of a suite, suite.json and suite.html."""
+def report(directory: Directory, watch: Watch = False, cluster: options.ClusterAt = None, json: AsJson = False) -> None:
+    """Write results.json, report.html, figures/ and tables/ from the records; of a suite, suite.json and suite.html.
+
+    With --cluster, a large report is computed and drawn there.
+    """
     if is_suite(directory):
-        if watch:
-            raise BadValue("watch", str(directory), "the directory of a study, not of a suite")
+        if watch or cluster is not None:
+            asked = "watch" if watch else "cluster"
+            raise BadValue(asked, str(directory), "the directory of a study, not of a suite")
         report_suite(directory, json=json)
         return
-    if not watch:
-        _write(directory, json=json)
-        return
-    try:
-        watch_report(directory, lambda: _write(directory, json=json))
-    except KeyboardInterrupt:
-        print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
+    with reached(cluster) as machines:
+        if not watch:
+            _write(directory, machines, json=json)
+            return
+        try:
+            watch_report(directory, lambda: _write(directory, machines, json=json))
+        except KeyboardInterrupt:
+            print(f"Report: stopped by Ctrl-C; trials still owed: {owed_trials(directory)}", file=sys.stderr)
 
 
-def _write(directory: Path, *, json: bool) -> None:
-    path = write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
+def _write(directory: Path, machines: Pool | None, *, json: bool) -> None:
+    tell = partial(print, "Report:", file=sys.stderr)
+    path = write_report(directory, tell=tell, processes=2, elsewhere=machines)
     if all(trial.owed_again for trial in load(directory)):
         print("Report: no trial has ended yet", file=sys.stderr)
     print(json_.dumps({"report": str(path)}) if json else f"Report: {path}", flush=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import typer
@@ -88,7 +89,7 @@ def play_study(
     if planned.size == planned.invited and not journal.trials:
         return status  # people have yet to be invited
     live.end()
-    observer.reported(_report(directory) if report and (journal.trials or not status) else None)
+    observer.reported(_report(directory, limits) if report and (journal.trials or not status) else None)
     return status
 
 
@@ -109,10 +110,11 @@ def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
     return 0
 
 
-def _report(directory: Path) -> Path:
+def _report(directory: Path, limits: Limits) -> Path:
     from lockprobe.report import write_report  # a second of imports, which the first trials need not wait for
 
-    return write_report(directory, tell=lambda said: print(f"Report: {said}", file=sys.stderr), processes=2)
+    tell = partial(print, "Report:", file=sys.stderr)
+    return write_report(directory, tell=tell, processes=2, elsewhere=limits.cluster)
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:

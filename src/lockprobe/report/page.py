@@ -20,6 +20,7 @@ from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.analysis.summary import Each, summarise
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.parallel import Pool
 from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report import leaderboard_tables, tables
@@ -58,7 +59,13 @@ _File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 
 
-def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda said: None, processes: int = 1) -> Path:
+def write_report(
+    directory: Path | str,
+    *,
+    tell: Callable[[str], None] = lambda said: None,
+    processes: int = 1,
+    elsewhere: Pool | None = None,
+) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
     Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go.
@@ -68,6 +75,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         tell: Told what it is at, since it takes some seconds.
         processes: Processes that may work at a large report; they change no byte of it. With several the program that
             calls has to be importable without harm (``if __name__ == "__main__"``).
+        elsewhere: A cluster on which a large report is computed and drawn instead; it changes no number.
 
     Returns:
         Where ``report.html`` is.
@@ -76,7 +84,7 @@ def write_report(directory: Path | str, *, tell: Callable[[str], None] = lambda 
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with uncollected(), one_thread(), shared(directory, processes) as each:
+    with uncollected(), one_thread(), shared(directory, processes, elsewhere) as each:
         opened = open_study(directory)
         numbers, draw = _summarised(opened, directory, tell=tell, each=each)
         tell("drawing the figures")

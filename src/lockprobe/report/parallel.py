@@ -9,16 +9,18 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Thread
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from lockprobe.analysis.summary import Each
+from lockprobe.parallel import Pool
 
 __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 
@@ -51,8 +53,19 @@ def one_thread() -> threadpool_limits:
     return threadpool_limits(1)
 
 
+@dataclass(frozen=True, slots=True)
+class _OnOneThread(Generic[_Job, _Done]):
+    """Work as it is done here, on another machine."""
+
+    work: Callable[[_Job], _Done]
+
+    def __call__(self, job: _Job) -> _Done:
+        with one_thread():
+            return self.work(job)
+
+
 @contextmanager
-def shared(directory: Path, processes: int) -> Iterator[Each]:
+def shared(directory: Path, processes: int, elsewhere: Pool | None = None) -> Iterator[Each]:
     """A way to work on several things at once, where that pays.
 
     Whoever is free takes the next job; the first is always done by this process. What another process had taken when
@@ -61,12 +74,23 @@ def shared(directory: Path, processes: int) -> Iterator[Each]:
     Args:
         directory: The directory of a study.
         processes: This one and the others.
+        elsewhere: Other machines, which then do it instead.
     """
     records = directory / "trials.jsonl"
-    if processes < 2 or not records.is_file() or records.stat().st_size < LARGE:
+    large = records.is_file() and records.stat().st_size >= LARGE
+    if large and elsewhere is not None:
+        yield lambda work, jobs: list(elsewhere.map(_OnOneThread(work), list(jobs)))
+        return
+    if processes < 2 or not large:
         yield map
         return
-    others = processes - 1
+    with _processes(processes - 1) as each:
+        yield each
+
+
+@contextmanager
+def _processes(others: int) -> Iterator[Each]:
+    """This process and so many others."""
     with (
         ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
         ThreadPoolExecutor(others) as errands,
