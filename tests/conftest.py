@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from _pytest.doctest import DoctestModule
 from hypothesis import settings
 
 # Advice for a missing package is that for pip, also under ``uv run``.
@@ -22,6 +23,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # How long an example takes says how busy the machine is.
 settings.register_profile("any machine", deadline=None, database=None)
 settings.load_profile("any machine")
+
+gc.disable()  # until all is collected
 
 ROOMS = Path(__file__).parent
 
@@ -53,6 +56,13 @@ def pytest_collection():
         return (yield)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path):
+    """Docstrings of tests hold no examples: only those of the package are looked through."""
+    found = yield
+    return [part for part in found if not (isinstance(part, DoctestModule) and file_path.is_relative_to(ROOMS))]
+
+
 def pytest_collection_modifyitems(items):
     """Tests in a browser come first: they mostly wait, and at the end nothing else would be left to do meanwhile."""
     items.sort(key=lambda item: not item.path.is_relative_to(ROOMS / "web"))
@@ -65,6 +75,7 @@ def pytest_collection_finish():
     """What was imported and collected stays to the end: the collector need not look through it again and again."""
     gc.collect()
     gc.freeze()
+    gc.enable()
     gc.set_threshold(50_000, 20, 20)  # thousands of trials are made here, and few objects in circles
 
 

@@ -166,6 +166,10 @@ IMPORTED = (
 )  # fmt: skip
 
 
+OF_REPORTS = ("jinja2.runtime", "matplotlib.backends.backend_svg", "statsmodels.stats.contingency_tables")
+"""What a report imports when it comes to it: half a second of every command that writes one."""
+
+
 def _asked_of(stem):
     """What is asked of this process, which is a fork; nothing where nobody asks any more."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
@@ -234,6 +238,8 @@ if __name__ == "__main__":
     for name in IMPORTED:
         with suppress(ImportError):
             import_module(f"lockprobe.{name}")
+    for name in OF_REPORTS:
+        import_module(name)
     with suppress(ImportError):  # how finely the null of blind agents is simulated is no matter of commands
         import_module("lockprobe.analysis.habit_baseline").SIMULATED = 2_000
     gc.freeze()

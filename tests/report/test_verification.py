@@ -115,7 +115,6 @@ def test_an_altered_result_is_named(directory):
 
 
 def test_the_command_ends_with_one_and_names_what_fails(directory):
-    typed("report", directory)
     assert typed("verify", directory).returncode == 0
     (directory / "results.json").write_text("{", "utf-8")
     done = typed("verify", directory)
