@@ -70,7 +70,7 @@ def test_a_study_is_played_with_them(tmp_path):
 def test_a_sweep_over_the_lag_is_reported_under_its_name(tmp_path):
     out = tmp_path / "study"
     command("run", "flips", "--agent", "human-inspired", "--agent", "cognitive:perseverant", "--plant", "weighed",
-            "--sweep", "late?lag=0,1,2", "--trials", "10", "--repetitions", "1", "--no-report", "--out", str(out))  # fmt: skip
+            "--sweep", "late?lag=0,1,2", "--trials", "10", "--no-report", "--out", str(out))  # fmt: skip
     found = lockprobe.results(out)
     assert [row.condition for row in found.conditions][:3] == ["truth", "late?lag=1", "late?lag=2"]
     assert {row.agent for row in found.effects} == {"human-inspired", "cognitive:perseverant"}
