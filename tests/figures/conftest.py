@@ -7,7 +7,7 @@ import pytest
 from builders import make_trial, play_study, played_by_people, small_study
 from matplotlib.figure import Figure
 
-from lockprobe.analysis import habit_baseline
+from lockprobe.analysis import habit_baseline, rationality
 from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
 from lockprobe.audit.simulated_agents import WORLDS, Design
@@ -101,7 +101,8 @@ class Summaries(dict):
     def _made(self, name):
         trials = STUDIES[name](lambda played: self._once(f"trials of {played.__name__}", played))
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(habit_baseline, "SIMULATED", 2_000)  # what is drawn needs no exact null hypothesis
+            patch.setattr(habit_baseline, "SIMULATED", 2_000)  # what is drawn needs no exact null hypothesis,
+            patch.setattr(rationality, "JUDGED", 6)  # and not every trial of a condition judged
             return summarise(trials, None if name == "one trial" else box("chain-4"))
 
 
