@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from lockprobe.errors import Missing
 
-__all__ = ["THIS_PROCESS", "Pool", "Processes"]
+__all__ = ["THIS_PROCESS", "Each", "Pool", "Processes"]
+
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
 
 _J = TypeVar("_J")
 _R = TypeVar("_R")

@@ -12,11 +12,12 @@ from pydantic import BaseModel
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.errors import BadFile
-from lockprobe.report import Results, results, write_report
+from lockprobe.report import write_report
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import _page, _tables
+from lockprobe.report.page import _page, _tables, results
+from lockprobe.report.schema import Results
 from lockprobe.trial_json import trial_to_json
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")

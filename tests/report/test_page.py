@@ -15,9 +15,9 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
-from lockprobe.report import results, write_report
+from lockprobe.report import write_report
 from lockprobe.report.figures import CAPTIONS
-from lockprobe.report.page import _page
+from lockprobe.report.page import _page, results
 from lockprobe.studies.study import Study
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"

@@ -6,7 +6,8 @@ import pytest
 from builders import write_study
 from captions import too_long
 
-from lockprobe.report import results, write_report
+from lockprobe.report import write_report
+from lockprobe.report.page import results
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, groupby
@@ -34,13 +34,13 @@ from lockprobe.analysis.resample import resample
 from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.parallel import Each
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import generator
 from lockprobe.spec import PEOPLE, spec_kind
 
 __all__ = [
     "AgentSummary",
-    "Each",
     "StudySummary",
     "is_reference",
     "summarise",
@@ -48,10 +48,6 @@ __all__ = [
 
 _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "ideal-observer")
 """The kinds of agents that are baselines."""
-
-
-Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
-"""Applies a function to several jobs and keeps their order: ``map``, or a pool of processes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

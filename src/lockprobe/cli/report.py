@@ -12,7 +12,6 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
-from lockprobe.cli.suite import report_suite
 from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.errors import BadValue
 from lockprobe.parallel import Pool
@@ -38,6 +37,8 @@ def report(directory: Directory, watch: Watch = False, cluster: options.ClusterA
         if watch or cluster is not None:
             asked = "watch" if watch else "cluster"
             raise BadValue(asked, str(directory), "the directory of a study, not of a suite")
+        from lockprobe.cli.suite import report_suite  # half a second of imports, which reports of studies need later
+
         report_suite(directory, json=json)
         return
     with reached(cluster) as machines:

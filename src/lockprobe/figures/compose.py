@@ -64,6 +64,9 @@ _CHARACTER, _LINE = 0.077, 0.165
 _DPI = 200
 """Pixels per inch of what is laid out and of PNG files."""
 
+_COMPRESSION = 3
+"""Of PNG files: a third less time than the usual 6, for 6 % more bytes."""
+
 _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
@@ -209,8 +212,11 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
         engine.execute(figure)
         figure.set_layout_engine(None)  # with one, every file is drawn twice
     with mpl.rc_context({"svg.hashsalt": "lockprobe"}):
-        metadata = {"Date": None} if form == "svg" else {"Software": None}
-        figure.savefig(out, format=form, dpi=_DPI, metadata=metadata)
+        if form == "svg":
+            figure.savefig(out, format=form, dpi=_DPI, metadata={"Date": None})
+        else:
+            pixels = {"compress_level": _COMPRESSION}
+            figure.savefig(out, format=form, dpi=_DPI, metadata={"Software": None}, pil_kwargs=pixels)
     return out.getvalue()
 
 

@@ -1,6 +1,5 @@
 """A study directory as numbers, tables, figures and one page that a scientist reads in a minute."""
 
-from lockprobe.report.page import results, write_report
-from lockprobe.report.schema import Results
+from lockprobe.report.write import write_report
 
-__all__ = ["Results", "results", "write_report"]
+__all__ = ["write_report"]

@@ -13,9 +13,10 @@ from lockprobe.analysis.dose_grid import grids
 from lockprobe.analysis.effects import Effects, effects
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
-from lockprobe.analysis.summary import Each, StudySummary, is_reference, summarise
+from lockprobe.analysis.summary import StudySummary, is_reference, summarise
 from lockprobe.analysis.why import Why, why
 from lockprobe.interventions.condition import Condition, modality_doses
+from lockprobe.parallel import Each
 from lockprobe.prose.effects import effects_said
 from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding

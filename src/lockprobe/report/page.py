@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -18,9 +18,9 @@ from typing import Any
 
 from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.analysis.summary import Each, summarise
+from lockprobe.analysis.summary import summarise
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.parallel import Pool
+from lockprobe.parallel import Each
 from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report import leaderboard_tables, tables
@@ -44,78 +44,68 @@ from lockprobe.report.forks import fork_effects, fork_rows, fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.report.parallel import one_thread
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.results import flip_results
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.schema import Results
 from lockprobe.report.why import arm_table, estimate_table
-from lockprobe.storage.atomic_file import write_file
 
-__all__ = ["results", "write_report"]
+__all__ = ["File", "report_files", "results"]
 
-_File = tuple[str, str | bytes | None]
+File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 
+_WITHOUT_FIGURES = ("claims", "audit")
+"""The pages of a study of flip rates that show no figure."""
 
-def write_report(
-    directory: Path | str,
-    *,
-    tell: Callable[[str], None] = lambda said: None,
-    processes: int = 1,
-    elsewhere: Pool | None = None,
-) -> Path:
-    """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
-    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go.
+def report_files(directory: Path, *, tell: Callable[[str], None], each: Each) -> Iterator[File]:
+    """Every file of a report, the report last.
 
     Args:
         directory: The directory of a study.
-        tell: Told what it is at, since it takes some seconds.
-        processes: Processes that may work at a large report; they change no byte of it. With several the program that
-            calls has to be importable without harm (``if __name__ == "__main__"``).
-        elsewhere: A cluster on which a large report is computed and drawn instead; it changes no number.
-
-    Returns:
-        Where ``report.html`` is.
+        tell: Told what it is at.
+        each: Works on one job after the other, or on several at once.
 
     Raises:
         BadFile: If the directory is not that of a study.
     """
-    directory = Path(directory)
-    with uncollected(), one_thread(), shared(directory, processes, elsewhere) as each:
-        opened = open_study(directory)
-        numbers, draw = _summarised(opened, directory, tell=tell, each=each)
-        tell("drawing the figures")
-        content, *done = each(operator.call, [numbers, *draw.values()])
+    opened = open_study(directory)
+    numbers, draw = _summarised(opened, directory, tell=tell, each=each)
+    tell("drawing the figures")
+    (content, files), *done = each(operator.call, [partial(_without_figures, numbers), *draw.values()])
     found = dict(zip(draw, done, strict=True))
     drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
     trials = explorer_data(opened.trials, opened.settings.get("box", {}))
-    _write(directory, _files(content, drawn, embedded(directory, content.seen), trials))
-    return directory / "report.html"
+    yield from files
+    yield from _with_figures(content, drawn, embedded(directory, content.seen), trials)
 
 
-def _files(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[_File]:
-    """Every file of a report, the report last."""
-    yield "results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+def _without_figures(numbers: Callable[[], Results]) -> tuple[Results, list[File]]:
+    """The results, and the files that need no figure."""
+    content = numbers()
+    files: list[File] = [
+        ("results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    ]
+    for name, table in _tables(content).items():
+        files += [(f"tables/{name}.csv", as_csv(table)), (f"tables/{name}.tex", as_tex(table))]
+    pages = _WITHOUT_FIGURES if content.of_flips else ()
+    return content, [*files, *((f"{name}.html", _page(name, content, {})) for name in pages)]
+
+
+def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
+    """The figures and the pages that show them, the report last."""
     for name, forms in drawn.items():
         for form, picture in forms.items():
             yield f"figures/{name}.{form}", picture
     for name in CAPTIONS.keys() - drawn.keys():
         for form in ("png", "svg"):
             yield f"figures/{name}.{form}", None
-    for name, table in _tables(content).items():
-        yield f"tables/{name}.csv", as_csv(table)
-        yield f"tables/{name}.tex", as_tex(table)
-    for name in _pages(content):
+    why = ["why"] if content.why and not content.of_flips else []
+    for name in (*why, *(["forks"] if content.forks else []), "report"):
         yield f"{name}.html", _page(name, content, drawn, photographs, trials)
-
-
-def _pages(content: Results) -> tuple[str, ...]:
-    """The pages by name, the report last."""
-    others = ("claims", "audit") if content.of_flips else ("why",) if content.why else ()
-    return (*others, *(["forks"] if content.forks else []), "report")
 
 
 def results(directory: Path | str) -> Results:
@@ -165,17 +155,6 @@ def _of_trials(
     except BadValue as error:
         raise BadFile(directory / "trials.jsonl", str(error)) from error
     return partial(flip_results, opened, summary), drawings(summary)
-
-
-def _write(directory: Path, files: Iterable[_File]) -> None:
-    """Write the files one after the other, each in one step."""
-    for name, content in files:
-        path = directory / name
-        if content is None:
-            path.unlink(missing_ok=True)
-        else:
-            path.parent.mkdir(exist_ok=True)
-            write_file(path, content)
 
 
 def _tables(content: Results) -> dict[str, TextTable]:

@@ -19,8 +19,7 @@ from typing import Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from lockprobe.analysis.summary import Each
-from lockprobe.parallel import Pool
+from lockprobe.parallel import Each, Pool
 
 __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 
@@ -95,8 +94,8 @@ def _processes(others: int) -> Iterator[Each]:
         ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
         ThreadPoolExecutor(others) as errands,
     ):
-        for _ in range(others):  # they start now, while this process reads
-            pool.submit(import_module, "lockprobe.figures")
+        for _ in range(others):  # they start now, while this process imports the same
+            pool.submit(import_module, "lockprobe.report.page")
 
         def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
             waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()

@@ -1,0 +1,51 @@
+"""Writes the report of a study directory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from lockprobe.parallel import Pool
+from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.storage.atomic_file import write_file
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    directory: Path | str,
+    *,
+    tell: Callable[[str], None] = lambda said: None,
+    processes: int = 1,
+    elsewhere: Pool | None = None,
+) -> Path:
+    """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
+
+    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go.
+
+    Args:
+        directory: The directory of a study.
+        tell: Told what it is at, since it takes some seconds.
+        processes: Processes that may work at a large report; they change no byte of it. With several the program that
+            calls has to be importable without harm (``if __name__ == "__main__"``).
+        elsewhere: A cluster on which a large report is computed and drawn instead; it changes no number.
+
+    Returns:
+        Where ``report.html`` is.
+
+    Raises:
+        BadFile: If the directory is not that of a study.
+    """
+    directory = Path(directory)
+    with uncollected(), shared(directory, processes, elsewhere) as each:
+        from lockprobe.report.page import report_files  # the other processes import it at the same time
+
+        with one_thread():
+            for name, content in report_files(directory, tell=tell, each=each):
+                path = directory / name
+                if content is None:
+                    path.unlink(missing_ok=True)
+                else:
+                    path.parent.mkdir(exist_ok=True)
+                    write_file(path, content)
+    return directory / "report.html"
