@@ -11,6 +11,8 @@ from lockprobe.lockbox.difficulty import difficulty
 from lockprobe.lockbox.families import box
 from lockprobe.plants.twin_settings import ModelSettings
 from lockprobe.plants.user_model import rules_check
+from lockprobe.plants.user_model.compiled_model import compile_model
+from lockprobe.plants.user_model.mjcf_file import read_model
 from lockprobe.plants.user_model.user_model import check_model
 
 
@@ -75,6 +77,24 @@ def test_joints_that_move_together_stop_half_way_or_fall_back_are_found(tmp_path
 def test_a_model_that_explodes_when_it_is_pushed_is_one_line(tmp_path):
     path = written(tmp_path, joint='stiffness="-1e13" springref="0.05"')
     assert "became unstable" in refused(path, one_joint())
+
+
+def test_a_mesh_that_cannot_be_used_is_one_line_that_names_it(tmp_path, capfd):
+    def with_mesh(file):
+        head = f"<asset><mesh name='part' file='{file}' inertia='shell'/></asset>"
+        return written(tmp_path, head=head, inside="<geom type='mesh' mesh='part'/>")
+
+    flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 {}\nf 1 2 3\nf 2 4 3\nf 1 4 2\nf 1 3 4\n"
+    (tmp_path / "flat.obj").write_text(flat.format(0))
+    (tmp_path / "narrow.obj").write_text(flat.format(1e-9))
+    (tmp_path / "torn.stl").write_bytes(bytes(90))
+    assert "coplanar" in refused(with_mesh("flat.obj"), one_joint())
+    assert "torn.stl" in refused(with_mesh("torn.stl"), one_joint())
+    with_mesh("narrow.obj")
+    compile_model(read_model(tmp_path / "box.xml"))
+    assert "qhull precision warning" in capfd.readouterr().err
+    assert check(tmp_path / "box.xml", one_joint(), force=1e4) == 1
+    assert capfd.readouterr() == ("", "")
 
 
 def test_of_many_configurations_it_tries_the_same_sample_every_time(tmp_path, monkeypatch):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
+import threading
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import mujoco
 import numpy as np
@@ -12,12 +15,14 @@ import numpy as np
 from lockprobe.errors import BadFile
 from lockprobe.plants.user_model.mjcf_file import ModelFile
 
-__all__ = ["CAMERA", "compile_model"]
+__all__ = ["CAMERA", "compile_model", "without_stderr"]
 
 CAMERA = "lockprobe"
 """Camera of the plant; a model without one gets MuJoCo's free default view."""
 
 _MOST_GEOMS = 2000
+
+_REDIRECTING = threading.Lock()
 
 _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
@@ -41,6 +46,19 @@ def compile_model(file: ModelFile) -> mujoco.MjModel:
     for why in _beyond(model):
         raise BadFile(file.path, why)
     return model
+
+
+@contextmanager
+def without_stderr() -> Iterator[None]:
+    """Drop what C libraries write to the standard error: the library that wraps meshes explains itself at length."""
+    with _REDIRECTING, open(os.devnull, "wb") as nowhere:  # noqa: PTH123 - a device
+        kept = os.dup(2)
+        os.dup2(nowhere.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
 
 
 def _compiled(file: ModelFile) -> mujoco.MjModel:

@@ -55,6 +55,7 @@ class ModelFile:
         path: The file.
         text: The model for MuJoCo, includes put in, one line per tag.
         assets: Contents of meshes and pictures by their names in ``text``.
+        names: The user's names of the same files.
         sha256: Of the file, hexadecimal.
         parts_sha256: Of the names and contents of all files that it includes or refers to; empty if there are none.
         origins: For each line of ``text`` the file and the line that it comes from.
@@ -63,13 +64,15 @@ class ModelFile:
     path: Path
     text: str
     assets: Mapping[str, bytes]
+    names: Mapping[str, str]
     sha256: str
     parts_sha256: str
     origins: tuple[tuple[str, int], ...]
 
     def explain(self, error: str) -> str:
-        """An error of MuJoCo, with the lines of the user's file."""
-        return re.sub(r"\bline (\d+)", lambda found: self._origin(int(found[1])), error).strip()
+        """An error of MuJoCo, with the lines and names of the user's files."""
+        named = re.sub(r"\basset-\d+\.\w+", lambda found: self.names.get(found[0], found[0]), error)
+        return re.sub(r"\bline (\d+)", lambda found: self._origin(int(found[1])), named).strip()
 
     def _origin(self, line: int) -> str:
         file, number = self.origins[min(max(line, 1), len(self.origins)) - 1]
@@ -107,6 +110,7 @@ def read_model(path: Path) -> ModelFile:
         path=path,
         text="\n".join(lines),
         assets=reader.assets,
+        names=reader.names,
         sha256=hashlib.sha256(reader.main).hexdigest(),
         parts_sha256=hashlib.sha256(repr(parts).encode()).hexdigest() if parts else "",
         origins=tuple(origins),
@@ -119,6 +123,7 @@ class _Reader:
         self.main = b""
         self.parts: dict[str, bytes] = {}
         self.assets: dict[str, bytes] = {}
+        self.names: dict[str, str] = {}
 
     def tags(self, path: Path) -> list[_Tag]:
         """All tags of a file and of those that it includes; an included file has no tags for its root."""
@@ -211,7 +216,7 @@ class _Reader:
             if suffix == ".png" and max(_png_sides(content)) > _LARGEST_SIDE:
                 raise BadFile(path, f"a picture with a side of more than {_LARGEST_SIDE} pixels")
         given = f"asset-{list(self.parts).index(name)}{suffix}"
-        self.assets[given] = self.parts[name]
+        self.assets[given], self.names[given] = self.parts[name], name
         return given
 
     def _included(self, file: str, where: str, line: int) -> Path:

@@ -16,7 +16,7 @@ from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.plants.rendering.camera import PlantCamera
 from lockprobe.plants.twin_settings import ModelSettings
-from lockprobe.plants.user_model.compiled_model import CAMERA, compile_model
+from lockprobe.plants.user_model.compiled_model import CAMERA, compile_model, without_stderr
 from lockprobe.plants.user_model.label_overlay import draw_labels
 from lockprobe.plants.user_model.mjcf_file import ModelFile, read_model
 from lockprobe.plants.user_model.model_joints import ModelJoints
@@ -38,7 +38,8 @@ def check_model(box: Lockbox, settings: ModelSettings) -> int:
     Raises:
         BadFile: If the model cannot be read, lacks a joint, or does not obey the rules.
     """
-    _, joints = _load(box, settings)
+    with without_stderr():
+        _, joints = _load(box, settings)
     return check_rules(joints, box, Path(settings.model))
 
 
