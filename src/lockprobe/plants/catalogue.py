@@ -15,6 +15,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -107,7 +108,12 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
 
 
 def _of_a_user(spec: Spec) -> PlantSource:
+    """A user's model; its spec gets the digest of the files, so that a study knows which model it was planned with."""
     settings = with_options(ModelSettings, "twin?model", spec.options)
+    if not settings.digest:
+        from lockprobe.plants.user_model.mjcf_file import read_model
+
+        return _of_a_user(spec.appending("digest", read_model(Path(settings.model)).digest))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe.plants.user_model.user_model import UserModel

@@ -113,6 +113,7 @@ class ModelSettings:
 
     Attributes:
         model: The MJCF file.
+        digest: Of the file and of all that it refers to, 16 hexadecimal digits; other files are refused. Empty: any.
         force: Of a push on a sliding joint, newtons.
         torque: Of a push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
             ``fast-twin``.
@@ -126,6 +127,7 @@ class ModelSettings:
     """
 
     model: str
+    digest: str = ""
     force: float = 30.0
     torque: float = 1.8
     renderer: RendererChoice = "auto"

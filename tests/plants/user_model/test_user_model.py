@@ -8,12 +8,13 @@ import pytest
 from mjcf_models import EXAMPLES, OWN, own_box, written
 
 import lockprobe
-from lockprobe.errors import BadFile, BadValue, PlantFault, UnknownName
+from lockprobe.errors import BadFile, BadValue, PlantFault, SettingsChanged, UnknownName
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.plants.twin_settings import ModelSettings
 from lockprobe.plants.user_model.user_model import UserModel
 from lockprobe.protocols import Plant
+from lockprobe.studies.directory import claim
 
 SPEC = f"twin?model={OWN}"
 CALM = ModelSettings(model=str(OWN), renderer="rays", width=160, height=120)
@@ -93,6 +94,23 @@ def test_a_spec_leads_to_it_with_options_of_its_own():
         resolve_plant(f"{SPEC}&pose_error=0.004")
     with pytest.raises(BadValue, match="expected an MJCF file"):
         resolve_plant("twin?model=")
+
+
+def test_a_study_does_not_go_on_with_another_model(tmp_path):
+    options = {"agent": "random", "box": str(EXAMPLES / "own_box.toml"), "repetitions": 1, "trials": 1, "p": [0.0]}
+    path = written(tmp_path, OWN.read_text("utf-8"))
+    planned = lockprobe.study("flips", plant=f"twin?model={path}", **options)
+    (tmp_path / "S").mkdir()
+    claim(tmp_path / "S", planned)
+    (tmp_path / "S" / "trials.jsonl").write_text("{}\n", "utf-8")
+    claim(tmp_path / "S", lockprobe.study("flips", plant=f"twin?model={path}", **options))
+    path.write_text(OWN.read_text("utf-8").replace("0.62", "0.6"), "utf-8")
+    with pytest.raises(SettingsChanged, match=r"plant is 'twin\?model=.*digest="):
+        claim(tmp_path / "S", lockprobe.study("flips", plant=f"twin?model={path}", **options))
+    with pytest.raises(BadFile, match="another model: its digest is [0-9a-f]{16}, [0-9a-f]{16} was asked for"):
+        resolve_plant(planned.plant).check(planned.box)
+    path.unlink()
+    assert resolve_plant(planned.plant).has_camera  # what was played can be read without the model
 
 
 def test_a_model_that_breaks_the_rules_ends_before_the_first_trial(tmp_path):

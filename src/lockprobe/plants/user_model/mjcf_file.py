@@ -69,6 +69,11 @@ class ModelFile:
     parts_sha256: str
     origins: tuple[tuple[str, int], ...]
 
+    @property
+    def digest(self) -> str:
+        """16 hexadecimal digits that change with any of the files."""
+        return hashlib.sha256(f"{self.sha256} {self.parts_sha256}".encode()).hexdigest()[:16]
+
     def explain(self, error: str) -> str:
         """An error of MuJoCo, with the lines and names of the user's files."""
         named = re.sub(r"\basset-\d+\.\w+", lambda found: self.names.get(found[0], found[0]), error)

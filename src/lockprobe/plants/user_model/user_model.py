@@ -53,7 +53,7 @@ class UserModel:
         rng: The trial's random stream for the plant; the noise of depth draws from a child of it.
 
     Raises:
-        BadFile: If the model cannot be read or lacks a joint.
+        BadFile: If the model cannot be read, is another one than the settings say, or lacks a joint.
         PlantFault: If it does not rest in the initial configuration.
     """
 
@@ -139,6 +139,8 @@ class _Board:
 def _load(box: Lockbox, settings: ModelSettings) -> tuple[ModelFile, ModelJoints]:
     path = Path(settings.model)
     file = read_model(path)
+    if settings.digest not in ("", file.digest):
+        raise BadFile(path, f"another model: its digest is {file.digest}, {settings.digest} was asked for")
     try:
         return file, ModelJoints(compile_model(file), box, force=settings.force, torque=settings.torque)
     except BadValue as error:
