@@ -25,7 +25,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.interventions.yoked import Yoked
 from lockprobe.plan import LABELS, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.twin_settings import SceneSettings
+from lockprobe.plants.twin_settings import CameraSettings
 from lockprobe.protocols import Channel, Intervention
 from lockprobe.record import Percept, Task
 from lockprobe.spec import spec_name, split_specs
@@ -95,7 +95,7 @@ class EnvironmentSettings:
         return (CameraChannel(depth="turbo" if self.observation == "rgbd" else "none"), *self.channels)
 
     @property
-    def scene(self) -> SceneSettings | None:
+    def scene(self) -> CameraSettings | None:
         """Settings of a plant with a camera; None without one."""
         return resolve_plant(self.study.plant).settings
 

@@ -1,7 +1,8 @@
 """The plants by spec. Heavy packages are imported only when a plant needs them.
 
 Specs: ``symbolic``, ``fast-twin`` (the mechanism, pushed without an arm), ``twin`` (with arm, hand and force sensor),
-``manual`` (a person moves the joints of a real box), ``rig`` (the adapter of a real arm, rehearsed without it).
+``twin?model=FILE`` (a user's MuJoCo model, without an arm), ``manual`` (a person moves the joints of a real box),
+``rig`` (the adapter of a real arm, rehearsed without it).
 Options follow a question mark: ``twin?pose_error=0.004&looks=varied``. Installed packages add plants by an entry point
 in the group ``lockprobe.plants``. ``python:module:Name`` names a class or function that is called with ``box``,
 ``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options.
@@ -14,13 +15,14 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.plants.twin_settings import SceneSettings, TwinSettings
+from lockprobe.plants.twin_settings import CameraSettings, ModelSettings, SceneSettings, TwinSettings
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
@@ -50,7 +52,7 @@ class PlantSource:
 
     spec: str
     make: Make
-    settings: SceneSettings | None = None
+    settings: CameraSettings | None = None
     check: Callable[[Lockbox], None] = lambda box: None
     photographs: bool = False
     is_attended: Callable[[], bool] = lambda: False
@@ -64,10 +66,12 @@ class PlantSource:
 def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description."""
     options = {name: ", ".join(field.name for field in fields(kind)) for name, kind in _SETTINGS.items()}
+    model = ", ".join(field.name for field in fields(ModelSettings))
     return {
         "symbolic": "The rules and nothing else.",
         "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options['fast-twin']}.",
-        "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options['twin']}.",
+        "twin": f"The same with a robot arm, a soft hand and a force sensor. Options: {options['twin']}. "
+        f"A user's own model of the box, without an arm: {model}.",
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options: camera, "
         "handles, device.",
         "rig": "The adapter of a real arm, in rehearsal. Options: rung (scripted, twin, wire).",
@@ -84,6 +88,8 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     if not isinstance(spec, str | Spec):
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec, "plant")
+    if spec.full_name == "twin" and "model" in spec.options:
+        return _of_a_user(spec)
     if spec.full_name in _SETTINGS:
         settings = with_options(_SETTINGS[spec.full_name], spec.full_name, spec.options)
         make = _physical(settings)
@@ -99,6 +105,28 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     if (plugin := find_plugin("plant", spec.full_name)) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant")])
+
+
+def _of_a_user(spec: Spec) -> PlantSource:
+    """A user's model; its spec gets the digest of the files, so that a study knows which model it was planned with."""
+    settings = with_options(ModelSettings, "twin?model", spec.options)
+    if not settings.digest:
+        from lockprobe.plants.user_model.mjcf_file import read_model
+
+        return _of_a_user(spec.appending("digest", read_model(Path(settings.model)).digest))
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe.plants.user_model.user_model import UserModel
+
+        return UserModel(box, labels=labels, settings=settings, rng=rng)
+
+    def check(box: Lockbox) -> None:
+        _check_renderer(settings)
+        from lockprobe.plants.user_model.user_model import check_model
+
+        check_model(box, settings)
+
+    return PlantSource(spec=str(spec), settings=settings, make=make, check=check)
 
 
 def _rehearsed(spec: Spec) -> PlantSource:
@@ -187,8 +215,12 @@ def require_mujoco() -> None:
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
     """Refuses a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
+    _check_renderer(settings)
+    make(box, box.names, np.random.default_rng(0)).close()
+
+
+def _check_renderer(settings: CameraSettings) -> None:
     require_mujoco()
     from lockprobe.plants.rendering.choose_renderer import decide
 
     decide(settings.renderer)
-    make(box, box.names, np.random.default_rng(0)).close()

@@ -1,13 +1,24 @@
-"""Settings of the plants ``twin`` and ``fast-twin``, each an option in a spec: ``twin?pose_error=0.004``."""
+"""Settings of the plants ``twin`` and ``fast-twin``, each an option in a spec: ``twin?pose_error=0.004``.
+
+``twin?model=FILE`` has other settings, because a user's model has neither a panel of ours nor an arm.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, ClassVar, Literal, Protocol
 
 from lockprobe.errors import BadValue
 
-__all__ = ["Looks", "MechanismKind", "RendererChoice", "SceneSettings", "TwinSettings"]
+__all__ = [
+    "CameraSettings",
+    "Looks",
+    "MechanismKind",
+    "ModelSettings",
+    "RendererChoice",
+    "SceneSettings",
+    "TwinSettings",
+]
 
 MechanismKind = Literal["contact", "ideal"]
 """Pins and blocks that touch, or joint ranges that are switched (a reference for tests)."""
@@ -16,6 +27,32 @@ Looks = Literal["plain", "varied"]
 """One appearance for every trial, or colours, wood, handles, light and camera drawn in each trial."""
 
 RendererChoice = Literal["auto", "egl", "osmesa", "rays"]
+
+
+class CameraSettings(Protocol):
+    """The settings of every simulated plant, since all have a camera."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def renderer(self) -> RendererChoice:
+        """The renderer; ``auto`` takes the first that works here."""
+        ...
+
+    @property
+    def width(self) -> int:
+        """Width of pictures, pixels."""
+        ...
+
+    @property
+    def height(self) -> int:
+        """Height of pictures, pixels."""
+        ...
+
+    @property
+    def depth_noise(self) -> float:
+        """Standard deviation of depth at 0.7 m, metres."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +107,41 @@ class TwinSettings(SceneSettings):
         _within(self, pose_error=(0, 0.05), force_noise=(0, 10), finger_stiffness=(0.01, 10))
 
 
-def _within(settings: SceneSettings, **ranges: tuple[float, float]) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelSettings:
+    """A user's own model and its camera: the settings of ``twin?model=FILE``.
+
+    Attributes:
+        model: The MJCF file.
+        digest: Of the file and of all that it refers to, 16 hexadecimal digits; other files are refused. Empty: any.
+        force: Of a push on a sliding joint, newtons.
+        torque: Of a push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
+            ``fast-twin``.
+        renderer: As of :class:`SceneSettings`, and so are the following.
+        width: Pixels.
+        height: Pixels.
+        depth_noise: Metres.
+
+    Raises:
+        BadValue: If a setting is out of range.
+    """
+
+    model: str
+    digest: str = ""
+    force: float = 30.0
+    torque: float = 1.8
+    renderer: RendererChoice = "auto"
+    width: int = 640
+    height: int = 480
+    depth_noise: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.model:
+            raise BadValue("model", self.model, "an MJCF file")
+        _within(self, force=(0.01, 1e4), torque=(1e-3, 1e3), width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1))
+
+
+def _within(settings: CameraSettings, **ranges: tuple[float, float]) -> None:
     for name, (least, most) in ranges.items():
         if not least <= (value := getattr(settings, name)) <= most:
             raise BadValue(name, value, f"a number from {least} to {most}")

@@ -6,6 +6,7 @@ import numpy as np
 from plants.arm.fake_arm import FakeArm
 
 from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.hardware.board import calibrated_board
 from lockprobe.plants.hardware.bounds import Bounded, Bounds
 from lockprobe.plants.hardware.camera import Shot
 from lockprobe.plants.hardware.rig import Rig
@@ -86,6 +87,19 @@ def faulty_rig(*, box, labels, rng):
     within = Bounded(arm, Bounds(**SPACE, answer=5.0), operator)
     return Rig(box, labels=labels, arm=within, path=path, operator=operator, truth="verdict", rung="scripted")
 
+
+def calibrated_rig(*, box, labels, rng):
+    """A rig of scripted parts whose board's pose comes from the calibration that is named in ``CALIBRATION``."""
+    board = calibrated_board(box, **CALIBRATION)
+    CONNECTED.append(arm := ScriptedArm(box, board.path))
+    operator = Willing()
+    within = Bounded(arm, Bounds(**SPACE), operator)
+    return Rig(box, labels=labels, arm=within, board=board, operator=operator, truth="verdict", rung="scripted")
+
+
+calibrated_rig.attended = True
+CALIBRATION = {}
+CONNECTED = []
 
 faulty_rig.attended = True
 BROKEN = []

@@ -1,5 +1,6 @@
 """A rig of scripted parts: it obeys the contract of plants, and any fault stops the arm first."""
 
+import json
 import re
 import threading
 from dataclasses import replace
@@ -16,6 +17,7 @@ from plants.hardware.fakes import SPACE, Breaking, DrawnCamera, Willing
 from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.lockbox.families import box
 from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.hardware.board import typed_board
 from lockprobe.plants.hardware.bounds import Bounded, Bounds
 from lockprobe.plants.hardware.position_reader import ImageHandles
 from lockprobe.plants.hardware.rig import Eye, Rig
@@ -163,18 +165,22 @@ def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_pl
 
 def test_the_example_of_the_docs_is_a_rig(monkeypatch):
     pytest.importorskip("mujoco")
-    (text,) = re.findall(r"^```py\n(.*?)^```$", (DOCS / "robot.md").read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    page = (DOCS / "robot.md").read_text("utf-8")
+    text = next(one for one in re.findall(r"^```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE) if "Rig(" in one)
     puzzle = box("chain-4")
     lab = {}
     exec(compile(text.replace('Path("commands.jsonl")', ""), "lab.py", "exec"), lab)
     lab["TerminalOperator"] = lambda: Willing("", "y", "y")
-    path = partial(handle_path, replace(lay_out_panel(puzzle), pose=lab["BOARD"]))
-    lab["FrankyArm"] = lambda host, tool: ScriptedArm(puzzle, path)
+    (pose,) = re.findall(r"typed_board\(box, (\[\[.*\]\])\)", page)
+    board = typed_board(puzzle, json.loads(pose))
+    lab["calibrated_board"] = lambda box, path: board
+    lab["FrankyArm"] = lambda host, tool: ScriptedArm(puzzle, board.path)
     plant = lab["rig"](box=puzzle, labels=tuple("ABCD"), rng=None)
     assert plant.observe().configuration == puzzle.initial
     seen = plant.attempt(3)
     assert (seen.outcome, seen.sensed["verdict"], plant.facts["truth"]) == ("moved", "moved", "person")
-    assert lab["BOARD"][:3, :3] == pytest.approx(lay_out_panel(puzzle, tilt=0.0).pose[:3, :3])
+    assert plant.facts["board_pose"] == "typed"
+    assert board.panel.pose[:3, :3] == pytest.approx(lay_out_panel(puzzle, tilt=0.0).pose[:3, :3])
 
 
 def test_another_joint_that_moved_too_is_a_fault():

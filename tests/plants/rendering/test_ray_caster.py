@@ -75,6 +75,16 @@ def test_light_and_shadow(light, egl):
     assert np.abs(rgb.astype(int) - cast_rgb).mean() < 2
 
 
+def test_where_nothing_is_to_be_seen_it_is_background():
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><light pos='0 0 3' directional='true'/><geom size='.1'/>"
+        "<camera name='eye' pos='0 0 1' xyaxes='1 0 0 0 -1 0'/></worldbody></mujoco>"
+    )
+    rgb, depth = RayCaster(model, width=8, height=8).render(mujoco.MjData(model), "eye")
+    assert not rgb.any()
+    assert not depth.any()
+
+
 def test_what_cannot_be_cast_is_refused():
     field = '<asset><hfield name="hills" nrow="3" ncol="3" size="1 1 1 1"/></asset>'
     world = '<worldbody><geom type="hfield" hfield="hills"/></worldbody>'

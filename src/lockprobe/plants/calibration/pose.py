@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, FiniteFloat
 
-__all__ = ["Pose", "PoseRows", "angle_between", "array_of", "inverse", "mean_pose", "rows_of"]
+__all__ = ["Pose", "PoseRows", "angle_between", "array_of", "inverse", "is_rigid", "mean_pose", "rows_of"]
 
 Pose = NDArray[np.float64]
 """Shape (4, 4): rotation and position in metres of one frame in another."""
@@ -20,11 +20,16 @@ _TOLERANCE = 1e-3
 """Largest deviation from a rotation: poses are typed and printed with a few digits."""
 
 
-def _rigid(rows: tuple[_Row, _Row, _Row, _Row]) -> tuple[_Row, _Row, _Row, _Row]:
-    pose = np.array(rows)
+def is_rigid(pose: Pose) -> bool:
+    """Whether a matrix of shape (4, 4) is a rigid pose, up to the digits with which poses are typed."""
     turn = pose[:3, :3]
     straight = np.abs(turn @ turn.T - np.eye(3)).max() < _TOLERANCE and np.linalg.det(turn) > 0
-    if not straight or np.abs(pose[3] - (0, 0, 0, 1)).max() > _TOLERANCE:
+    level = np.abs(pose[3] - (0, 0, 0, 1)).max() <= _TOLERANCE
+    return bool(straight and level and np.isfinite(pose).all())
+
+
+def _rigid(rows: tuple[_Row, _Row, _Row, _Row]) -> tuple[_Row, _Row, _Row, _Row]:
+    if not is_rigid(np.array(rows)):
         raise ValueError("expected four rows of a rigid pose, the last of them 0, 0, 0, 1")
     return rows
 

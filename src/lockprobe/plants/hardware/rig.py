@@ -14,6 +14,7 @@ from lockprobe.errors import LockprobeError, PlantFault
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.plants.arm.guarded_move import GuardedMove, HandlePath, TouchVerdict
+from lockprobe.plants.hardware.board import Board
 from lockprobe.plants.hardware.bounds import Bounded
 from lockprobe.plants.hardware.camera import HardwareCamera, Shot, check_shot
 from lockprobe.plants.hardware.driver_call import call_driver
@@ -52,7 +53,8 @@ class Rig:
         box: The box.
         labels: Labels of the joints, in panel order.
         arm: The arm within its bounds.
-        path: The way of a handle in the frame of the arm's base: joint by index in panel order, position now.
+        board: The board, whose pose in the frame of the arm's base is known.
+        path: In place of the board the way of a handle in that frame: joint by index in panel order, position now.
         operator: Sets the box up, agrees to motions, and tells the truth if ``truth`` is ``person``.
         eye: A camera, for pictures and, if ``truth`` is ``camera``, for the truth.
         truth: Where the truth comes from.
@@ -71,8 +73,9 @@ class Rig:
         *,
         labels: tuple[str, ...],
         arm: Bounded,
-        path: Callable[[int, bool], HandlePath],
         operator: Operator,
+        board: Board | None = None,
+        path: Callable[[int, bool], HandlePath] | None = None,
         eye: Eye | None = None,
         truth: TruthFrom = "person",
         rung: Rung = "robot",
@@ -83,18 +86,29 @@ class Rig:
     ) -> None:
         assert truth != "camera" or eye is not None
         assert (truth == "simulation") == (state is not None)
+        if path is None:
+            assert board is not None
+            path = board.path
         self._state, self._release = state, release
         self._box, self._arm, self._path, self._operator, self._eye = box, arm, path, operator, eye
         self._truth, self._rung, self._move, self._more = truth, rung, move or GuardedMove(), dict(facts or {})
+        self._board_facts = dict(board.facts if board is not None else {})
         self._called = tuple(f"{label} ({name})" for label, name in zip(labels, box.names, strict=True))
         self._configuration: Configuration | None = None
         self._shot: Shot | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Rung, source of the truth, limits, and stops and late commands so far."""
+        """Rung, source of the truth, limits, how the board's pose was found, and stops and late commands so far."""
         counted: dict[str, Fact] = {"stops": self._arm.stops, "late_commands": self._arm.late}
-        return {"rung": self._rung, "truth": self._truth, **self._arm.facts, **self._more, **counted}
+        return {
+            "rung": self._rung,
+            "truth": self._truth,
+            **self._arm.facts,
+            **self._board_facts,
+            **self._more,
+            **counted,
+        }
 
     def observe(self) -> Snapshot:
         """The truth now; before the first attempt the operator sets the box up and the arm goes home.

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -16,10 +17,8 @@ from lockprobe.lockbox.box import Configuration
 from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.rendering.choose_renderer import open_renderer
 from lockprobe.plants.rendering.renderer import Renderer, shown_state
-from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.scene.panel import PanelLayout
 from lockprobe.plants.scene.scene import EYE
-from lockprobe.plants.twin_settings import SceneSettings
+from lockprobe.plants.twin_settings import CameraSettings
 from lockprobe.record import Fact
 
 __all__ = ["PlantCamera", "add_depth_noise"]
@@ -37,6 +36,18 @@ _LOST = 0.6
 """Share of pixels at edges that have no reading."""
 
 
+class _Joints(Protocol):
+    def posed(self, configuration: Configuration) -> mujoco.MjData: ...
+
+
+class _Board(Protocol):
+    @property
+    def pose(self) -> NDArray[np.float64]: ...
+
+    @property
+    def handles(self) -> NDArray[np.float64]: ...
+
+
 class PlantCamera:
     """A plant's camera, which takes pictures of the present moment. Every attempt ends a moment.
 
@@ -47,10 +58,12 @@ class PlantCamera:
     Args:
         model: The compiled scene, with whatever was added to it.
         data: Its state. A look reads it and does not change it.
-        mechanism: Its joints.
-        panel: Pose of the panel, and the handles' positions.
+        mechanism: Its joints; ``posed`` gives a copy of the state with the joints in another configuration.
+        panel: Pose of the panel in the world, shape (4, 4), and the handles' positions in its frame, shape
+            (joints, 2, 3), metres.
         settings: Size of pictures, renderer, noise of depth.
         rng: The camera's random stream, for the noise of depth. Give it a separate stream: a look draws one number.
+        eye: Name of the camera in the model.
     """
 
     def __init__(
@@ -58,13 +71,14 @@ class PlantCamera:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         *,
-        mechanism: Mechanism,
-        panel: PanelLayout,
-        settings: SceneSettings,
+        mechanism: _Joints,
+        panel: _Board,
+        settings: CameraSettings,
         rng: np.random.Generator,
+        eye: str = EYE,
     ) -> None:
         self._model, self._data, self._mechanism, self._panel = model, data, mechanism, panel
-        self._settings, self._rng = settings, rng
+        self._settings, self._rng, self._eye = settings, rng, eye
         self._seen = mujoco.MjData(model)
         self._moment = 0
         self._renderer: Renderer | None = None
@@ -106,7 +120,7 @@ class PlantCamera:
             self._renderer = open_renderer(
                 self._model, width=settings.width, height=settings.height, choice=settings.renderer
             )
-        rgb, depth = self._renderer.render(data, EYE)
+        rgb, depth = self._renderer.render(data, self._eye)
         shown_state(self._model, data, self._seen)
         self._drawn_by = self._renderer.name
         return Frame(
@@ -119,7 +133,7 @@ class PlantCamera:
 
     def _geometry(self) -> Camera:
         """Focal length of the camera and the panel's pose in its frame."""
-        seen = self._model.camera(EYE).id
+        seen = self._model.camera(self._eye).id
         height, pose = self._settings.height, self._panel.pose
         rotation = self._seen.cam_xmat[seen].reshape(3, 3) @ _FROM_OPENGL
         panel = np.eye(4)

@@ -63,15 +63,16 @@ class RayCaster:
         hit = geoms >= 0
         points = seen.cam_xpos[eye] + depth[hit, None] * rays[hit]
         colours = np.broadcast_to(self._shader.background, (len(rays), 3)).copy()
-        colours[hit] = self._shader.shade(
-            seen,
-            eye=eye,
-            geoms=self._shown[geoms[hit]],
-            points=points,
-            normals=normals[hit],
-            pixel=depth[hit] / self._focal(eye),
-            lit=[self._lit(light, points) for light in range(self._model.nlight)],
-        )
+        if hit.any():
+            colours[hit] = self._shader.shade(
+                seen,
+                eye=eye,
+                geoms=self._shown[geoms[hit]],
+                points=points,
+                normals=normals[hit],
+                pixel=depth[hit] / self._focal(eye),
+                lit=[self._lit(light, points) for light in range(self._model.nlight)],
+            )
         height, width = self._shape
         rgb = np.rint(255 * np.clip(colours, 0, 1)).astype(np.uint8).reshape(height, width, 3)
         return rgb, np.where(hit, depth, 0).astype(np.float32).reshape(height, width)

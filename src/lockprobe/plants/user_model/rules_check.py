@@ -1,0 +1,79 @@
+"""Whether a user's model obeys the rules of its box: every joint is pushed in the configurations that trials reach.
+
+The model is only ever pushed, never put into a configuration. So parts without a name in the box (bolts, gears) stand
+as an agent's attempts bring them there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from lockprobe.errors import BadFile, PlantFault
+from lockprobe.lockbox.box import Configuration, Lockbox, bits
+from lockprobe.plants.user_model.model_joints import ModelJoints
+
+__all__ = ["MOST_CONFIGURATIONS", "check_rules"]
+
+MOST_CONFIGURATIONS = 64
+"""Configurations in which joints are pushed; if trials can reach more, a sample with a fixed seed."""
+
+
+def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
+    """Push every joint in the configurations that can be reached before the target moves.
+
+    Args:
+        joints: The joints of the model.
+        box: The rules.
+        path: The model's file, for messages.
+
+    Returns:
+        The number of configurations.
+
+    Raises:
+        BadFile: If a joint moves that the rules lock, does not move although they let it, stops between its ends or
+            moves another joint; the message names the configuration and the joint.
+    """
+    try:
+        joints.start(box.initial)
+    except PlantFault as fault:
+        raise BadFile(path, str(fault)) from None
+    rng = np.random.default_rng(0)
+    frontier = [(box.initial, joints.saved())]
+    known = {box.initial}
+    checked = 0
+    while frontier and checked < MOST_CONFIGURATIONS:
+        configuration, state = frontier.pop(int(rng.integers(len(frontier))))
+        checked += 1
+        for joint, name in enumerate(box.names):
+            joints.restore(state)
+            try:
+                joints.push(joint)
+            except PlantFault as fault:
+                raise BadFile(path, f"{_where(box, configuration)}, {name} was pushed: {fault}") from None
+            after, _ = box.attempt(configuration, joint)
+            if why := _disagreement(joints, box, configuration, joint):
+                raise BadFile(path, f"{_where(box, configuration)}, {name} was pushed: {why}")
+            if name != box.target and after not in known:
+                known.add(after)
+                frontier.append((after, joints.saved()))
+    return checked
+
+
+def _disagreement(joints: ModelJoints, box: Lockbox, before: Configuration, joint: int) -> str:
+    """What the rules say and what the model did, if they differ; else empty."""
+    name, free, after = box.names[joint], box.may_move(before, joint), joints.configuration()
+    rules = f"the rules {'let it move' if free else 'lock it'}"
+    others = [other for i, other in enumerate(box.names) if i != joint and after[i] != before[i]]
+    if others:
+        return f"{rules}, and the model moved {', '.join(others)} as well ({joints.where()})"
+    if not joints.resting():
+        return f"{rules}, and the model left a joint between its ends ({joints.where()})"
+    if (after[joint] != before[joint]) != free:
+        return f"{rules}, and the model {'held' if free else 'moved'} {name} ({joints.where()})"
+    return ""
+
+
+def _where(box: Lockbox, configuration: Configuration) -> str:
+    return f"in configuration {bits(configuration)} ({', '.join(box.names)})"

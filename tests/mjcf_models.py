@@ -1,0 +1,50 @@
+"""Models of boxes for tests."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from lockprobe.lockbox.box import Joint, Lockbox
+from lockprobe.lockbox.boxfile import read_box
+from lockprobe.plants.scene.mjcf import write_mjcf
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+OWN = EXAMPLES / "own_box.xml"
+
+ONE = """<mujoco>{head}<worldbody><body>
+<joint name="bolt" type="slide" axis="{axis}" range="0 0.1" damping="5" frictionloss="1" {joint}/>
+<geom size=".02" mass="0.5"/>{inside}</body>{outside}</worldbody></mujoco>"""
+"""One joint that is always free, with places for what a test adds."""
+
+
+def own_box():
+    return read_box(EXAMPLES / "own_box.toml")
+
+
+def one_joint(kind="prismatic"):
+    return Lockbox(name="one", joints=(Joint(name="bolt", kind=kind),), interlock={}, initial=(False,), target="bolt")
+
+
+def written(folder, text=None, **parts):
+    """A file with one joint, or with ``text``."""
+    path = folder / "box.xml"
+    path.write_text(
+        text or ONE.format(**{"head": "", "joint": "", "axis": "1 0 0", "inside": "", "outside": "", **parts}), "utf-8"
+    )
+    return path
+
+
+def exported(box, folder):
+    """Our own scene of a box as a user's file, and the box with the names that its joints have there."""
+    path = folder / f"{box.name}.xml"
+    write_mjcf(box, path, labels=box.names)
+    new = {name: f"joint-{i}" for i, name in enumerate(box.names)}
+    return path, Lockbox(
+        name=box.name,
+        joints=tuple(replace(joint, name=new[joint.name]) for joint in box.joints),
+        initial=box.initial,
+        target=new[box.target],
+        interlock={
+            new[joint]: tuple({new[other]: position for other, position in clause.items()} for clause in clauses)
+            for joint, clauses in box.interlock.items()
+        },
+    )
