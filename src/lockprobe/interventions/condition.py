@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import product
 from math import prod
 
@@ -100,7 +101,7 @@ class Condition:
     @property
     def p(self) -> float | None:
         """The flip rate, [0, 1], where nothing but flips acts and pictures have no doses; None elsewhere."""
-        return None if self.flip is None or modality_doses(self.modality)[1] else self.flip.p
+        return None if self.flip is None or _has_doses(self.modality) else self.flip.p
 
     @property
     def does_nothing(self) -> bool:
@@ -190,6 +191,11 @@ def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
     spec = Spec.parse(modality, "modality")
     doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
     return str(spec.without(doses)), doses
+
+
+@lru_cache(maxsize=1024)
+def _has_doses(modality: str) -> bool:
+    return bool(modality_doses(modality)[1])
 
 
 def _without_zeros(modality: str) -> str:

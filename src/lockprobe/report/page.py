@@ -75,16 +75,16 @@ def report_files(directory: Path, *, tell: Callable[[str], None], each: Each) ->
     opened = open_study(directory)
     numbers, draw = _summarised(opened, directory, tell=tell, each=each)
     tell("drawing the figures")
-    (content, files), *done = each(operator.call, [partial(_without_figures, numbers), *draw.values()])
+    others = partial(_without_figures, opened, numbers)
+    (content, files, trials), *done = each(operator.call, [others, *draw.values()])
     found = dict(zip(draw, done, strict=True))
     drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
-    trials = explorer_data(opened.trials, opened.settings.get("box", {}))
     yield from files
     yield from _with_figures(content, drawn, embedded(directory, content.seen), trials)
 
 
-def _without_figures(numbers: Callable[[], Results]) -> tuple[Results, list[File]]:
-    """The results, and the files that need no figure."""
+def _without_figures(opened: OpenedStudy, numbers: Callable[[], Results]) -> tuple[Results, list[File], str]:
+    """The results, the files that need no figure, and the explorer's data."""
     content = numbers()
     files: list[File] = [
         ("results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
@@ -92,7 +92,8 @@ def _without_figures(numbers: Callable[[], Results]) -> tuple[Results, list[File
     for name, table in _tables(content).items():
         files += [(f"tables/{name}.csv", as_csv(table)), (f"tables/{name}.tex", as_tex(table))]
     pages = _WITHOUT_FIGURES if content.of_flips else ()
-    return content, [*files, *((f"{name}.html", _page(name, content, {})) for name in pages)]
+    files += [(f"{name}.html", _page(name, content, {})) for name in pages]
+    return content, files, explorer_data(opened.trials, opened.settings.get("box", {}))
 
 
 def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:

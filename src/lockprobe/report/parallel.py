@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 from collections import deque
@@ -94,8 +95,9 @@ def _processes(others: int) -> Iterator[Each]:
         ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
         ThreadPoolExecutor(others) as errands,
     ):
-        for _ in range(others):  # they start now, while this process imports the same
-            pool.submit(import_module, "lockprobe.report.page")
+        for _ in range(others):
+            pool.submit(_import)
+        _import()  # at the same time
 
         def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
             waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()
@@ -129,9 +131,16 @@ def _processes(others: int) -> Iterator[Each]:
         yield each
 
 
+def _import() -> None:
+    """What every process needs, which takes more than a second."""
+    import_module("lockprobe.report.page")
+    import_module("lockprobe.figures")
+
+
 def _begin() -> None:
     """What another process does first: nobody collects there, and it does not outlive the one that started it."""
     gc.disable()
+    atexit.register(os._exit, 0)  # freeing every object takes a second
     one_thread()  # for as long as the process lives
     Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
 

@@ -38,7 +38,7 @@ def write_report(
     """
     directory = Path(directory)
     with uncollected(), shared(directory, processes, elsewhere) as each:
-        from lockprobe.report.page import report_files  # the other processes import it at the same time
+        from lockprobe.report.page import report_files
 
         with one_thread():
             for name, content in report_files(directory, tell=tell, each=each):
