@@ -14,7 +14,10 @@ from lockprobe.record import Trial
 from lockprobe.report.described import Change, Counted, DescribedResult, Share, filled
 from lockprobe.report.format import TextTable
 
-__all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows"]
+__all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows", "lies_answer"]
+
+_SHOWN = 3
+"""Agents that a heading names."""
 
 
 class ExcursionResult(DescribedResult):
@@ -57,6 +60,18 @@ def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject
             rows = [_row(one) for one in effects]
             found.append(LieResult(agent=agent, modality=modality, said=excursion_said(effects, subject), effects=rows))
     return found
+
+
+def lies_answer(rows: Sequence[LieResult]) -> str:
+    """What one more false report does to the success of the first agents, in a sentence; empty without estimates."""
+    parts = [
+        f"{bracketed(one.effect, one.low, one.high)} points ({row.agent})"
+        for row in rows
+        for one in row.effects
+        if (one.outcome, one.among) == ("solved", "all")
+    ]
+    more = f" and {len(parts) - _SHOWN} more" if len(parts) > _SHOWN else ""
+    return f"Success after one more: {', '.join(parts[:_SHOWN])}{more}." if parts else ""
 
 
 def _row(one: Excursion) -> ExcursionResult:

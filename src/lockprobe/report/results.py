@@ -24,7 +24,7 @@ from lockprobe.record import Fact, Trial
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
 from lockprobe.report.examples import examples
-from lockprobe.report.excursions import lie_rows
+from lockprobe.report.excursions import LieResult, lie_rows, lies_answer
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
 from lockprobe.report.opened import OpenedStudy
@@ -77,6 +77,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
     by_people = sum(not trial.owed_again for trial in trials if trial.player)
     planned, finished = study.size - study.invited, opened.finished - by_people  # participants owe no trials
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
+    lies = lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind])
     return Results(
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
@@ -86,7 +87,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
         left_out=left_out_row(trials, opened.journal, opened.foreign),
         panel_said=_panel(study),
-        **_sentences(summary),
+        **_sentences(summary, lies),
         box=summary.reference,
         conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
         leaderboard=leaderboard_rows(summary, trials),
@@ -94,7 +95,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         interactions=interaction_rows(summary.comparisons, names),
         rationality=[row for a in agents for c in a.conditions for row in rationality_rows(c, a.name, blind=a.blind)],
         judged=judged(summary),
-        lies=lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind]),
+        lies=lies,
         paces=[pace_row(compared, names) for compared in summary.paces],
         modalities=[modality_row(effect) for effect in summary.modalities],
         people=people_row(summary, study.invited, by_people, opened.flow, response_times(trials, opened.times)),
@@ -122,10 +123,10 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
     )
 
 
-def _sentences(summary: StudySummary) -> dict[str, Any]:
+def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Any]:
     """What the results say in words."""
     return {
-        "answers": section_answers(summary),
+        "answers": section_answers(summary) | ({"lies": said} if (said := lies_answer(lies)) else {}),
         "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
         "findings": [finding(agent) for agent in summary.subjects],
         "loop_findings": [loop_finding(agent) for agent in summary.subjects],
