@@ -89,25 +89,16 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     """The same before they are drawn."""
     subjects = result.subjects
     by_p = partial(draw_success_by_p_corrected, reference=result.reference)
-    areas = relative_rows(result)
-    relative = [draw_relative_success] if any(condition.relative for condition in result.conditions) else []
     judged = [agent for agent in subjects if any(condition.rationality for condition in agent.conditions)]
-    pairs = shown(result)
-    sides = [(draw_differences, height(difference_rows(result)))]
-    sides += [(draw_changes, height(moved))] if (moved := change_rows(result)) else []
     onset = [draw_loop_onset] if any(agent.inference.onset.primary for agent in subjects) else []
     steps = [draw_relative_steps] if compared(result) else []
     drawn: dict[str, Callable[[], Figure]] = {
         "overview": lambda: _overview(result, _SCREEN),
         "overview-column": lambda: _overview(result, (_COLUMN, _HEIGHT)),
         "people": lambda: single(draw_people, result, *steps),
-        "side-by-side": lambda: single(
-            draw_differences, result, *(draw for draw, _ in sides[1:]), heights=[inches for _, inches in sides]
-        ),
+        "side-by-side": lambda: _side_by_side(result),
         "fig3": lambda: single(draw_success_curves, result),
-        "fig3-corrected": lambda: single(
-            draw_success_curves_corrected, result, *relative, heights=[_HEIGHT, *[height(areas)] * len(relative)]
-        ),
+        "fig3-corrected": lambda: _curves_corrected(result),
         "fig3-by-p": lambda: panels(draw_success_curves_by_p, subjects),
         "fig4": lambda: single(draw_success_by_p, result),
         "fig4-corrected": lambda: panels(by_p, subjects),
@@ -120,11 +111,25 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     }
     left_out = {"courses"} if len(result.agents) < 2 else set()
     left_out |= set() if judged else {"rationality"}
-    left_out |= set() if pairs else {"side-by-side"}
+    left_out |= set() if shown(result) else {"side-by-side"}
     left_out |= set() if result.people else {"people"}
     if len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
     return {name: draw for name, draw in drawn.items() if name not in left_out}
+
+
+def _side_by_side(result: StudySummary) -> Figure:
+    sides = [(draw_differences, height(difference_rows(result)))]
+    sides += [(draw_changes, height(moved))] if (moved := change_rows(result)) else []
+    (first, _), *below = sides
+    return single(first, result, *(draw for draw, _ in below), heights=[inches for _, inches in sides])
+
+
+def _curves_corrected(result: StudySummary) -> Figure:
+    if not any(condition.relative for condition in result.conditions):
+        return single(draw_success_curves_corrected, result)
+    heights = [_HEIGHT, height(relative_rows(result))]
+    return single(draw_success_curves_corrected, result, draw_relative_success, heights=heights)
 
 
 def condition_drawings(
