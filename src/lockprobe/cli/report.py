@@ -16,7 +16,6 @@ from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.errors import BadValue
 from lockprobe.parallel import Pool
 from lockprobe.report import write_report
-from lockprobe.studies.journal import load
 from lockprobe.studies.suites import is_suite
 
 __all__ = ["report"]
@@ -54,6 +53,4 @@ def report(directory: Directory, watch: Watch = False, cluster: options.ClusterA
 def _write(directory: Path, machines: Pool | None, *, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     path = write_report(directory, tell=tell, processes=2, elsewhere=machines)
-    if all(trial.owed_again for trial in load(directory)):
-        print("Report: no trial has ended yet", file=sys.stderr)
     print(json_.dumps({"report": str(path)}) if json else f"Report: {path}", flush=True)

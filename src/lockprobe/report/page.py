@@ -73,6 +73,8 @@ def report_files(directory: Path, *, tell: Callable[[str], None], each: Each) ->
         BadFile: If the directory is not that of a study.
     """
     opened = open_study(directory)
+    if not opened.finished:
+        tell("no trial has ended yet")
     numbers, draw = _summarised(opened, directory, tell=tell, each=each)
     tell("drawing the figures")
     others = partial(_without_figures, opened, numbers)
